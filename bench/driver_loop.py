@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bench.row import at_most, stated
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
@@ -36,13 +36,13 @@ STEP_TARGET = 150.0  # [us] CPU
 LATENESS_TARGET = 0.3  # [ms] above an empty loop
 
 
-def eight_channels() -> tuple[PneumaticBox, EmbeddedBench]:
+def eight_channels() -> tuple[PneumaticBox, EmbeddedRig]:
     """A box on bottles that follows a sine of air mass on every channel, past its start."""
     n = len(NAMES)
     settings = BoxSettings(NAMES, (VOLUME,) * n, (1.5e5,) * n, ("mass",) * n)
     box, bench = (
         PneumaticBox(settings, load_calibration(None, n)),
-        EmbeddedBench(NAMES, [VOLUME] * n),
+        EmbeddedRig(NAMES, [VOLUME] * n),
     )
     while not box.zeroing.ready:
         bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))

@@ -1,7 +1,7 @@
 """Moulds of the shipped actuators and of random designs: `python -m bench.moulds`.
 
 Designs are drawn by actuation ratio, stiffness and length; wishes that the rules refuse are drawn
-again. What passes all checks of `pneuflex_sim.mould.checks` counts.
+again. What passes all checks of `softhand_design.mould.checks` counts.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from bench.row import at_least, at_most, stated
-from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
-from pneuflex_sim.mould.report import CheckedMould, make_mould, refusal
+from softhand_design.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_design.mould.report import CheckedMould, make_mould, refusal
+from softhand_design.requirements import of_numbers
+from softhand_design.sizing import design_actuator
 from softhand_model.hand.actuator import Actuator, load_actuator
-from softhand_model.hand.sizing import Wish, design_actuator
 
 SHIPPED = ("P5", "P10.finger", "P10.thumb", "P10.PalmInner", "P10.PalmOuter")
 SLOWEST = 30.0  # of a mould on one core [s]
@@ -34,7 +35,8 @@ def random_actuators(count: int, seed: int = 0) -> Iterator[Actuator]:
         ratio, stiffness, length = random.uniform((0.4e-3, 2e-3, 0.06), (1.2e-3, 8e-3, 0.11))
         tip = stiffness * random.uniform(0.0, 0.5)
         try:
-            made = design_actuator(Wish(ratio, stiffness, length, rubber, tip), f"random_{found}")
+            wanted = of_numbers(ratio, stiffness, length, rubber, tip)
+            made = design_actuator(wanted, f"random_{found}")
         except ValueError:
             continue
         found += 1

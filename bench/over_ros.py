@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from bench.row import at_least, at_most
-from grasp_strategies.trials import draw_placement
 from softhand_bringup.grasp_verdict import Verdict
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.processes.waiting import RunFailed
 from softhand_bringup.ros.demo import Demo
+from softhand_trials.trials import draw_placement
 
 SEEDS = range(10)
 

@@ -17,10 +17,10 @@ import pybullet
 
 from bench.row import at_least, at_most, stated
 from grasp_strategies.judging.judge import GraspResult
-from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.pneumatics.plant import PneumaticPlant
+from softhand_trials.trials import TrialSettings, run_trial
 
 STEPS = (0.001, 0.002, 0.005, 0.01)
 SEGMENTS = (5, 15)

@@ -1,6 +1,6 @@
 """Stiffness of an actuator about its three axes: what each spring takes, and what it leaves out.
 
-`python -m bench.spring_axes` prints the table of docs/understand/simulator.md.
+`python -m bench.spring_axes` prints the table of docs/understand/simulator-springs.md.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """How far a P10 finger bends: exact, and by the approximation that the thesis prints.
 
-`python examples/bend_a_finger.py` draws both curves to out/bend_a_finger.png.
+`python examples/bend_a_finger.py` prints three angles and draws both curves
+to out/bend_a_finger.png.
 """
 
 import numpy as np
@@ -31,6 +32,9 @@ if __name__ == "__main__":
     pressure = np.linspace(0.0, 60e3, 200)
     exact, printed = tip_angles(pressure)
     tapered = np.degrees([load_actuator("P10.finger").tip_angle(p) for p in pressure])
+    for wanted in (20e3, 40e3, 60e3):
+        (at_once,), (as_printed,) = tip_angles(np.array([wanted]))
+        print(f"{wanted / 1e3:.0f} kPa: {at_once:.1f} deg, {as_printed:.1f} deg as printed")
     plt.plot(pressure / 1e3, exact, label="constant section, exact")
     plt.plot(pressure / 1e3, printed, "--", label="constant section, as printed (5.2)")
     plt.plot(pressure / 1e3, tapered, label="P10.finger with its taper, G = 67 kPa")

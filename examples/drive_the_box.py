@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from pneumaticbox_driver.ros.client import PneumaticboxClient
+from softhand_bringup.processes.domain import held_domain
 from softhand_bringup.processes.launcher import Launcher, NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
@@ -58,8 +59,6 @@ def run(box):
 
 
 def test_a_script_can_drive_the_box():
-    from ros_domain import held_domain
-
     with held_domain() as domain:
         masses, pressure, delay = drive(domain)
     assert masses[-1] == pytest.approx(MASS, abs=2.5e-6)
@@ -68,7 +67,8 @@ def test_a_script_can_drive_the_box():
 
 
 if __name__ == "__main__":
-    masses, pressure, delay = drive(domain=os.getpid() % 100 + 1)
+    with held_domain() as free:
+        masses, pressure, delay = drive(free)
     print(f"a holds {1e6 * masses[-1]:.1f} mg of air after 3 s, {1e6 * MASS:.0f} mg were asked for")
     print(f"then {1e-3 * pressure:.1f} kPa, of {1e-3 * PRESSURE:.0f} kPa asked for")
     print(f"b begins to fill {1e3 * delay:.0f} ms after the moment that was set for its valve")

@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from grasp_strategies.trials import TrialSettings, run_trial
+from softhand_trials.trials import TrialSettings, run_trial
 
 STRATEGY = Path(__file__).parent / "three_finger_gripper" / "grasp.yaml"  # names the hand's file
 

@@ -3,7 +3,7 @@
 `python examples/grasp_without_ros.py` prints the outcome of a few seeds.
 """
 
-from grasp_strategies.trials import run_trial
+from softhand_trials.trials import run_trial
 
 
 def outcome(seed):

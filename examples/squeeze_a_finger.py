@@ -1,6 +1,7 @@
 """What the hand commands is air mass: with the valves closed it stays when a finger is squeezed.
 
-`python examples/squeeze_a_finger.py` draws mass and pressure to out/squeeze_a_finger.png.
+`python examples/squeeze_a_finger.py` prints the outcome and draws mass and
+pressure to out/squeeze_a_finger.png.
 """
 
 import numpy as np
@@ -41,6 +42,8 @@ if __name__ == "__main__":
     import matplotlib.pyplot as plt
 
     times, masses, pressures = squeeze()
+    before, after = 1e-3 * pressures[np.searchsorted(times, SETTLE)], 1e-3 * pressures[-1]
+    print(f"squeezed by a tenth: {before:.1f} to {after:.1f} kPa, {1e6 * masses[-1]:.1f} mg of air")
     _, (upper, lower) = plt.subplots(2, 1, sharex=True, layout="constrained")
     upper.plot(times, 1e6 * masses)
     upper.set_ylabel("air above rest [mg]")

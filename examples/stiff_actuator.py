@@ -5,7 +5,7 @@ pressure. In turn something acts in the rubber that could make the thickest one 
 model is compared with what is measured, and the lab is asked what is missing: with the four fingers
 of the thesis, with the 5.5 mm finger alone, and with the four and the run that the lab proposes.
 
-`python examples/stiff_actuator.py` prints the tables of docs/understand/riddle.md in Markdown;
+`python examples/stiff_actuator.py` prints a table for each of the three in Markdown;
 `--figure docs/figures/riddle.png` draws the first of the causes as Fig. 5.10 does.
 """
 

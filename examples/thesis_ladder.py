@@ -15,7 +15,7 @@ import numpy as np
 
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run, Specimen
-from pneumaticbox_driver.calibration.command import BOTTLE, SUPPLIES, record_on_bench
+from pneumaticbox_driver.calibration.command import BOTTLE, SUPPLY_PRESSURES, record_on_rig
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
@@ -35,8 +35,8 @@ COLUMNS = {
 def recorded_set(cycles, seed=0):
     """Pulses of one channel, `cycles` a direction at each of the thesis's two supply pressures."""
     runs = []
-    for level, supply in enumerate(SUPPLIES):
-        (pulses,) = record_on_bench(cycles, 1000 * seed + level, 1, BOTTLE, supply)
+    for level, supply in enumerate(SUPPLY_PRESSURES):
+        (pulses,) = record_on_rig(cycles, 1000 * seed + level, 1, BOTTLE, supply)
         for part, rows in enumerate(np.array_split(np.arange(len(pulses)), PARTS)):
             name = f"supply_{supply / 1e3:.0f}_part_{part + 1}"
             chosen = [pulses[row] for row in rows]

@@ -18,30 +18,39 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
+from softhand_common.documents.output_file import save_figure
+
 ROOT = Path(__file__).parents[1]
 WAYS = ROOT / "docs" / "understand" / "ways.yaml"
 OUT = ROOT / "docs" / "figures" / "architecture"
 TOPIC = "topic"  # a step between two processes
 COLOURS = {
+    "softhand_common": "#f5f5f5",
     "softhand_model": "#d5e8d4",
     "pneuflex_sim": "#dae8fc",
+    "softhand_design": "#e8f0d8",
     "pneumaticbox_driver": "#ffe6cc",
     "grasp_strategies": "#fff2cc",
+    "softhand_trials": "#fbe8b8",
     "model_lab": "#e1d5e7",
     "softhand_ros": "#f5f5f5",
     "softhand_bringup": "#f8cecc",
     "softhand_play": "#d0e0e3",
 }
 PLACES = {  # left edge, lower edge, width, height
-    "softhand_play": (0.0, 7.3, 12.0, 0.9),
-    "softhand_bringup": (0.0, 6.3, 12.0, 0.9),
-    "softhand_ros": (0.0, 1.0, 2.8, 5.2),
-    "grasp_strategies": (3.0, 3.9, 2.8, 2.3),
-    "pneuflex_sim": (3.0, 1.0, 2.8, 2.8),
-    "pneumaticbox_driver": (6.1, 1.0, 2.8, 5.2),
-    "model_lab": (9.2, 1.0, 2.8, 5.2),
-    "softhand_model": (0.0, 0.0, 12.0, 0.9),
+    "softhand_play": (0.0, 9.6, 12.0, 1.2),
+    "softhand_bringup": (0.0, 8.6, 12.0, 0.9),
+    "softhand_trials": (3.0, 7.3, 2.8, 1.2),
+    "softhand_ros": (0.0, 0.0, 2.8, 8.5),
+    "grasp_strategies": (3.0, 5.0, 2.8, 2.2),
+    "softhand_design": (6.1, 5.4, 2.8, 3.1),
+    "pneuflex_sim": (3.0, 2.0, 2.8, 2.9),
+    "pneumaticbox_driver": (6.1, 2.0, 2.8, 3.3),
+    "model_lab": (9.2, 2.0, 2.8, 6.5),
+    "softhand_model": (3.0, 1.0, 9.0, 0.9),
+    "softhand_common": (3.0, 0.0, 9.0, 0.9),
 }
+MOST_BESIDE = 11  # names in a line of a wide package
 LINE = 0.36  # from one room to the next below
 
 
@@ -86,24 +95,29 @@ def box(axes: Axes, place: tuple[float, float, float, float], colour: str) -> No
 
 def draw_packages() -> Figure:
     """Packages and their rooms: what stands above may import what stands below."""
-    figure = Figure(figsize=(12.0, 8.2))
+    figure = Figure(figsize=(12.0, 10.8))
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.98))
-    axes.set(xlim=(0, 12), ylim=(0, 8.2))
+    axes.set(xlim=(0, 12), ylim=(0, 10.8))
     axes.axis("off")
     for package, names in rooms().items():
         x, y, width, height = PLACES[package]
         top = y + height - 0.33
         box(axes, PLACES[package], COLOURS[package])
         axes.text(x + 0.2, top, package, weight="bold", fontsize=12)
-        lines = ["    ".join(names)] if width > 3.0 else _in_columns(names, height)
+        lines = _in_lines(names) if width > 3.0 else _in_columns(names, height)
         for number, line in enumerate(lines, 1):
             axes.text(x + 0.2, top - number * LINE, line, fontsize=10.5)
     return figure
 
 
+def _in_lines(names: list[str]) -> list[str]:
+    """Names beside each other, MOST_BESIDE in a line."""
+    return ["    ".join(names[k : k + MOST_BESIDE]) for k in range(0, len(names), MOST_BESIDE)]
+
+
 def _in_columns(names: list[str], height: float) -> list[str]:
     """Names one below the other, several in a line where there are too many."""
-    a_line = math.ceil(len(names) / int((height - 0.45) / LINE))
+    a_line = math.ceil(len(names) / int((height - 0.4) / LINE))
     return [", ".join(names[k : k + a_line]) for k in range(0, len(names), a_line)]
 
 
@@ -134,9 +148,9 @@ def ways() -> dict[str, Any]:
 def main() -> int:
     """Draw all pictures, and say how many files each way has."""
     OUT.mkdir(parents=True, exist_ok=True)
-    draw_packages().savefig(OUT / "packages.png", dpi=80)
+    save_figure(draw_packages(), OUT / "packages.png", dpi=80)
     for name, steps in ways().items():
-        draw_way(steps).savefig(OUT / f"{name}.png", dpi=80)
+        save_figure(draw_way(steps), OUT / f"{name}.png", dpi=80)
         print(f"{name}: {sum(TOPIC not in step for step in steps)} files")
     return 0
 

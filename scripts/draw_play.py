@@ -1,7 +1,7 @@
-"""Draws docs/figures/play.gif (`make play-figure`): the page in chromium while the hand grasps.
+"""Draws docs/figures/play.gif (`make figures NAME=play`): the page while the hand grasps.
 
-The strategy runs first; then its instants are shown one after the other, each until the browser has
-drawn it, so that a slow machine makes the same film.
+The strategy runs first; then its frames are shown one by one, each until the browser has drawn it,
+so that a slow machine makes the same film.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,9 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import sync_playwright
 
 from softhand_bringup.film.writing import open_film
+from softhand_play.frames import World
 from softhand_play.page import Page
-from softhand_play.player import FASTEST, Player
-from softhand_play.shots import World
+from softhand_play.player import FASTEST_PACE, Player
 
 OUT = Path(__file__).parents[1] / "docs" / "figures" / "play.gif"
 WINDOW = {"width": 960, "height": 600}
@@ -53,7 +54,7 @@ def main() -> int:
             window = driver.chromium.launch(executable_path=chromium, args=SOFTWARE)
             tab = window.new_page(viewport=WINDOW)
             tab.set_default_timeout(LIMIT)
-            tab.goto(f"http://127.0.0.1:{page.server.get_port()}")
+            tab.goto(page.server.address)
             _film(page, tab)
             window.close()
     finally:
@@ -64,9 +65,9 @@ def main() -> int:
 
 def _film(page: Page, tab: Tab) -> None:
     """Let the hand grasp, then show and photograph the run."""
-    while not page.player.shots:
+    while not page.player.frames:
         time.sleep(0.1)
-    page.player.pace.speed = FASTEST
+    page.player.pace.speed = FASTEST_PACE
     page.strategies.run()
     while page.player.track is None:
         time.sleep(0.1)
@@ -74,20 +75,16 @@ def _film(page: Page, tab: Tab) -> None:
     while not tab.evaluate("() => !!window.__viserTestpoints"):
         time.sleep(0.5)
     tab.add_style_tag(content=HIDDEN)
-    film = open_film(OUT, PACE, (WINDOW["width"], WINDOW["height"]), force=True)
-    shots = page.player.track.shots
-    for number in np.linspace(0, len(shots) - 1, PICTURES).round().astype(int):
-        page.strategies.look_at(number)
-        tab.get_by_text(f"{shots[number].time:.1f} s, recorded").wait_for()
-        before = tab.evaluate(FRAMES)
-        while tab.evaluate(FRAMES) < before + 2:
-            time.sleep(0.2)
-        picture = Path(OUT).with_suffix(".png")
-        tab.screenshot(path=picture)
-        film.add(np.asarray(Image.open(picture).convert("RGB")))
-        picture.unlink()
-        print(f"draw_play: {shots[number].time:.1f} s of {shots[-1].time:.1f} s", flush=True)
-    film.close()
+    frames = page.player.track.frames
+    with open_film(OUT, PACE, (WINDOW["width"], WINDOW["height"]), force=True) as film:
+        for number in np.linspace(0, len(frames) - 1, PICTURES).round().astype(int):
+            page.strategies.look_at(number)
+            tab.get_by_text(f"{frames[number].time:.1f} s, recorded").wait_for()
+            before = tab.evaluate(FRAMES)
+            while tab.evaluate(FRAMES) < before + 2:
+                time.sleep(0.2)
+            film.add(np.asarray(Image.open(BytesIO(tab.screenshot())).convert("RGB")))
+            print(f"draw_play: {frames[number].time:.1f} s of {frames[-1].time:.1f} s", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Draw the grasps that use the environment, a row of frames each: docs/figures/strategies.png."""
+"""Draw the grasps that use the environment, one row of frames per grasp:
+docs/figures/strategies.png.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,10 +9,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import Placement, TrialSettings
 from pneuflex_sim.pictures.render import Camera
 from pneuflex_sim.scene.objects import load_object
 from softhand_bringup.film.recording import film_trial
+from softhand_common.documents.output_file import save_figure
+from softhand_trials.trials import Placement, TrialSettings
 
 PICTURE = Path("docs/figures/strategies.png")
 ROWS = {  # strategy: object, camera (yaw, pitch [deg]), what it shows
@@ -25,7 +28,7 @@ FROM = 0.12  # share of the recording before the first of them
 
 
 def frames(name: str, object_name: str, angles: tuple[float, float]) -> list[np.ndarray]:
-    """Pictures of a grasp in the world that its strategy was tried in; raises ValueError when it
+    """Pictures of a grasp in the scene that its strategy was tried in; raises ValueError when it
     fails.
     """
     tried, thing = load_strategy(name).tried_with, load_object(object_name)
@@ -59,7 +62,7 @@ def main() -> None:
             panel.imshow(picture)
             panel.set(xticks=[], yticks=[])
         row[0].set_ylabel(label, fontsize=12)
-    figure.savefig(PICTURE, dpi=90, metadata={"Software": None})
+    save_figure(figure, PICTURE, dpi=90, metadata={"Software": None})
     print(PICTURE)
 
 

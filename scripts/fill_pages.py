@@ -19,6 +19,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from softhand_common.documents.output_file import write_file
+
 ROOT = Path(__file__).parents[1]
 PART = re.compile(r"(<!-- printed by: (.+?) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 
@@ -61,7 +63,7 @@ def main(pages: list[str]) -> int:
         outputs = {command: output_of(command) for _, command, _, _ in PART.findall(text)}
         failed = failed or None in outputs.values()
         printed = {command: out for command, out in outputs.items() if out is not None}
-        page.write_text(filled(text, printed), encoding="utf-8")
+        write_file(page, filled(text, printed))
     return int(failed)
 
 

@@ -5,46 +5,35 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
+from softhand_common.documents.output_file import write_file
 from softhand_model.effects import STAGES, Effect, Parameter, effect_classes
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "effects.md"
-HEAD = """# Effects: what acts beyond the base model
+HEAD = """# Effects
 
-One class each, in one file a family, under `src/softhand_model/softhand_model/effects`; simulator,
-live monitor and lab run the same code. A model file names those that take part ([change the hand or
-the object](../use/hands-and-objects.md)). This page is made from the classes by `make docs`.
+Which physical effects can a model have beyond the base model, and which measurements show them?
 
-Effects of the stage `flow` act on pulses of valves: in the lab, and in the simulator, whose plant
-follows each pulse from the opening of the valve to its closing. There the mass that the plant's own
-valve moves stands in place of the naive term `c*p_in*duration`; what the effects make of the pulse
-beyond that flows as well, at most five times as fast as the open path passes air, and as long as it
-takes no channel above the supply or below the surroundings. The monitor starts from the measured
-pressure, which comes after the valves. Where air masses are imposed and no valve moves, as in
-trials in process, a model with flow effects is refused.
+    .venv/bin/model-lab add ballooning --data SET --model base --out mine.yaml
 
-## An effect of your own
+A model file names those that take part ([hands and objects](../use/hands-and-objects.md)).
+Simulator, live monitor and lab run the same code, one class each, which says more: assumptions,
+limits and sources are in [effects in Python](python/effects.md#the-effects).
 
-One small Python file: [`own_effect.py`](../../examples/own_effect.py) is a whole one, with tests.
-It holds a class that derives from the class of its stage (`softhand_model.effects`) and has
+* **Parameters**: unit, bounds and, in brackets, the usual range.
+* **Seen in**: the experiments that show it. *Bending* stands for base_torque, blocked_tip and
+  free_bending, *all rubber* for these with rubber and uniaxial.
+* **Memory**: the result depends on what was before.
+* **Mistaken for**: effects that look alike. The reason stands with the first of a pair.
 
-* `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,
-  `uniaxial`, `rubber`, `valve_pulse`, `base_torque`;
-* `parameters`: for each a name, a unit, bounds that make physical sense, a description, the usual
-  range (`typical`), whether it spans decades (`logarithmic`), the value that does nothing
-  (`neutral`), if there is one, and where it goes by what a set measures, that range over the
-  largest pressure or output of the set (`relative`);
-* the one method of its stage, below. Arguments and values are arrays (trial values, rows,
-  sections): calculate with numpy;
-* if it depends on what was before: `has_memory = True`. What it keeps goes into the dictionary
-  `memory`, which is empty at rest. An elastic effect is asked for its stress several times a step
-  and keeps things in `remember` alone.
+Effects of the stage `flow` act on valve pulses, in the lab and in the simulator, whose plant
+replaces the naive term `c*p_in*duration`; what they add to a pulse flows at most five times as fast
+as the open path passes air, and never beyond supply or ambient pressure. Trials in process impose
+air masses and refuse a model with flow effects.
 
-In a model file: `{name: my_effect, file: my_effect.py, parameters: {...}}`; in the lab also
-`--effects my_effect.py`. It is run as Python, so only on request: `--effects FILE` or
-`--allow-effect-files` of a command, `allow_effect_files: true` of a node, and only from the model
-file's folder. Each method is first called once in a process of its own; one that raises, gives
-something else than finite numbers of its arguments' shape, changes them, does not return within 5 s
-or ends the process is told in one line, and takes no part.
+## Stages
+
+[An effect of your own](../use/own-effects.md) derives from the class of its stage and has one of
+its methods.
 
 | stage | derive from | methods | what they give |
 |---|---|---|---|
@@ -95,13 +84,18 @@ METHODS = {
 }
 
 
+BENDING = {"base_torque", "blocked_tip", "free_bending"}
+GROUPS = {"all rubber": BENDING | {"rubber", "uniaxial"}, "bending": BENDING}
+
+
 def page() -> str:
     """The whole page."""
     parts = [HEAD, *(_methods(stage) for stage in STAGES)]
+    explained: set[frozenset[str]] = set()
     for stage in STAGES:
         chosen = [effect for effect in effect_classes().values() if effect.stage == stage]
         parts.append(f"\n## Stage {stage}\n")
-        parts += [_section(effect) for effect in sorted(chosen, key=_place)]
+        parts += [_section(effect, explained) for effect in sorted(chosen, key=_place)]
     return "".join(parts)
 
 
@@ -115,30 +109,52 @@ def _place(effect: type[Effect]) -> tuple[bool, int, str]:
     return getattr(effect, "adds", False), effect.rank, effect.name
 
 
-def _section(effect: type[Effect]) -> str:
-    text = " ".join(inspect.cleandoc(effect.__doc__ or "").split("ERRATUM")[0].split())
-    lines = [f"\n### {effect.name}\n\n{text}\n"]
-    if effect.parameters:
-        lines.append("\n| parameter | meaning | unit | bounds | usual |\n|---|---|---|---|---|\n")
-    for p in effect.parameters:
-        low, high = p.typical or (p.low, p.high)
-        lines.append(
-            f"| `{p.name}` | {p.description} | {p.unit or '-'} | {p.low:g} to {p.high:g} "
-            f"| {low:g} to {high:g}{_relative(p)} |\n"
-        )
+def _section(effect: type[Effect], explained: set[frozenset[str]]) -> str:
+    text = " ".join(inspect.cleandoc(effect.__doc__ or "").split("\n\n")[0].split())
+    lines = [f"\n### {effect.name}\n\n{_plain(text)}\n\n", *map(_parameter, effect.parameters)]
     if not effect.physical:
-        lines.append("\n**Not physics**: never named by `diagnose`, added only on request.\n")
-    memory = "; depends on what was before" if effect.has_memory else ""
-    lines.append(f"\n* Seen in: {', '.join(sorted(effect.experiments))}{memory}.\n")
-    if effect.unseen_in:
-        reasons = [f"{place} ({why})" for place, why in sorted(effect.unseen_in.items())]
-        lines.append(f"* Not in: {'; '.join(reasons)}.\n")
+        lines.append("* **Not physics**: never named by `diagnose`, added only on request.\n")
+    memory = "; memory" if effect.has_memory else ""
+    lines.append(f"* Seen in: {_experiments(set(effect.experiments))}{memory}.\n")
     if effect.not_simulated:
         lines.append(f"* The simulator refuses it: {effect.not_simulated}.\n")
     if effect.confounded_with:
-        alike = [f"`{other}`: {why}" for other, why in sorted(effect.confounded_with.items())]
-        lines.append(f"* Easily taken for: {'; '.join(alike)}.\n")
+        lines.append(f"* Mistaken for: {_alike(effect, explained)}.\n")
     return "".join(lines)
+
+
+def _plain(text: str) -> str:
+    """Text whose asterisks mean products, outside of code.
+
+    >>> print(_plain("G*d with `a*b`"))
+    G\\*d with `a*b`
+    """
+    parts = text.split("`")
+    parts[::2] = [part.replace("*", "\\*") for part in parts[::2]]
+    return "`".join(parts)
+
+
+def _experiments(names: set[str]) -> str:
+    for group, members in GROUPS.items():
+        if members <= names:
+            return ", ".join([group, *sorted(names - members)])
+    return ", ".join(sorted(names))
+
+
+def _alike(effect: type[Effect], explained: set[frozenset[str]]) -> str:
+    """Effects that are easily mistaken for it, with the reason unless another entry has it."""
+    by_reason: dict[str, list[str]] = {}
+    for other, why in sorted(effect.confounded_with.items()):
+        pair = frozenset({effect.name, other})
+        by_reason.setdefault("" if pair in explained else f" ({why})", []).append(f"`{other}`")
+        explained.add(pair)
+    return "; ".join(f"{', '.join(others)}{why}" for why, others in by_reason.items())
+
+
+def _parameter(p: Parameter) -> str:
+    low, high = p.typical or (p.low, p.high)
+    usual = f"{low:g}..{high:g}{_relative(p)}"
+    return f"* `{p.name}` [{p.unit or '-'}] {p.low:g}..{p.high:g} ({usual}): {p.description}\n"
 
 
 def _relative(parameter: Parameter) -> str:
@@ -146,8 +162,8 @@ def _relative(parameter: Parameter) -> str:
     if parameter.relative is None:
         return ""
     of, low, high = parameter.relative
-    return f"; in a set {low:g} to {high:g} of its largest {of}"
+    return f"; in a set {low:g}..{high:g} of its largest {of}"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    write_file(PAGE, page())

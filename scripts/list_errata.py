@@ -8,17 +8,19 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from softhand_common.documents.output_file import write_file
+
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "reference" / "errata.md"
 HEAD = """# Errata of the thesis
 
-Where a printed equation, number or word of R. Deimel, *Soft Robotic Hands For Compliant Grasping*
-(TU Berlin, 2017) cannot be right, the code uses the right form, and the docstring beside it says
-so. This page is made from these docstrings by `make docs`; [the
-physics](../understand/physics.md) has the rest.
+Where is the thesis in error, and what does the code use instead?
 
-| code | erratum |
-|---|---|
+    make docs      # writes this page from the docstrings that say ERRATUM
+
+R. Deimel, *Soft Robotic Hands For Compliant Grasping* (TU Berlin, 2017). Each entry names the
+function whose docstring has the right form; [the physics](../understand/physics.md) is beside them.
+
 """
 
 
@@ -63,10 +65,9 @@ def page() -> str:
     for folder in [*packages, ROOT / "thesis"]:
         for name, docstring in documented(folder):
             for text in errata(docstring):
-                escaped = text.replace("|", "\\|")
-                rows.append(f"| `{name}` | {escaped} |\n")
+                rows.append(f"* `{name}`: {text}\n")
     return HEAD + "".join(rows)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    write_file(PAGE, page())

@@ -1,10 +1,10 @@
 """What the lab says of measurements on disk: `python scripts/measure_real_data.py [FOLDER]`.
 
-FOLDER holds measurement sets, one folder each; without it the environment's SOFTHAND_MEASUREMENTS
-does. Prints the tables of docs/understand/measurements.md in Markdown and writes a report of each
-set to out/real-data; --figure draws measured and predicted curves of all of them. A set is
-diagnosed with the base model if its specimens have what that needs, else with `linear`. For tensile
-tests the last table has what plain least squares finds.
+FOLDER holds measurement sets, one folder each; its default is the environment variable
+SOFTHAND_MEASUREMENTS. Prints tables in Markdown, writes a report of each set to out/real-data;
+--figure draws measured and predicted curves of all of them. A set is diagnosed with the base model
+if its specimens have the sizes that the model needs, else with `linear`. For tensile tests the last
+table has the results of plain least squares.
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import display_of
 from model_lab.report import write_report
-from softhand_model.documents.yaml_document import DocumentError
+from softhand_common.documents.output_file import save_figure
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_common.progress import Progress
 from softhand_model.model_file import Model, load_model
-from softhand_model.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def fitting_model(data: MeasurementSet) -> tuple[str, Model]:
 
 
 def row(name: str, model: str, data: MeasurementSet, outcome: Outcome) -> list[str]:
-    """What the lab says of one set."""
+    """Results of the lab for one set."""
     found, shown = outcome.diagnosis, display_of(data.unit).shown
     best = next(iter(outcome.selection.singles), None)
     return [
@@ -97,7 +98,9 @@ def learned(name: str, data: MeasurementSet, model: Model) -> list[str]:
     found, shown = learn(data, model), display_of(data.unit).shown
     seconds = time.process_time() - started
     curves = "; ".join(one.shape.title[:-1] for one in found.curves) or found.reason
-    tied = ", ".join(words_of(one.shape) for one in found.others if found.is_tied(one)) or "-"
+    ties = [words_of(one.shape) for one in found.others if found.is_tied(one)]
+    more = [f"{len(ties) - 2} more"] if len(ties) > 2 else []
+    tied = ", ".join([*ties[:2], *more]) or "-"
     before, after = found.base.held_out.rmse, found.final.held_out.rmse
     errors = [shown(before), shown(after), f"{before / after:.1f}"]
     return [f"`{name}`", curves, tied, *errors, f"{seconds:.0f} s"]
@@ -119,7 +122,7 @@ def _words(effect: NamedEffect) -> str:
 
 
 def failures(name: str, comparison: Comparison) -> list[list[str]]:
-    """Where the model fails, as far as that is beyond chance."""
+    """Where the model fails by more than chance."""
     return [
         [
             f"`{name}`",
@@ -168,7 +171,7 @@ def draw(found: dict[str, Comparison], path: Path) -> None:
     for axes, (name, comparison) in zip(grid, found.items(), strict=False):
         _draw_set(axes, comparison)
         axes.set_title(name, fontsize=9)
-    figure.savefig(path, dpi=100)
+    save_figure(figure, path, dpi=100)
 
 
 def _draw_set(axes: Axes, comparison: Comparison) -> None:

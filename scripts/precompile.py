@@ -1,6 +1,6 @@
 """Compiles the numerical kernels of simulator, driver and lab into their cache (`make setup`).
 
-Without it they are compiled when they are first used: a node says so at its first start.
+Without it they are compiled at first use; a node logs this at its first start.
 """
 
 from __future__ import annotations

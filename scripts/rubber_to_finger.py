@@ -3,7 +3,7 @@
 `python scripts/rubber_to_finger.py SET [--pressure PA]` fits each law of rubber in the catalogue to
 a measurement set of the experiments uniaxial or rubber, alone and the modulus free, as `model-lab
 add LAW --free-modulus` does, and bends a free P5 with it; Yeoh's third term also beside the second.
-Prints the table of docs/understand/p5.md. A name of SET without a folder of it is sought in
+Prints a table in Markdown. A name of SET without a folder of it is sought in
 SOFTHAND_MEASUREMENTS.
 """
 

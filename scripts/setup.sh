@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the environment in .venv: pinned packages from the registries and the suite's own packages (editable).
+# Makes the environment in .venv: packages from the registries, each with a hash of requirements/lock, and the
+# suite's own packages (editable).
 # A second call finds the stamp and returns at once. PYTHON=python3.12 scripts/setup.sh takes another interpreter.
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -7,14 +8,14 @@ cd "$(dirname "$0")/.." || exit 1
 PYTHON=${PYTHON:-python3}
 STAMP=.venv/setup.stamp
 LOG=.setup/install.log
-PACKAGES="softhand_model softhand_ros pneuflex_sim pneumaticbox_driver grasp_strategies model_lab softhand_bringup softhand_play"
+PACKAGES="softhand_common softhand_model softhand_ros pneuflex_sim softhand_design pneumaticbox_driver grasp_strategies softhand_trials model_lab softhand_bringup softhand_play"
 
 say() { printf 'setup: %s\n' "$*"; }
 fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
 
 # What the environment was made from; a change of any of it makes the stamp stale.
 fingerprint() {
-    { pwd; cat requirements/*.txt src/*/setup.py scripts/setup.sh; } | sha256sum
+    { pwd; cat requirements/lock/*.txt src/*/setup.py scripts/setup.sh; } | sha256sum
 }
 
 check_platform() {
@@ -24,15 +25,21 @@ check_platform() {
     esac
 }
 
+# The packages for an interpreter, with hashes: requirements/lock/3.11.txt.
+lock_of() {
+    "$1" -c 'import sys; print("requirements/lock/%d.%d.txt" % sys.version_info[:2])'
+}
+
 # Names everything that is missing in one go, with the line that installs it.
 check_system() {
-    local missing=() version
+    local missing=() version locked
     command -v make >/dev/null || missing+=(make)
     if ! command -v "$PYTHON" >/dev/null; then
         missing+=(python3 python3-venv)
     else
         version=$("$PYTHON" -c 'import sys; print("%d%02d" % sys.version_info[:2])')
-        [ "$version" -ge 311 ] || fail "needs Python 3.11 or later, $PYTHON is $("$PYTHON" -V)"
+        locked=$(lock_of "$PYTHON")
+        [ -f "$locked" ] || fail "$PYTHON is $("$PYTHON" -V): expected a version that has a $locked"
         "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3-venv)
         if [ "$version" -gt 311 ]; then  # PyBullet has wheels up to 3.11 only
             command -v g++ >/dev/null || missing+=(g++)
@@ -65,10 +72,19 @@ show_progress() {
     [ ! -t 1 ] || printf '\r\033[K'
 }
 
+# Name and hash of a package that differs from the lock, from pip's lines about it.
+differing_package() {
+    sed -n '/DO NOT MATCH THE HASHES/,$p' "$LOG" | sed -nE 's/^ +([^ ]+==[^ ]+) from .*/\1: got sha256/p; s/^ +Got +//p' |
+        head -n 2 | tr '\n' ' '
+}
+
 # pip's own words stay in the log; the user gets one line that says what went wrong.
 explain_failure() {
     if grep -qE 'NewConnectionError|NameResolutionError|ConnectTimeout|ProxyError|Network is unreachable|Temporary failure in name resolution' "$LOG"; then
         fail "no network: the package registry did not answer (pip's log: $LOG)"
+    fi
+    if grep -q 'DO NOT MATCH THE HASHES' "$LOG"; then
+        fail "refused: expected a hash of requirements/lock for $(differing_package)(log: $LOG)"
     fi
     fail "$1 failed: $(grep -E '^ *(ERROR|error)' "$LOG" | tail -n 1 | cut -c 1-200) (log: $LOG)"
 }
@@ -99,7 +115,10 @@ make_environment() {
         say "making .venv with $("$PYTHON" -V) (about 1 GB; this happens once)"
         "$PYTHON" -m venv --clear .venv > "$LOG" 2>&1 || explain_failure "making .venv"
     fi
-    run_pip "installing ROS 2 Jazzy and the tools" -r requirements/develop.txt
+    run_pip "installing the build tools" --require-hashes --no-deps -r requirements/lock/build.txt
+    # The lock names every package; pip 23 would look beyond it for a newer coverage[toml], an extra of one it names.
+    run_pip "installing ROS 2 Jazzy and the tools" --require-hashes --no-deps --no-build-isolation \
+        -r "$(lock_of .venv/bin/python)"
     for name in $PACKAGES; do
         sources+=(-e "src/$name")
     done
@@ -110,6 +129,7 @@ make_environment() {
     say "done in $((SECONDS - start)) s"
 }
 
+[ ! -L .venv ] || fail ".venv: expected a folder of this project, got a link to $(readlink .venv); remove the link and call again"
 if [ ! -x .venv/bin/python ] || [ "$(cat "$STAMP" 2>/dev/null)" != "$(fingerprint)" ]; then
     check_platform
     check_system

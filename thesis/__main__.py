@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from softhand_model.progress import Progress
+from softhand_common.progress import Progress
 from thesis import frame
 
 OUT = Path("out/thesis")
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _status(act: Callable[[], int]) -> int:
-    """Exit status of what is done; what it is refused or fails for is told in a line."""
+    """Exit status of a call; a refusal or failure is printed in one line."""
     try:
         return act()
     except (ValueError, OSError) as reason:
@@ -58,7 +58,7 @@ def _with_run(words: Sequence[str]) -> Sequence[str]:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line; `run NAME --help` tells the parameters of an experiment."""
+    """The command line; `run NAME --help` lists the parameters of an experiment."""
     found = _Parser(
         prog="python -m thesis",
         description="Make experiments of the thesis again.",
@@ -172,7 +172,9 @@ def _given(module: ModuleType, options: argparse.Namespace) -> dict[str, Any]:
 
 @contextmanager
 def progress_line(name: str) -> Iterator[frame.Progress]:
-    """What a run is at and how far, once a second on a terminal and rarely in a log."""
+    """Shows the current activity and the share done: once a second on a terminal, rarely in a
+    log.
+    """
     with Progress(name) as line:
         yield lambda what, share: line(f"{what}, {100.0 * share:.0f} %", 0, 0)
 

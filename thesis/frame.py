@@ -29,6 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import thesis
+from softhand_common.documents import output_file
+from thesis.tables import tables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,16 +58,16 @@ def option(default: Any, help: str) -> Any:
 
 @dataclass(frozen=True)
 class NoParameters:
-    """Of an experiment that is always the same."""
+    """Parameters of an experiment that has none."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a run is given besides its parameters.
+    """What a run gets besides its parameters.
 
     Args:
-        folder: of the result; a run may leave files of its own in it.
-        progress: is told.
+        folder: of the result; a run may keep files of its own in it.
+        progress: called with the current activity and the share done.
     """
 
     folder: Path
@@ -74,8 +76,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Finding:
-    """One row of a report: what is looked at, what the thesis found, what was found here, whether
-    it meets its target (None: there is none), and the value with its unit where it is a number.
+    """One row of a report.
+
+    Attributes:
+        what: the quantity.
+        thesis, ours: the result of the thesis and of this run, as text.
+        met: whether the target is met; None where there is no target.
+        value, unit: of a numerical result.
     """
 
     what: str
@@ -107,7 +114,7 @@ def at_most(what: str, thesis: str, value: float, limit: float, unit: str) -> Fi
 
 @dataclass(frozen=True)
 class Report:
-    """Findings of an experiment, and in one sentence what came out."""
+    """Findings of an experiment, and its conclusion in one sentence."""
 
     findings: Sequence[Finding]
     conclusion: str
@@ -135,7 +142,7 @@ class Report:
 
     @property
     def table(self) -> str:
-        """The findings in Markdown, with a column of targets if there are any.
+        """The findings in Markdown (`thesis.tables`), with a column of targets if there are any.
 
         >>> print(Report([number("drift", 1.25, "mg", "< 2.5")], "").table)
         | what | thesis | here |
@@ -144,9 +151,7 @@ class Report:
         """
         words = {True: "yes", False: "NO", None: "-"}
         rows = [(row.what, row.thesis, row.ours, words[row.met]) for row in self.findings]
-        lines = [("what", "thesis", "here", "met"), ("---",) * 4, *rows]
-        columns = 4 if self.judged else 3
-        return "\n".join(f"| {' | '.join(line[:columns])} |" for line in lines)
+        return tables(rows, bool(self.judged))
 
 
 def chapters() -> list[str]:
@@ -155,7 +160,7 @@ def chapters() -> list[str]:
 
 
 def entries(chapter: str) -> list[pkgutil.ModuleInfo]:
-    """Modules of a chapter's folder, not imported; some are what its experiments share."""
+    """Modules of a chapter's folder, not imported: experiments and modules that they share."""
     package = importlib.import_module(f"thesis.{chapter}")
     return [entry for entry in pkgutil.iter_modules(package.__path__) if not entry.ispkg]
 
@@ -172,7 +177,7 @@ def experiments(chapter: str | None = None) -> dict[str, ModuleType]:
 
 
 def experiment(name: str) -> ModuleType:
-    """The experiment of a name; no other is imported.
+    """The experiment of that name; imports no other.
 
     Raises:
         ValueError: there is none; the message lists them.
@@ -186,7 +191,7 @@ def experiment(name: str) -> ModuleType:
 
 
 def _loaded(place: str) -> ModuleType | None:
-    """A module if it is an experiment; others are what the experiments of a chapter share."""
+    """The module if it is an experiment; None for a module that experiments share."""
     module = importlib.import_module(place)
     return module if hasattr(module, "run") and hasattr(module, "report") else None
 
@@ -224,10 +229,10 @@ def write_result(
     folder: Path, module: ModuleType, parameters: Any, results: Results, report: Report
 ) -> None:
     """Write what was simulated (arrays apart, as they are) and what is said of it."""
-    folder.mkdir(parents=True, exist_ok=True)
     arrays = {key: v for key, v in results.items() if isinstance(v, np.ndarray)}
     if arrays:
-        np.savez_compressed(folder / SERIES, **arrays)
+        with output_file.written_whole(folder / SERIES) as file:
+            np.savez_compressed(file, **arrays)
     content = {
         "experiment": name_of(module),
         "title": title_of(module),
@@ -237,7 +242,7 @@ def write_result(
         "verdict": report.verdict,
         "results": {key: v for key, v in results.items() if key not in arrays},
     }
-    (folder / RESULT).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    output_file.write_file(folder / RESULT, json.dumps(content, indent=1) + "\n")
 
 
 def read_result(folder: Path, module: ModuleType) -> tuple[Any, Results]:
@@ -268,10 +273,9 @@ def save_figure(module: ModuleType, results: Results, report: Report, path: Path
     from matplotlib.figure import Figure
 
     chapter = importlib.import_module(module.__package__ or "")
-    path.parent.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(LOOK | getattr(chapter, "STYLE", {})):
         figure = Figure(figsize=getattr(module, "SIZE", None), layout="constrained")
         FigureCanvasAgg(figure)
         module.draw(figure, results, report)
         # no program in the file: the same results give the same bytes
-        figure.savefig(path, metadata={"Software": None})
+        output_file.save_figure(figure, path, metadata={"Software": None})

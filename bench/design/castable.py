@@ -8,7 +8,7 @@ from typing import Any
 from bench.design.requests import feasible
 from bench.moulds import rows
 from bench.row import at_least
-from pneuflex_sim.mould.report import make_mould, refusal
+from softhand_design.mould.report import make_mould, refusal
 
 TAKES = "some minutes"
 

@@ -22,7 +22,7 @@ import numpy as np
 from bench.grasps.maps import rows as criteria
 from bench.kept import Unfinished
 from bench.row import at_least, at_most, stated
-from grasp_strategies.sweep.run import run_lines
+from softhand_trials.sweep.run import run_tasks
 from thesis import frame
 from thesis.__main__ import OUT
 from thesis.co_design import hands
@@ -34,7 +34,7 @@ from thesis.co_design.worlds import trials_of
 
 TAKES = "6 min, on an idle machine"
 DESIGNS, TRIALS = 24, 8  # whose rate is measured: as many trials as a second rung has
-KILLS = ("test/thesis/co_design/test_kill.py", "test/grasp_strategies/sweep/test_cluster.py")
+KILLS = ("test/thesis/co_design/test_kill.py", "test/softhand_trials/sweep/test_cluster.py")
 KILLS_LIMIT = 900.0  # [s]
 
 
@@ -108,7 +108,7 @@ def timed(lines: list[DesignTrial], jobs: int) -> tuple[float, float]:
     """Wall time [s] of all, with the start of the workers, and that of the trials themselves."""
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        records = run_lines(lines, Path(folder), jobs)
+        records = run_tasks(lines, Path(folder), jobs)
     return time.perf_counter() - begin, sum(record["wall_time"] for record in records)
 
 

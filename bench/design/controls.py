@@ -1,4 +1,4 @@
-"""Negative controls: fingers that are not those of the design are told, by the wish and the lab.
+"""Negative controls: fingers that differ from their design are detected, by requirements and lab.
 
 The lab has the angle of the tip alone, which hardly sees where along the finger a wall is thick:
 walls that are exchanged are seen in the curvatures, and stand without a target for the lab.
@@ -22,7 +22,7 @@ from softhand_model.hand.profile import Profile
 TAKES = "two minutes"
 COUNT = 3  # requests
 MODULUS = 0.02  # by which the fitted modulus may be off the design's
-WITHIN = 0.02  # of the wish
+WITHIN = 0.02  # of the requirements
 THICKER, STIFFER = 1.15, 1.12
 EXCHANGED = "walls of base and tip exchanged"
 

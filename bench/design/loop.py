@@ -16,9 +16,9 @@ from bench.design.simulated import SEGMENTS, from_file, held_against
 from bench.row import at_least, at_most
 from model_lab.diagnosis.diagnose import diagnose_folder
 from model_lab.diagnosis.result import ADEQUATE
+from softhand_design.hand_file import actuator_entry
+from softhand_design.sizing import Design
 from softhand_model.hand.actuator import Actuator
-from softhand_model.hand.profile_sizing import ProfileDesign
-from softhand_model.hand.sizing import actuator_entry
 from thesis.chapter_3_and_5.stand import FingerStand
 
 TAKES = "four minutes for 20 requests"
@@ -48,7 +48,7 @@ def _loops(count: int, seed: int) -> Iterator[dict[str, Any]]:
     yield at_most("modulus that the lab fits, off the design's", modulus, "%", 2.0)
 
 
-def _known(design: ProfileDesign, seed: int, number: int) -> dict[str, Any]:
+def _known(design: Design, seed: int, number: int) -> dict[str, Any]:
     """What came of a request, kept from an earlier run of the same code."""
     key = f"{kept.revision_of(SOURCES, ('.py', '.yaml'))}/{seed}/{number}"
     record = kept.read(KEPT).get(key)
@@ -61,7 +61,7 @@ def _known(design: ProfileDesign, seed: int, number: int) -> dict[str, Any]:
     return record
 
 
-def verdict_on(design: ProfileDesign, measured: Actuator, seed: int) -> dict[str, Any]:
+def verdict_on(design: Design, measured: Actuator, seed: int) -> dict[str, Any]:
     """What the lab says of a measured finger, taking it for the designed one."""
     with tempfile.TemporaryDirectory() as folder:
         write_measurement(Path(folder), design.actuator, measured, seed)

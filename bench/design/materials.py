@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from bench.row import at_least, at_most
+from softhand_design.rubber_choice import Choice, choose
 from softhand_model.hand.rubber import Rubber
-from softhand_model.hand.rubber_choice import Choice, choose
 from thesis.chapter_3_and_5 import materials
 from thesis.frame import Job, NoParameters
 

@@ -6,18 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_design.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_design.requirements import RequirementError, Requirements
+from softhand_design.sizing import Design, design_actuator
 from softhand_model.hand.profile import TableProfile
-from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
-from softhand_model.hand.profile_wish import ProfileWish
-from softhand_model.hand.sizing import WishError
 
 LOW = (0.5e-3, 2e-3, 0.07)  # actuation ratio [1/(m Pa)], stiffness [N m2] at the base, length [m]
 HIGH = (1.2e-3, 8e-3, 0.11)
 MIDDLE = 0.15  # by which the ratio in the middle may lie off the line through its ends
 
 
-def requests(seed: int) -> Iterator[ProfileWish]:
+def requests(seed: int) -> Iterator[Requirements]:
     """Requests without end, some of which nothing fulfils; about every second has a section of a
     chosen aspect, which varies along it, the others taper as P10.
     """
@@ -30,7 +29,7 @@ def requests(seed: int) -> Iterator[ProfileWish]:
         ratios = ratio * np.array([1.0, (1.0 + tip) / 2.0 * (1.0 + middle), tip])
         softer = stiffness * random.uniform(0.15, 0.8)
         aspect = TableProfile((0.0, length), tuple(random.uniform(0.92, 1.08, 2).tolist()))
-        yield ProfileWish(
+        yield Requirements(
             TableProfile(x, tuple(ratios.tolist())),
             TableProfile((0.0, length), (float(stiffness), float(softer))),
             float(length),
@@ -39,13 +38,13 @@ def requests(seed: int) -> Iterator[ProfileWish]:
         )
 
 
-def feasible(count: int, seed: int) -> Iterator[ProfileDesign]:
+def feasible(count: int, seed: int) -> Iterator[Design]:
     """Designs of the first `count` requests that can be fulfilled."""
     found = 0
-    for wish in requests(seed):
+    for wanted in requests(seed):
         try:
-            design = design_by_profiles(wish, f"random_{found}")
-        except WishError:
+            design = design_actuator(wanted, f"random_{found}")
+        except RequirementError:
             continue
         yield design
         found += 1

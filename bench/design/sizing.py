@@ -11,15 +11,15 @@ import numpy as np
 
 from bench.design.requests import feasible, requests
 from bench.row import at_least, at_most, stated
-from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
-from pneuflex_sim.mould.parts import check_room
+from softhand_design.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_design.design_rules import allowed
+from softhand_design.limits import cast_stiffness
+from softhand_design.mould.parts import check_room
+from softhand_design.requirements import RequirementError, Requirements, stations
+from softhand_design.sizing import Design, design_actuator
 from softhand_model.hand.actuator import Actuator, load_actuator
-from softhand_model.hand.design_rules import allowed
 from softhand_model.hand.profile import ConstantProfile, TableProfile
-from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
-from softhand_model.hand.profile_wish import ProfileWish, cast_stiffness, stations
 from softhand_model.hand.rubber import Rubber
-from softhand_model.hand.sizing import WishError
 
 TAKES = "seconds"
 SHIPPED = ("P5", "P10.finger", "P10.thumb", "P10.PalmInner", "P10.PalmOuter")
@@ -35,11 +35,11 @@ def run(count: int = 20, seed: int = 0) -> list[dict[str, Any]]:
     return [*_round_trips(rubber), *_arcs(rubber), *_p5(rubber), *of_random]
 
 
-def _again(shipped: Actuator, rubber: Rubber, pressure: float | None = None) -> ProfileDesign:
+def _again(shipped: Actuator, rubber: Rubber, pressure: float | None = None) -> Design:
     """An actuator designed anew from its own profiles."""
     ratio, stiffness = shipped.actuation_ratio, shipped.stiffness
-    return design_by_profiles(
-        ProfileWish(ratio, stiffness, shipped.length, rubber, pressure=pressure)
+    return design_actuator(
+        Requirements(ratio, stiffness, shipped.length, rubber, pressure=pressure)
     )
 
 
@@ -75,11 +75,11 @@ def _arcs(rubber: Rubber) -> Iterator[dict[str, Any]]:
     for arc in arcs:
         radii = float(inner.arc_radius or 1.0) / float(arc.arc_radius or 1.0)
         ratio = radii / (8.0 * inner.shear_modulus * float(inner.wall(0.0)))
-        wish = ProfileWish(
+        wanted = Requirements(
             ConstantProfile(ratio), arc.stiffness, arc.length, rubber, arc_radius=arc.arc_radius
         )
-        found = design_by_profiles(wish)
-        printed.append(found.printed[0, 0])
+        found = design_actuator(wanted)
+        printed.append(float(found.sizes_without_side_walls(np.zeros(1))[0, 0]))
         solved.append(float(found.actuator.wall(0.0)))
     stated_walls = float(arcs[1].wall(0.0) / inner.wall(0.0))
     off = _off(printed[1] / printed[0], stated_walls)
@@ -100,41 +100,41 @@ def _refusals(count: int, seed: int) -> Iterator[dict[str, Any]]:
     not; whether what it gives can be cast.
     """
     would_do, refused, room = 0, 0, 0
-    for wish in islice(requests(seed), count):
-        middle = float(wish.ratio(wish.length / 2.0))
+    for wanted in islice(requests(seed), count):
+        middle = float(wanted.ratio(wanted.length / 2.0))
         for factor in (TOO_MUCH, 1.0 / TOO_MUCH):
-            beyond = _even(wish, factor * middle)
+            beyond = _even(wanted, factor * middle)
             try:
-                design_by_profiles(beyond)
-            except WishError as reason:
+                design_actuator(beyond)
+            except RequirementError as reason:
                 refused += 1
                 would_do += _is_bound(beyond, reason)
-                room += _does(_even(wish, _printed(reason)), cast=True)
+                room += _does(_even(wanted, _printed(reason)), cast=True)
     yield at_least("infeasible requests that are refused", refused, "", 2 * count)
     yield at_least("of these, whose bound would do, and no less", would_do, "", refused)
     yield at_least("of these, designs at the bound whose mould has room", room, "", refused)
 
 
-def _even(wish: ProfileWish, ratio: float) -> ProfileWish:
-    x = stations(wish.length)[[0, -1]]
-    return replace(wish, ratio=TableProfile(tuple(x), (ratio, ratio)))
+def _even(wanted: Requirements, ratio: float) -> Requirements:
+    x = stations(wanted.length)[[0, -1]]
+    return replace(wanted, ratio=TableProfile(tuple(x), (ratio, ratio)))
 
 
-def _is_bound(wish: ProfileWish, reason: WishError) -> bool:
+def _is_bound(wanted: Requirements, reason: RequirementError) -> bool:
     """Whether the bound on the ratio does, and a little less of it does not."""
     bound = _printed(reason)
     less = bound * (1.0 - WITHIN if bound > reason.got else 1.0 + WITHIN)
-    return _does(_even(wish, bound)) and not _does(_even(wish, less))
+    return _does(_even(wanted, bound)) and not _does(_even(wanted, less))
 
 
-def _printed(reason: WishError) -> float:
+def _printed(reason: RequirementError) -> float:
     return allowed(reason.bound, reason.expected)
 
 
-def _does(wish: ProfileWish, cast: bool = False) -> bool:
+def _does(wanted: Requirements, cast: bool = False) -> bool:
     """Whether there is a design, with room for its chamber in a mould if it is to be cast."""
     try:
-        actuator = design_by_profiles(wish).actuator
+        actuator = design_actuator(wanted).actuator
         if cast:
             check_room(actuator)
     except ValueError:
@@ -143,12 +143,14 @@ def _does(wish: ProfileWish, cast: bool = False) -> bool:
 
 
 def _as_cast(count: int, seed: int) -> Iterator[dict[str, Any]]:
-    """Stiffness of the sections that are cast against the wish, at all stations."""
+    """Stiffness of the sections that are cast against the requirements, at all stations."""
     off: dict[bool, list[float]] = {True: [], False: []}
     for design in feasible(count, seed):
-        x = stations(design.wish.length)
+        x = stations(design.requirements.length)
         reached = cast_stiffness(design.actuator, x)
-        off[design.wish.aspect is not None].append(_off(reached, design.wish.stiffness(x)))
+        off[design.requirements.aspect is not None].append(
+            _off(reached, design.requirements.stiffness(x))
+        )
     for given, found in off.items():
         what = "with an aspect" if given else "with the tapers of P10"
         name = f"stiffness as cast, {len(found)} requests {what}: furthest off"

@@ -23,7 +23,7 @@ NOISE = 5e-4  # of a trial [m]
 
 
 def run() -> list[dict[str, Any]]:
-    """A row a kind: share of the sets that are told for what they are; then a row a criterion."""
+    """A row per kind: share of the sets that are classified correctly; then a row per criterion."""
     told = [
         at_least(
             f"made-up postures, {kind}: told",
@@ -37,8 +37,9 @@ def run() -> list[dict[str, Any]]:
 
 
 def made_up(kind: str, seed: int, count: int = GRASPS, held_noise: float = NOISE) -> GraspPostures:
-    """Postures of a kind: linear in actuation; of waves in it; of those and of the object, whose
-    shape moves the fingertips in directions of its own. `held_noise` [m] is that of its trials.
+    """Synthetic postures of a kind: linear in actuation; nonlinear in actuation; or dependent on
+    the object as well, whose shape moves the fingertips in directions of its own. `held_noise` [m]
+    is the noise of their trials.
     """
     draw = np.random.default_rng([seed, KINDS.index(kind)])
     actuation = draw.uniform(0.0, 1.0, (count, CHANNELS))

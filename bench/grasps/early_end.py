@@ -1,4 +1,4 @@
-"""Whether a trial that ends as soon as its verdict is sure has the verdict of the long way."""
+"""Whether trials that end once their verdict is certain have the verdict of the full trial."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ COUNT = 400
 
 
 def run(seed: int, jobs: int, minutes: float = 120.0, count: int = COUNT) -> list[dict[str, Any]]:
-    """Share of scattered trials of the maps with the same verdict on both ways."""
+    """Share of scattered trials of the maps with the same verdict, short and full."""
     short, end = scattered(seed + 1, count), time.monotonic() + 60 * minutes
     long = [replace(line, settings=replace(line.settings, early_end=False)) for line in short]
     ended = gripped("early_end-short", short, jobs, end)

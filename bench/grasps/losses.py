@@ -1,4 +1,4 @@
-"""What lost processes cost a sweep, and what Dask costs a trial."""
+"""Cost of lost processes in a sweep, and overhead of Dask per trial."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 from bench.grasps.steps import OF_OBJECTS, scattered
 from bench.row import at_most, stated
-from grasp_strategies.sweep import TrialLine, run_line
-from grasp_strategies.sweep.cluster import LARGEST_BATCH
-from grasp_strategies.sweep.line import Record
+from softhand_trials.sweep import TrialTask, run_task
+from softhand_trials.sweep.cluster import LARGEST_BATCH
+from softhand_trials.sweep.task import Record
 
 TAKES = "5 min"
 KILLS = ("test_kill.py", "test_cluster.py")
@@ -29,7 +29,7 @@ def run(seed: int, count: int = COUNT) -> list[dict[str, Any]]:
 
 def kills() -> list[dict[str, Any]]:
     """The tests that kill a worker, a sweep and a scheduler in its midst: each line once after."""
-    files = [f"test/grasp_strategies/sweep/{name}" for name in KILLS]
+    files = [f"test/softhand_trials/sweep/{name}" for name in KILLS]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-n", "0", *files], timeout=KILLS_LIMIT
     )
@@ -37,18 +37,18 @@ def kills() -> list[dict[str, Any]]:
     return [at_most(name, done.returncode, "", 0)]
 
 
-def no_work(lines: Sequence[TrialLine]) -> list[Record]:
+def no_work(lines: Sequence[TrialTask]) -> list[Record]:
     """A batch that costs its dispatch alone."""
     return [line.describe() for line in lines]
 
 
-def dispatch(lines: Sequence[TrialLine], count: int) -> list[dict[str, Any]]:
+def dispatch(lines: Sequence[TrialTask], count: int) -> list[dict[str, Any]]:
     """What Dask costs a batch, and the efficiency that follows for a large cluster.
 
-    A model: one scheduler hands out one batch after the other, and that alone bounds how many
-    workers are busy. Nothing of it is measured beyond two workers.
+    This is a model: one scheduler hands out one batch after the other, and that alone limits how
+    many workers are busy. It was not measured with more than two workers.
     """
-    trial = sum(run_line(line)["cpu_time"] for line in lines) / len(lines)
+    trial = sum(run_task(line)["cpu_time"] for line in lines) / len(lines)
     batch = (list(lines) * LARGEST_BATCH)[:LARGEST_BATCH]
     cost = dispatch_time(batch, count)
     busy = min(1.0, LARGEST_BATCH * trial / cost / WORKERS)
@@ -60,7 +60,7 @@ def dispatch(lines: Sequence[TrialLine], count: int) -> list[dict[str, Any]]:
     ]
 
 
-def dispatch_time(batch: Sequence[TrialLine], count: int) -> float:
+def dispatch_time(batch: Sequence[TrialTask], count: int) -> float:
     """Time a batch without work [s], of a scheduler with two workers on this machine."""
     from distributed import Client, LocalCluster, as_completed
 

@@ -19,13 +19,13 @@ from std_srvs.srv import Trigger
 from bench.kept import Unfinished, append, read, revision_of
 from bench.robust.rig import START_LIMIT, RigError, launched
 from bench.row import at_least, stated
-from grasp_strategies.judging.judge import GRIPPED, NOT_BEGUN
+from grasp_strategies.judging.judge import NOT_BEGUN, OUTCOME_GRIPPED
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import Placement, TrialSettings, draw_placement, started_scene
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.ros.demo import USUAL_OBJECT, object_place
 from softhand_ros.topics import latched
+from softhand_trials.trials import Placement, TrialSettings, draw_placement, started_scene
 
 TAKES = "an hour"
 STRATEGIES = {
@@ -121,7 +121,7 @@ def held_of(grasps: list[Grasp], minutes: float) -> dict[Grasp, bool]:
         print(f"  {grasp.strategy}, seed {grasp.seed}, {grasp.way}: {record['reason']}", flush=True)
         kept[grasp.key(revision)] = record | {"key": grasp.key(revision)}
         append(kept[grasp.key(revision)], LINES)
-    return {grasp: kept[grasp.key(revision)]["outcome"] == GRIPPED for grasp in grasps}
+    return {grasp: kept[grasp.key(revision)]["outcome"] == OUTCOME_GRIPPED for grasp in grasps}
 
 
 def options_of(name: str, seed: int) -> SuiteOptions:

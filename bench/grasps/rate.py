@@ -12,7 +12,7 @@ import psutil
 
 from bench.grasps.steps import OF_OBJECTS, scattered
 from bench.row import at_least, at_most, stated
-from grasp_strategies.sweep import TrialLine, run_lines
+from softhand_trials.sweep import TrialTask, run_tasks
 
 TAKES = "8 min, on an idle machine"
 COUNT = 360  # trials of either run: a map has thousands, over which its start counts little
@@ -40,7 +40,7 @@ def _minutes(objects: int, time: float) -> float:
     return objects * 89 * 3 * time / 60
 
 
-def timed(lines: list[TrialLine], jobs: int) -> tuple[float, float]:
+def timed(lines: list[TrialTask], jobs: int) -> tuple[float, float]:
     """Wall time of a sweep [s] and the greatest memory of a worker [MB]."""
     over, most = threading.Event(), [0.0]
 
@@ -56,7 +56,7 @@ def timed(lines: list[TrialLine], jobs: int) -> tuple[float, float]:
     watcher.start()
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        run_lines(lines, Path(folder), jobs)
+        run_tasks(lines, Path(folder), jobs)
     spent = time.perf_counter() - begin
     over.set()
     watcher.join()

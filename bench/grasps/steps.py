@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.grasps.verdicts import OUT, gripped
 from bench.row import at_least, stated
-from grasp_strategies.sweep import SweepPlan, TrialLine
+from softhand_trials.sweep import SweepPlan, TrialTask
 from thesis.chapter_8 import push_map, surface_map
 from thesis.chapter_8.object_map import YIELDING, MapParameters, map_plan
 from thesis.chapter_9 import edge_map
@@ -44,26 +44,26 @@ def _rigid(headline: tuple[str, ...]) -> MapParameters:
     return MapParameters(objects=tuple(n for n in headline if n not in YIELDING), replicates=0)
 
 
-def scattered(seed: int, count: int = COUNT, names: tuple[str, ...] = ALL) -> list[TrialLine]:
+def scattered(seed: int, count: int = COUNT, names: tuple[str, ...] = ALL) -> list[TrialTask]:
     """Trials drawn from these maps, as many from each, those of one hand and object after each
     other.
     """
     found = []
     for number, name in enumerate(names):
-        lines = plan_of(name).lines()
+        lines = plan_of(name).tasks()
         share = (count + number) // len(names)
         chosen = np.random.default_rng([seed, number]).choice(len(lines), share, replace=False)
         found += [lines[k] for k in sorted(chosen)]
     return found
 
 
-def at_step(line: TrialLine, step: float) -> TrialLine:
+def at_step(line: TrialTask, step: float) -> TrialTask:
     """The same trial at another step [s]."""
     settings = replace(line.settings, step=step)
     return replace(line, key=f"{line.key}/{step:g}", settings=settings)
 
 
-def beside(line: TrialLine, side: tuple[float, float]) -> TrialLine:
+def beside(line: TrialTask, side: tuple[float, float]) -> TrialTask:
     """The same trial with the object shifted [m]."""
     x, y = (a + b for a, b in zip(line.placement.offset, side, strict=True))
     placement = replace(line.placement, offset=(x, y))

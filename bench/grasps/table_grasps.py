@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from bench.row import at_least, at_most
-from grasp_strategies.judging.judge import GRIPPED
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.strategy.fitting import fitting_strategies
-from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
-from grasp_strategies.sweep.plan import SweptObject
-from grasp_strategies.sweep.success_map import finished
-from grasp_strategies.trials import TrialSettings
+from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
+from softhand_trials.sweep.plan import SweptObject
+from softhand_trials.sweep.success_map import finished
+from softhand_trials.trials import TrialSettings
 
 TAKES = "10 min"
 HAND, OBJECTS = "rbo_hand_2", ("cylinder", "tube", "water_bottle", "ball")
@@ -52,7 +52,7 @@ def lifted(plan: SweepPlan, jobs: int) -> int:
     """How many trials of a plan succeed; raises RuntimeError where one has no verdict."""
     with tempfile.TemporaryDirectory() as folder:
         records = finished(run_sweep(plan, folder, jobs))
-    return sum(record["outcome"] == GRIPPED for record in records)
+    return sum(record["outcome"] == OUTCOME_GRIPPED for record in records)
 
 
 def strategy_for(name: str) -> str:

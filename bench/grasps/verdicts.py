@@ -1,4 +1,6 @@
-"""Verdicts of many trials, kept by the state of the code: stopped, a row goes on where it was."""
+"""Verdicts of many trials, stored by the state of the code: an interrupted bench goes on where it
+was.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.kept import Unfinished
-from grasp_strategies.judging.judge import GRIPPED
-from grasp_strategies.sweep import TrialLine, run_lines
-from grasp_strategies.sweep.line import versions
-from grasp_strategies.sweep.results import read_results
-from grasp_strategies.sweep.success_map import finished
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED
+from softhand_trials.sweep import TrialTask, run_tasks
+from softhand_trials.sweep.results import read_results
+from softhand_trials.sweep.success_map import finished
+from softhand_trials.sweep.task import versions
 
 OUT = Path("out/bench/sweeps")
 PART = 200  # trials between two looks at the time
 
 
-def gripped(name: str, lines: Sequence[TrialLine], jobs: int, end: float) -> dict[str, bool]:
+def gripped(name: str, lines: Sequence[TrialTask], jobs: int, end: float) -> dict[str, bool]:
     """Verdicts by key.
 
     Args:
@@ -39,7 +41,7 @@ def gripped(name: str, lines: Sequence[TrialLine], jobs: int, end: float) -> dic
     for part in range(max(kept - 1, 0) // PART * PART, len(lines), PART):
         if time.monotonic() > end and kept < len(lines):
             raise Unfinished(f"{name}: {len(lines) - kept} of {len(lines)} trials are left")
-        records = finished(run_lines(lines[: part + PART], folder, jobs))
+        records = finished(run_tasks(lines[: part + PART], folder, jobs))
         kept = len(records)
-        verdicts = {record["key"]: record["outcome"] == GRIPPED for record in records}
+        verdicts = {record["key"]: record["outcome"] == OUTCOME_GRIPPED for record in records}
     return verdicts

@@ -1,4 +1,4 @@
-"""Benchmark of the model lab on sets with hidden effects: `python -m bench.lab`, `make bench-lab`.
+"""Benchmark of the model lab on sets with hidden effects: `make bench NAME=lab`.
 
 The sets come from `bench.hidden`, which shares no code with the lab. One thread a process: two
 processes share the machine.

@@ -30,18 +30,28 @@ from bench.lab.reliability import (
 )
 from bench.lab.scoring import refused, right, wilson
 from model_lab.diagnosis import confidence
-from model_lab.diagnosis.confidence import FEWEST, probability
+from model_lab.diagnosis.confidence import probability
+from model_lab.rules import RULES
 
 Array = np.ndarray
 Record = Mapping[str, Any]
 FORMAT = "softhand-confidence/1"
 OUT = Path(confidence.__file__).with_name(confidence.FILE)
 FIGURE = Path("docs/figures/confidence.png")
-TERMS = {
-    "effects_missing": ("after", "left", "margin", "lead", "known", "unusual", "black_box",
-                        "effects", "ties", "folds", "repeats"),
-    "adequate": ("before", "proof", "single", "black_box_floor", "folds", "repeats"),
-    "unexplained": ("before", "after", "single", "black_box_floor", "proven", "folds", "repeats"),
+# Numbers of the evidence with the sign that the weight of each may have, 0 for either: the more
+# error is left, the less sure is a verdict that the data are explained.
+TERMS: dict[str, dict[str, int]] = {
+    "effects_missing": {
+        "after": -1, "left": -1, "margin": 1, "lead": 1, "known": 1, "unusual": -1, "black_box": 1,
+        "effects": -1, "ties": 0, "folds": 1, "repeats": 1,
+    },
+    "adequate": {
+        "before": -1, "proof": -1, "single": 0, "black_box_floor": 0, "folds": 1, "repeats": 1,
+    },
+    "unexplained": {
+        "before": 1, "after": 1, "single": 1, "black_box_floor": 0, "proven": 0, "folds": 1,
+        "repeats": 1,
+    },
 }  # fmt: skip
 RIDGES = (0.3, 1.0, 3.0, 10.0, 30.0)
 PARTS = 5
@@ -55,15 +65,17 @@ def answered(lines: Path) -> list[Record]:
     return [kept[key] for key in sorted(kept) if kept[key].get("answer")]
 
 
-def model_of(records: Sequence[Record], terms: Sequence[str], ridge: float) -> dict[str, Any]:
-    """Logistic model of the share right; the ridge is on the weights of scaled terms."""
+def model_of(records: Sequence[Record], terms: Mapping[str, int], ridge: float) -> dict[str, Any]:
+    """Logistic model of the share right; the ridge is on the weights of scaled terms, whose signs
+    are those of the terms.
+    """
     seen = np.array([[r["answer"]["evidence"][name] for name in terms] for r in records], float)
     seen, true = seen.reshape(-1, len(terms)), np.array([right(r) for r in records], float)
     mean, scale = (
         (seen.mean(axis=0), seen.std(axis=0)) if len(seen) else (np.zeros(len(terms)),) * 2
     )
     scale = np.where(scale > 1e-6, scale, 1.0)
-    weights = _fitted((seen - mean) / scale, true, ridge)
+    weights = _fitted((seen - mean) / scale, true, ridge, list(terms.values()))
     low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (mean, mean)
     columns = zip(terms, mean, scale, weights[1:], low, high, strict=True)
     return {
@@ -82,8 +94,9 @@ def _short(value: float) -> float:
     return round(float(value), 4)
 
 
-def _fitted(scaled: Array, true: Array, ridge: float) -> Array:
-    """Intercept and weights of the greatest penalised likelihood."""
+def _fitted(scaled: Array, true: Array, ridge: float, signs: Sequence[int]) -> Array:
+    """Intercept and weights of the greatest penalised likelihood; signs: of weights, 0 for any."""
+    bounds = [(None, None), *((0 if sign > 0 else None, 0 if sign < 0 else None) for sign in signs)]
     design = np.hstack([np.ones((len(scaled), 1)), scaled])
 
     def loss(weights: Array) -> tuple[float, Array]:
@@ -94,14 +107,14 @@ def _fitted(scaled: Array, true: Array, ridge: float) -> Array:
         slope[0] += PRIOR * (_share(weights[0]) - 0.5)
         return value + ridge / 2 * np.sum(weights[1:] ** 2), slope
 
-    return minimize(loss, np.zeros(design.shape[1]), jac=True, method="L-BFGS-B").x
+    return minimize(loss, np.zeros(design.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds).x
 
 
 def _share(total: Array | float) -> Array:
     return 1.0 / (1.0 + np.exp(-np.asarray(total)))
 
 
-def held_out(records: Sequence[Record], terms: Sequence[str], ridge: float) -> Array:
+def held_out(records: Sequence[Record], terms: Mapping[str, int], ridge: float) -> Array:
     """Probabilities (records,), each by a model that has not seen the set."""
     part = np.arange(len(records)) % PARTS
     said = np.zeros(len(records))
@@ -113,7 +126,7 @@ def held_out(records: Sequence[Record], terms: Sequence[str], ridge: float) -> A
     return said
 
 
-def best_ridge(records: Sequence[Record], terms: Sequence[str]) -> float:
+def best_ridge(records: Sequence[Record], terms: Mapping[str, int]) -> float:
     """The ridge of the least loss on sets that the model has not seen."""
 
     def loss(ridge: float) -> float:
@@ -175,7 +188,7 @@ def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]
 def words_of(document: Mapping[str, Any]) -> str:
     """Coefficients in words: what they were fitted to, and how they did on other sets."""
     fit, proof = document["fitted_to"], document["shown_on"]
-    if min(fit["sets"], proof["sets"]) < FEWEST:
+    if min(fit["sets"], proof["sets"]) < RULES.confidence_sets:
         return "Too few sets are gathered yet: no confidence is stated."
     low, high = proof["interval"]
     refused_, wrong = proof["refused_of_wrong"]

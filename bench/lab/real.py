@@ -69,7 +69,7 @@ def record_of(name: str, data: Any, diagnosed: bool = True) -> Record:
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.learning.learn import learn
 
-    chosen, model = _model(data)
+    chosen, model = model_of(data)
     record: Record = {"set": name, "model": chosen, "named": [], "fall_named": 1.0}
     if diagnosed:
         found = diagnose(data, model, jobs=1).diagnosis
@@ -85,10 +85,10 @@ def record_of(name: str, data: Any, diagnosed: bool = True) -> Record:
     return record | {"unit": data.unit, "fall_learned": before / after, "reason": learned.reason}
 
 
-def _model(data: Any) -> tuple[str, Any]:
+def model_of(data: Any) -> tuple[str, Any]:
     """The base model, or `linear` for an actuator whose inside is not stated."""
     from model_lab.comparison.compare import errors_of
-    from softhand_model.documents.yaml_document import DocumentError
+    from softhand_common.documents.yaml_document import DocumentError
     from softhand_model.model_file import load_model
 
     try:

@@ -25,7 +25,7 @@ from bench.mutants.trial import ROOT, load_libraries, passes
 from bench.row import at_least, stated
 
 MEANINGS = Path(__file__).with_name("survivors.yaml")
-SAMPLE, SEED, TARGET = 420, 12, 85.0
+SAMPLE, SEED, TARGET = 420, 12, 88.0
 SECONDS = 5  # of processor time that a mutant may take beside five times that of the tests
 LONGEST = 600  # of the tests without a mutant
 

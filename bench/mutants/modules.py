@@ -87,5 +87,5 @@ MODULES = (
     ),
     Row("model_lab.fitting.noise_floor", ("test/model_lab/fitting/test_noise_floor.py",)),
     Row("model_lab.diagnosis.selection", ("test/model_lab/diagnosis/test_selection.py",)),
-    Row("model_lab.diagnosis.verdict", ("test/model_lab/diagnosis/test_verdict.py",)),
+    Row("model_lab.diagnosis.criteria", ("test/model_lab/diagnosis/test_criteria.py",)),
 )

@@ -105,7 +105,7 @@ def _put_in_place(module: str, source: str) -> None:
 
 def _interpret(package: str) -> None:
     """Let the kernels of a package run as Python: what is compiled lies in a cache, unmutated."""
-    kernels = importlib.import_module("softhand_model.numerics.compiled")
+    kernels = importlib.import_module("softhand_common.numerics.compiled")
     compiled = kernels.compiled
 
     def chosen(function: Any) -> Callable[..., Any]:

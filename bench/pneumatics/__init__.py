@@ -1,4 +1,4 @@
-"""Benchmark of the pneumatic box: `python -m bench.pneumatics`, `make bench-pneumatics`.
+"""Benchmark of the pneumatic box: `python -m bench.pneumatics`, `make bench NAME=pneumatics`.
 
 A seed is a box: other tolerances, other noise, a calibration of its own. One thread a process:
 two processes share the machine.

@@ -2,7 +2,7 @@
 
     python -m bench.pneumatics.faults
 
-prints the table of docs/use/safety.md.
+prints the table of docs/understand/fault-times.md.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import LinkState, ValveActivity, box_reports
@@ -37,7 +37,7 @@ PLANT_SAYS = "hand_sim: no pneumaticbox/valves: outlets are open"
 
 
 class Trial:
-    """A box on the pretended bench, filled; channel `hit` is the one that breaks.
+    """A box on the simulated box, filled; channel `hit` is the one that breaks.
 
     Args:
         seed: of volumes, masses, noise, and of which channel breaks.
@@ -48,7 +48,7 @@ class Trial:
         volumes = drawn.uniform(20e-6, 60e-6, len(CHANNELS))
         self.parameters = load_pneumatics()
         relief = self.parameters.relief.pressures([LIMIT] * len(CHANNELS))
-        self.bench = EmbeddedBench(CHANNELS, volumes, None, seed, relief)
+        self.bench = EmbeddedRig(CHANNELS, volumes, None, seed, relief)
         self.faults = self.bench.plant.faults
         settings = BoxSettings(
             CHANNELS, tuple(volumes.tolist()), (LIMIT,) * len(CHANNELS), ("mass",) * len(CHANNELS)
@@ -163,7 +163,7 @@ CASES = (
     Case("valve stuck inflating", _stuck(1), "shut off the supply", relieved=True),
     Case("valve stuck deflating", _stuck(-1), "has lost its pressure"),
     Case("tube burst", lambda t: t.faults.burst(t.hit), "has lost its pressure"),
-    Case("channel's sensor stuck", _sensor_stuck, "its reading stands still"),
+    Case("channel's sensor stuck", _sensor_stuck, "its reading is constant"),
     Case("supply's sensor stuck", lambda t: t.faults.stick_sensor(len(CHANNELS)), "sensor supply"),
     Case("channel's sensor NaN", lambda t: t.faults.lose_sensor(t.hit), "not a number"),
     Case("supply's sensor NaN", lambda t: t.faults.lose_sensor(len(CHANNELS)), "sensor supply"),
@@ -172,7 +172,7 @@ CASES = (
     Case("clock set ahead by 5 s", _set("clock_ahead", 5.0), "no sensor sample for 250 ms"),
     Case("clock set back by 2 s", _set("clock_ahead", -2.0), "clock was set back"),
     Case("10,000 commands at once", _storm, "command storm", warned=True),
-    Case("two commanders", _two_commanders, "two nodes publish commands", warned=True),
+    Case("two commanders", _two_commanders, "two nodes command the box", warned=True),
 )
 
 

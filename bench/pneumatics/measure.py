@@ -12,9 +12,9 @@ import numpy as np
 from softhand_model.pneumatics import Pneumatics
 from softhand_model.pneumatics.parameters import DEFAULT
 from thesis.chapter_4 import MG, pulse_error, six_channels, supply_rejection
-from thesis.chapter_4.bench_run import Sine, final_drift
 from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.chapter_4.finger_posture import Fingers, on_fingers
+from thesis.chapter_4.rig_run import Sine, final_drift
 from thesis.frame import Job, Report
 
 OFFSET = 0.014 * 250e3  # the whole accuracy class of a channel's sensor [Pa]

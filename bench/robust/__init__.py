@@ -1,4 +1,4 @@
-"""Benchmark of robustness: `python -m bench.robust`, `make bench-robust`.
+"""Benchmark of robustness: `python -m bench.robust`, `make bench NAME=robust`.
 
 Real nodes under hostile messages, wrong calls, signals, faults and long work; one file a group of
 rows. It uses the free ROS domain that the tests' support finds.

@@ -4,7 +4,11 @@ import sys
 
 from bench.groups import main
 
-OPTIONS = {"minutes": (5.0, "of the long rows"), "seed": (0, "of what is drawn")}
+OPTIONS = {
+    "minutes": (5.0, "of the long rows"),
+    "seed": (0, "of what is drawn"),
+    "demos": (10, "beside busy loops"),
+}
 
 if __name__ == "__main__":
     sys.exit(main("robust", "Attack the nodes and see what holds.", OPTIONS))

@@ -11,46 +11,25 @@ import math
 import multiprocessing as mp
 import random
 import resource
-import shutil
 import sys
 import tempfile
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
-from bench.robust.mutations import damaged, damaged_csv, damaged_yaml, is_refusal
-from bench.robust.samples import BAG_SET, MODEL, OBJECT, SCENE
+from bench.robust.formats import FORMATS, LARGEST, Format
+from bench.robust.mutations import damaged, is_refusal
 from bench.row import at_most, stated
-from grasp_strategies.strategy import DATA as STRATEGIES
-from grasp_strategies.strategy import load_strategy
-from model_lab.measurements.load import load_measurements
-from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.objects import load_object
-from pneuflex_sim.scene.scenes import load_scene
-from pneumaticbox_driver.backends.hardware.hardware_file import read_hardware
-from pneumaticbox_driver.calibration.file import SHIPPED, load_box_note, load_calibration
-from softhand_bringup.bags.reading import Bag
-from softhand_bringup.bags.repair import repair
-from softhand_model.documents.yaml_document import data_file
-from softhand_model.hand.hand import load_hand
-from softhand_model.model_file import load_model
-from softhand_model.pneumatics.parameters import load_pneumatics
 
-ROOT = Path(__file__).resolve().parents[2]
-SET = ROOT / "examples" / "measurements" / "finger"
-FRICTION = ROOT / "src" / "pneuflex_sim" / "pneuflex_sim" / "data" / "friction.yaml"
 LONGEST = 5.0  # [s] of calculation that a file may take
 HANGS = 60.0  # [s] of the wall after which it is ended; other work may slow the machine down
 MOST_MEMORY = 2**30  # [bytes] beyond what the process has before
-LARGEST = 1e15  # of any number that is taken
 NOT_NEGATIVE = frozenset(
     (
         *("length", "width", "height", "wall", "side_wall", "thickness", "diameter", "size"),
@@ -59,116 +38,6 @@ NOT_NEGATIVE = frozenset(
     )
 )
 KINDS = ("traceback", "over 5 s", "over 1 GB", "refused without file and place", "taken, senseless")
-
-
-@dataclass(frozen=True)
-class Format:
-    """A format: writes a sound file of it into a folder and tells which file to mutate; reads what
-    lies there; mutates its structure, if that is known; tells the file that a refusal must name.
-    """
-
-    write: Callable[[Path], Path]
-    read: Callable[[Path], Any]
-    mutate: Callable[[bytes, random.Random], bytes] | None = damaged_yaml
-    named: Callable[[Path], str] = lambda path: path.name
-
-
-def _copy(source: Path) -> Callable[[Path], Path]:
-    return lambda folder: Path(shutil.copy(source, folder / "own.yaml"))
-
-
-def _text(text: str) -> Callable[[Path], Path]:
-    def write(folder: Path) -> Path:
-        (folder / "own.yaml").write_text(text, encoding="utf-8")
-        return folder / "own.yaml"
-
-    return write
-
-
-def _measurements(folder: Path) -> Path:
-    shutil.copytree(SET, folder, dirs_exist_ok=True)
-    return folder / "experiment.yaml"
-
-
-def _table(folder: Path) -> Path:
-    _measurements(folder)
-    return folder / "thin_ramp_1.csv"
-
-
-def _calibration(path: Path) -> Any:
-    return load_calibration(path, 4), load_box_note(path)
-
-
-def _bag_set(folder: Path, storage: StoragePlugin) -> Path:
-    (folder / "experiment.yaml").write_text(BAG_SET, encoding="utf-8")
-    types = get_typestore(Stores.ROS2_JAZZY)
-    state = types.types["sensor_msgs/msg/JointState"]
-    header, stamp = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
-    with Writer(folder / "bag", version=9, storage_plugin=storage) as bag:
-        topics = [
-            bag.add_connection(topic, state.__msgtype__, typestore=types)
-            for topic in ("/state", "/tips")
-        ]
-        for tick in range(60):
-            value, none = np.array([0.01 * tick]), np.array([])
-            message = state(header(stamp(tick, 0), ""), ["a"], value, none, 1e3 * value)
-            for topic in topics:
-                data = types.serialize_cdr(message, state.__msgtype__)
-                bag.write(topic, 10**9 * tick, data)
-    return next(path for path in (folder / "bag").iterdir() if path.suffix != ".yaml")
-
-
-def _mcap(path: Path) -> Any:
-    """The lab's reading, and the repair of the same file without its metadata."""
-    broken = path.parent.parent / "broken"
-    broken.mkdir()
-    shutil.copy(path, broken / path.name)
-    try:
-        repair(broken)
-    except ValueError as reason:
-        if str(broken) not in str(reason):
-            raise
-    return _database(path)
-
-
-def _database(path: Path) -> Any:
-    try:
-        with Bag(path.parent) as bag:
-            for topic in bag.topics():
-                deque(bag.messages(topic), maxlen=0)
-    except ValueError as reason:
-        if not is_refusal(str(reason), path.parent.name):
-            raise
-    return load_measurements(path.parent.parent)
-
-
-def _folder_name(path: Path) -> str:
-    return path.parent.name
-
-
-def _set_name(path: Path) -> str:
-    return path.parent.parent.name
-
-
-FORMATS: Mapping[str, Format] = {
-    "hand": Format(_copy(ROOT / "examples/three_finger_gripper/gripper.yaml"), load_hand),
-    "strategy": Format(_copy(STRATEGIES / "surface_constrained.yaml"), load_strategy),
-    "object": Format(_text(OBJECT), lambda path: load_object(path, load_friction())),
-    "scene": Format(_text(SCENE), lambda path: load_scene(path, load_friction())),
-    "friction": Format(_copy(FRICTION), load_friction),
-    "model": Format(_text(MODEL), load_model),
-    "experiment": Format(
-        _measurements, lambda path: load_measurements(path.parent), named=_folder_name
-    ),
-    "calibration": Format(_copy(SHIPPED), _calibration),
-    "hardware": Format(_copy(ROOT / "src/pneumaticbox_driver/config/hardware.yaml"), read_hardware),
-    "plant": Format(_copy(data_file("pneumatics.yaml")), load_pneumatics),
-    "CSV": Format(_table, lambda path: load_measurements(path.parent), damaged_csv),
-    "MCAP": Format(lambda folder: _bag_set(folder, StoragePlugin.MCAP), _mcap, None, _set_name),
-    "sqlite3": Format(
-        lambda folder: _bag_set(folder, StoragePlugin.SQLITE3), _database, None, _set_name
-    ),
-}
 
 
 @dataclass(frozen=True)

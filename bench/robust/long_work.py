@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
-from bench.robust.rig import growth, started
-from bench.row import at_least, at_most, stated
+from bench.robust.rig import Rig, RigError, Usage, growth, started
+from bench.row import at_least, at_most
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
 
@@ -22,22 +23,59 @@ def run(minutes: float = 5.0) -> list[dict[str, Any]]:
         for _ in range(WARM):
             rig.grasp()
             rig.begin_anew()
-        before, begin = rig.usage(), time.monotonic()
-        grasps, gripped = 0, 0
-        while time.monotonic() - begin < minutes * MINUTE:
+        return rows_of(rig, minutes)
+
+
+def rows_of(rig: Rig, minutes: float) -> list[dict[str, Any]]:
+    """The same with nodes that run. Every minute says how it goes; after Ctrl-C, a node that ended
+    or a call without an answer, the rows are those of the time until then.
+    """
+    before, begin, shown = rig.usage(), time.monotonic(), 0.0
+    grasps = failed = 0
+    try:
+        while (spent := time.monotonic() - begin) < minutes * MINUTE and _all_run(rig):
+            if spent >= shown + MINUTE:
+                shown = spent
+                print(f"  {_course(spent, grasps, failed, before, rig.usage())}", flush=True)
             answer = rig.grasp()
-            grasps, gripped = grasps + 1, gripped + answer.success
+            grasps += 1
             if not answer.success:
+                failed += 1
                 print(f"  grasp {grasps}: {answer.message}", flush=True)
             rig.begin_anew()
-        after = rig.usage()
-        for name in before:
-            print(f"  {name}: {before[name]}, then {after[name]}", flush=True)
-        return [
-            stated("grasps one after the other", grasps, f"in {minutes:g} min"),
-            at_least("of them succeed", gripped, "", grasps),
-            at_most("memory that grew", growth(before, after, "memory"), "%", ALLOWED),
-            at_most("open files that grew", growth(before, after, "files"), "%", ALLOWED),
-            at_most("threads that grew", growth(before, after, "threads"), "%", ALLOWED),
-            at_most("nodes that ended", len(rig.nodes) - len(rig.alive()), "", 0),
-        ]
+    except KeyboardInterrupt:
+        print("  stopped: the rows are of the time until now", flush=True)
+    except RigError as reason:
+        failed += 1
+        print(f"  after grasp {grasps}: {reason}", flush=True)
+    spent = time.monotonic() - begin
+    after = rig.usage()
+    rig.tell_ended()
+    print(f"  {_course(spent, grasps, failed, before, after)}", flush=True)
+    return [
+        at_least("grasps one after the other", grasps, f"in {spent / MINUTE:.1f} min", 1),
+        at_most("grasps, or calls between them, that failed", failed, "", 0),
+        at_most("memory that grew", growth(before, after, "memory"), "%", ALLOWED),
+        at_most("open files that grew", growth(before, after, "files"), "%", ALLOWED),
+        at_most("threads that grew", growth(before, after, "threads"), "%", ALLOWED),
+        at_most("nodes that ended", len(rig.nodes) - len(rig.alive()), "", 0),
+    ]
+
+
+def _all_run(rig: Rig) -> bool:
+    return len(rig.alive()) == len(rig.nodes)
+
+
+def _course(
+    spent: float,
+    grasps: int,
+    failed: int,
+    before: Mapping[str, Usage],
+    now: Mapping[str, Usage],
+) -> str:
+    """How it goes, in a line: grasps, failures, memory of each node [MB] and its growth [%]."""
+    held = [
+        f"{name} {usage.memory:.1f} MB ({growth(before, {name: usage}, 'memory'):+.2f} %)"
+        for name, usage in now.items()
+    ]
+    return f"{spent / MINUTE:.1f} min: {grasps} grasps, {failed} failed; {', '.join(held)}"

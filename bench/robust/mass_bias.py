@@ -3,7 +3,7 @@
     python -m bench.robust.mass_bias --minutes 30
 
 The driver without ROS runs on two plants in process: on the simulator, where a hand grasps an
-object, releases it against the table and is vented now and then, and on the pretended bench with
+object, releases it against the table and is vented now and then, and on the simulated box with
 the hand's actuators, sound and with sensors worse than their class. The plant knows how much air
 there is; the judge holds the driver's estimate against it whenever the hand rests.
 """
@@ -24,10 +24,9 @@ from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.scene import Observation, SceneError
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import draw_placement
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.file import load_calibration
@@ -36,6 +35,7 @@ from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.chain.volumes import FreeActuators
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
+from softhand_trials.trials import draw_placement
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ LARGEST_BIAS = 1.0  # [mg]
 PERIOD = 2e-3  # of the samples [s]
 REST = 3.0  # after which a released hand is at rest [s]
 VENT_EVERY = 3  # grasps
-SHARE_OF_SIMULATOR = 0.5  # of the simulated time; the rest is the pretended bench's
+SHARE_OF_SIMULATOR = 0.5  # of the simulated time; the rest is the simulated box's
 # A poor sensor: twice its class at ambient pressure, which the zero band still holds, three times
 # its noise; while the hand works its offset wanders about as by 10 K.
 POOR_OFFSET, POOR_NOISE, WANDER, WANDER_PERIOD = 1750.0, 3.0, 400.0, 120.0  # [Pa], [-], [Pa], [s]
@@ -202,7 +202,7 @@ def _vent(scene: BoxedScene, duration: float) -> None:
 
 
 class BenchCycles:
-    """Fill, empty, vent and reset on the pretended bench.
+    """Fill, empty, vent and reset on the simulated box.
 
     Args:
         judge: of the estimates.
@@ -214,7 +214,7 @@ class BenchCycles:
     def __init__(self, judge: Judge, poor: bool = False, sound: bool = True, seed: int = 0) -> None:
         hand = load_hand(HAND)
         self.box, self._judge, self._poor = hand_box(hand), judge, poor
-        self.bench = EmbeddedBench(hand.channels, FreeActuators(hand), _constants(poor), seed)
+        self.bench = EmbeddedRig(hand.channels, FreeActuators(hand), _constants(poor), seed)
         if not sound:
             let_run_away(self.box)
         self._drawn = np.random.default_rng(seed)

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from bench.robust.rig import START_LIMIT, Rig, growth, started
-from bench.row import at_least, at_most
+from bench.row import at_least, at_most, stated
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
 
-COUNT = 100_000
+COUNT = 112_000
 SHORT_COUNT = 2_000  # a topic and round, before others have their turn
 LONG_NAME = 10_000_000  # characters
 OWN = {"/parameter_events", "/rosout"}  # of ROS itself
@@ -49,12 +49,15 @@ def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
         answer = rig.grasp()
         print(f"  the grasp afterwards: {answer.message}", flush=True)
         after = rig.usage()
-        for name in before:
-            print(f"  {name}: {before[name].memory:.1f} MB, then {after[name].memory:.1f} MB")
+        memory = [
+            stated(f"{name}: {before[name].memory:.1f} MB, afterwards", after[name].memory, "MB")
+            for name in before
+        ]
         return [
             *rows,
             at_least("grasp afterwards succeeds", answer.success, "", 1),
             at_most("memory of a node afterwards", growth(before, after, "memory"), "% more", 5),
+            *memory,
         ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
 from typing import Any
@@ -42,6 +43,14 @@ RAW_VALUES = (
     *('"\\ud800"', '"\\0"', '"\\u202e"', "x" * 100_000, '"' + "ä" * 5000 + '"', "../" * 50 + "x"),
     *("/dev/zero", "/etc/passwd", "x" * 300 + ".yaml", "{self: 1}", "{'': 1}", "{1: 2}", LAUGHS),
     *("[" + "1, " * 30_000 + "1]", "km**999", "9**9**9", "m**9**9", "effort[999999]", "a.b.c.d"),
+)
+RAW_JSON = (
+    *("", "null", "true", '""', '"text"', "[]", "{}", "-1", "0", "1", "2.5", "[1, 2]", '["a"]'),
+    *("NaN", "Infinity", "1e999", "1e308", "-1e308", "1e-320", "1e7", "0.5", "-0.0", "[[0, 0]]"),
+    *("9" * 400, "9" * 5000, "[" * 5000, "[" * 100_000, "[" * 100 + "]" * 100, "[NaN, NaN]"),
+    *('"' + "x" * 100_000 + '"', '"\\ud800"', '"\\u0000"', '"\\u202e"', '{"": 1}', '{"a": {}}'),
+    *("[" + "1, " * 30_000 + "1]", '"/etc/passwd"', '"' + "/" * 600 + '"', '"a\\nb"', "'x'"),
+    *('["a", "a"]', "-Infinity", '"a/b"', '"../../x"', "[[[]]]", "{", "'"),
 )
 CELLS = (
     *(
@@ -103,6 +112,27 @@ def damaged_yaml(content: bytes, chance: random.Random) -> bytes:
     kind = chance.randrange(10)
     if kind == 0:
         return _many_keys(content, chance)
+    _change(document, kind, chance)
+    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, allow_unicode=True)
+    return text.replace(TOKEN, chance.choice(RAW_VALUES)).encode("utf-8", "surrogatepass")
+
+
+def damaged_json(content: bytes, chance: random.Random) -> bytes:
+    """Lines of JSON of which one is left out, doubled, or holds what it should not."""
+    lines = content.decode().splitlines()
+    number, kind = chance.randrange(len(lines)), chance.randrange(10)
+    if kind == 0 and len(lines) > 1:
+        lines[number : number + 1] = chance.choice(([], [lines[number]] * 2, ["[]"], [""]))
+    else:
+        document = json.loads(lines[number])
+        _change(document, kind, chance)
+        text = json.dumps(document, default=str)
+        lines[number] = text.replace(f'"{TOKEN}"', chance.choice(RAW_JSON))
+    return ("\n".join(lines) + "\n").encode("utf-8", "surrogatepass")
+
+
+def _change(document: Any, kind: int, chance: random.Random) -> None:
+    """Change one place of a document."""
     holder, key = chance.choice(list(_places(document)))
     if kind == 1:
         del holder[key]
@@ -119,8 +149,6 @@ def damaged_yaml(content: bytes, chance: random.Random) -> bytes:
         holder[key] = _other_number(float(holder[key]), chance)
     else:
         holder[key] = TOKEN
-    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, allow_unicode=True)
-    return text.replace(TOKEN, chance.choice(RAW_VALUES)).encode("utf-8", "surrogatepass")
 
 
 def _places(node: Any) -> Any:

@@ -19,7 +19,7 @@ LATE = 0.5  # by which late samples come later [s]
 
 def relayed_driver(options: SuiteOptions) -> NodeCommand:
     """The driver that hears its sensors on the bench's topic."""
-    command = suite.driver(options, suite.COMMAND_TIMEOUT)
+    command = suite.driver(options)
     return replace(command, remappings={"pneumaticbox/sensors": TOPIC})
 
 

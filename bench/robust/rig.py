@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -66,7 +67,7 @@ class Rig(ClientLink):
         self.valves: list[float] = []
         self.phase = ""
         self._clients: dict[str, Client] = {}
-        self.hear_clock()
+        self.subscribe_clock()
         self.listen(DiagnosticArray, "/diagnostics", self._diagnosed, 50)
         self.listen(JointState, "pneumaticbox/sensors", self._sensed)
         self.listen(JointState, "pneumaticbox/valves", self._switched)
@@ -123,7 +124,7 @@ class Rig(ClientLink):
     def client(self, kind: Any, service: str) -> Client:
         """The client of a service; one each, as every new one has to be discovered."""
         if service not in self._clients:
-            self._clients[service] = self.node.create_client(kind, service)
+            self._clients[service] = super().client(kind, service)
         return self._clients[service]
 
     def request(self, service: str, data: bool | None = None) -> Future:
@@ -172,8 +173,8 @@ class Rig(ClientLink):
     # processes
 
     def usage(self) -> dict[str, Usage]:
-        """What every process holds."""
-        return {name: usage_of(process.pid) for name, process in self.nodes.items()}
+        """What every process that runs holds."""
+        return {name: usage_of(self.nodes[name].pid) for name in self.alive()}
 
     def tell_ended(self) -> None:
         """Print how the nodes ended that do not run any more."""
@@ -199,10 +200,11 @@ def usage_of(pid: int) -> Usage:
 
 
 def growth(before: Mapping[str, Usage], after: Mapping[str, Usage], what: str) -> float:
-    """Largest growth of a field of `Usage` among the processes, as a share of before [%]."""
-    return max(
-        100.0 * (getattr(after[name], what) / getattr(before[name], what) - 1.0) for name in before
-    )
+    """Largest growth of a field of `Usage` among the processes that are in both, as a share of
+    before [%]; infinite when none is left.
+    """
+    shares = [getattr(after[name], what) / getattr(before[name], what) for name in after]
+    return 100.0 * (max(shares, default=math.inf) - 1.0)
 
 
 def rest_of(rig: Rig, limit: float) -> bool:

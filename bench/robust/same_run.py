@@ -25,10 +25,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bench.robust.rig import GRASP, GRASP_LIMIT, START_LIMIT, Rig, launched
 from bench.row import at_most
-from grasp_strategies.trials import draw_placement
 from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Guard
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_ros.topics import nanoseconds, subscribe_by_hand, take
+from softhand_trials.trials import draw_placement
 
 RUNS, BUSY = 3, 2
 SAME = 0.1  # largest distance between the object's places in two runs [mm]
@@ -110,13 +111,15 @@ def _content(command: Any) -> str:
 def busy(loops: int) -> Iterator[None]:
     """So many processes that do nothing but keep a core busy."""
     endless = [sys.executable, "-c", "while True: pass"]
-    processes = [subprocess.Popen(endless) for _ in range(loops)]
+    guard = Guard()
+    processes = [subprocess.Popen(endless, preexec_fn=guard.enrol) for _ in range(loops)]
     try:
         yield
     finally:
         for process in processes:
             process.kill()
             process.wait()
+        guard.close()
 
 
 def runs(count: int, loops: int, options: SuiteOptions) -> list[Run]:

@@ -20,9 +20,9 @@ from ros_domain import held_domain
 from bench import simulator
 from bench.pneumatics.driver_process import cpu_share
 from bench.row import at_least, at_most, stated
-from grasp_strategies.trials import draw_placement, run_trial
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.ros.demo import Demo
+from softhand_trials.trials import draw_placement, run_trial
 
 ROUNDS = 5
 STEP, SEGMENTS = 0.002, 5

@@ -20,7 +20,7 @@ from bench.row import at_least, at_most, stated
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.scene import Array, Observation
 from grasp_strategies.sequencer import Sequencer
-from grasp_strategies.trials import Placement, TrialSettings, started_scene
+from softhand_trials.trials import Placement, TrialSettings, started_scene
 
 FINEST, STEPS = 0.001, (0.002, 0.005)
 SEARCH = (-0.060, 0.061, 0.010)  # [m] first look: from, to, by

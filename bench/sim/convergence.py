@@ -1,4 +1,4 @@
-"""What step, segments and iterations do to motion and grasp: a table of the simulator's page.
+"""What step, segments and iterations do to motion and grasp, as two tables.
 
 python -m bench.sim.convergence --help
 """
@@ -10,15 +10,12 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from bench.simulator import response_time
 from grasp_strategies.judging.judge import GraspResult
-from grasp_strategies.trials import TrialSettings, run_trial
-from pneuflex_sim.world import SETTINGS
+from pneuflex_sim.world import SOLVER_SETTINGS
+from softhand_trials.trials import TrialSettings, run_trial
 
-DOCS = Path("docs/understand/simulator.md")
-BEGIN, END = "<!-- convergence -->", "<!-- end of convergence -->"
 STEPS, SEGMENTS = (0.001, 0.002, 0.005, 0.010), (5, 10, 15)
 SEEDS = (0, 1, 2)
 USUAL = TrialSettings(step=0.005)
@@ -52,7 +49,7 @@ def by_step() -> list[str]:
 def by_settings() -> list[str]:
     """Rows over the settings of the solver, at steps of 2 and 5 ms."""
     rows = []
-    for name, solver in SETTINGS.items():
+    for name, solver in SOLVER_SETTINGS.items():
         for step in STEPS[1:3]:
             found = grasps(replace(USUAL, step=step, solver=name))
             numbers = f"{solver.iterations} | {solver.residual:g}"
@@ -77,43 +74,15 @@ def text(steps: Sequence[str], settings: Sequence[str]) -> str:
     )
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    found = argparse.ArgumentParser(
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, and print the tables."""
+    argparse.ArgumentParser(
         prog="bench.sim.convergence",
         description="Measure what step, segments and iterations do to motion and grasp (some "
-        f"minutes), and write the tables into {DOCS}, in place of what stands between the marks "
-        f"{BEGIN} and {END}; nothing else of the page changes. Run it in the project's folder.",
-    )
-    found.add_argument(
-        "--print", action="store_true", help="print the tables and leave the page as it is"
-    )
-    return found
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, and replace what stands between the marks."""
-    options = parser().parse_args(arguments)
-    page = between(DOCS.read_text(), BEGIN, END, "")  # the marks are there
+        "minutes), and print it as tables in Markdown.",
+    ).parse_args(arguments)
     run_trial(0, TrialSettings(step=0.01))  # compile
-    tables = text(by_step(), by_settings())
-    if options.print:
-        print(tables)
-        return
-    DOCS.write_text(between(page, BEGIN, END, tables))
-
-
-def between(page: str, begin: str, end: str, text: str) -> str:
-    """A page with another text between two marks.
-
-    Raises ValueError when the page lacks one of them.
-
-    >>> between("a <b> old <e> z", "<b>", "<e>", "new").replace(chr(10), "/")
-    'a <b>/new/<e> z'
-    """
-    if begin not in page or end not in page:
-        raise ValueError(f"{DOCS}: expected the marks {begin} and {end}")
-    return f"{page.split(begin)[0]}{begin}\n{text}\n{end}{page.split(end)[1]}"
+    print(text(by_step(), by_settings()))
 
 
 if __name__ == "__main__":

@@ -23,8 +23,8 @@ from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import draw_placement
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_trials.trials import draw_placement
 
 STRATEGY = "surface_constrained"
 STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)

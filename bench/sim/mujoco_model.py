@@ -4,8 +4,8 @@ bodies in PyBullet.
 Links, masses, springs, damping and collision hulls are those of `pneuflex_sim.hand.layout`; links
 have the rotary inertia of their boxes, without what PyBullet needs on top. A joint of equal
 stiffness about all axes is a ball joint, whose spring follows the pressure (`mujoco_simulation`);
-any other is three hinges. Hulls are eroded by MARGIN and inflated again by MuJoCo's margin. Groups
-that touch and frictions of pairs are as in PyBullet.
+any other is three hinges. Hulls are eroded by COLLISION_MARGIN and inflated again by MuJoCo's
+margin. Collision groups and friction of pairs are as in PyBullet.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneuflex_sim.hand.collision import (
-    ENVIRONMENT,
-    MARGIN,
-    PALM,
+    COLLISION_MARGIN,
+    ENVIRONMENT_GROUP,
+    PALM_GROUP,
     collides_with,
     collision_groups,
     collision_hulls,
@@ -29,12 +29,12 @@ from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import DAMPING_TIME, Body, HandLayout
 from pneuflex_sim.hand.palm_pad import PalmPad, pad_vertices
 from pneuflex_sim.hand.wrist import WristParameters
-from pneuflex_sim.scene.friction import RUBBER, FrictionTable, load_friction
+from pneuflex_sim.scene.friction import RUBBER_MATERIAL, FrictionTable, load_friction
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import SimulationConfig
+from softhand_common.numerics.rotations import compose, from_rpy, rotate
 from softhand_model.effects.load import STANDARD_GRAVITY
-from softhand_model.numerics.rotations import compose, from_rpy, rotate
 
 Array = NDArray[np.float64]
 
@@ -73,9 +73,9 @@ def model_text(
     _options(root, config.step, settings)
     assets, world = _add(root, "asset"), _add(root, "worldbody")
     if scene.table is not None:
-        _table(world, friction.pair(scene.table.material, RUBBER))
+        _table(world, friction.pair(scene.table.material, RUBBER_MATERIAL))
     if described is not None:
-        _object(world, described, friction.pair(described.material, RUBBER), config)
+        _object(world, described, friction.pair(described.material, RUBBER_MATERIAL), config)
     hand = _wrist(world, root, scene, config.wrist)
     if not scene.rigid_wrist:
         _carrier(hand, layout)
@@ -83,7 +83,7 @@ def model_text(
         _chain(hand, assets, layout, body, friction)
     if layout.description.sheet is not None:
         pad = PalmPad(layout.description.sheet)
-        _pad(hand, assets, pad, scene.rigid_wrist, friction.pair(RUBBER, RUBBER))
+        _pad(hand, assets, pad, scene.rigid_wrist, friction.pair(RUBBER_MATERIAL, RUBBER_MATERIAL))
     if described is not None and scene.table is not None:
         pair = _add(_add(root, "contact"), "pair", geom1=OBJECT, geom2=TABLE)
         sliding = friction.pair(scene.table.material, described.material)
@@ -123,7 +123,7 @@ def _options(root: xml.Element, step: float, settings: Settings) -> None:
 def _table(world: xml.Element, friction: float) -> None:
     """A plane; by its priority, its friction with rubber counts."""
     table = _add(world, "geom", name=TABLE, type="plane", size=(1.0, 1.0, 0.1), priority=1)
-    _touch(table, friction, ENVIRONMENT, ENVIRONMENT)
+    _touch(table, friction, ENVIRONMENT_GROUP, ENVIRONMENT_GROUP)
 
 
 def _touch(geom: xml.Element, friction: float, group: int, others: int) -> None:
@@ -144,7 +144,7 @@ def _object(
     half, mass = described.half_extents, described.mass * config.object_mass_scale
     size = (half[0], half[2])
     geom = _add(body, "geom", name=OBJECT, type="cylinder", size=size, mass=mass, priority=1)
-    _touch(geom, friction, ENVIRONMENT, ENVIRONMENT)
+    _touch(geom, friction, ENVIRONMENT_GROUP, ENVIRONMENT_GROUP)
 
 
 def _wrist(
@@ -189,7 +189,7 @@ def _servo(
 
 
 def _carrier(hand: xml.Element, layout: HandLayout) -> None:
-    """What pushes up with the weight of the hand at rest, which the arm knows and carries."""
+    """A force that compensates the weight of the resting hand, as the simulator's arm does."""
     place = HandShape(layout).center_of_mass(layout.rest)
     share = 1.0 + float(layout.mass.sum()) / CARRIER_MASS
     body = _add(hand, "body", name="carrier", pos=place, gravcomp=share)
@@ -220,7 +220,7 @@ def _chain(
         _set(inertial, mass=layout.mass[joint])
         geom = _hull(parent, assets, name, hulls[index])
         group = groups[index]
-        _touch(geom, friction.pair(RUBBER, RUBBER), group, collides_with(group))
+        _touch(geom, friction.pair(RUBBER_MATERIAL, RUBBER_MATERIAL), group, collides_with(group))
 
 
 def _spring(link: xml.Element, name: str, stiffness: Array) -> None:
@@ -237,9 +237,9 @@ def _springs(stiffness: float) -> dict[str, float]:
 
 
 def _hull(link: xml.Element, assets: xml.Element, name: str, corners: Array) -> xml.Element:
-    """Convex hull of corners (k, 3) [m], inflated by MARGIN."""
+    """Convex hull of corners (k, 3) [m], inflated by COLLISION_MARGIN."""
     _add(assets, "mesh", name=name, vertex=corners, inertia="convex")
-    return _add(link, "geom", name=name, type="mesh", mesh=name, margin=MARGIN)
+    return _add(link, "geom", name=name, type="mesh", mesh=name, margin=COLLISION_MARGIN)
 
 
 def _pad(
@@ -260,5 +260,5 @@ def _pad(
             **_springs(pad.spring.stiffness),
         )
         _add(body, "inertial", pos=(0.0, 0.0, 0.0), mass=mass, diaginertia=(1e-5,) * 3)
-    geom = _hull(body, assets, PAD, pad_vertices(sheet, MARGIN))
-    _touch(geom, friction, PALM, collides_with(PALM))
+    geom = _hull(body, assets, PAD, pad_vertices(sheet, COLLISION_MARGIN))
+    _touch(geom, friction, PALM_GROUP, collides_with(PALM_GROUP))

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from bench.sim.mujoco_model import OBJECT, WRIST, Settings, model_text
 from pneuflex_sim.dynamics.spatial import quaternion_of_rotation, rotation_between
 from pneuflex_sim.hand.air import (
-    BEND,
+    BEND_AXIS,
     AirCoupling,
     act_on_joints,
     chamber_volumes,
@@ -28,11 +28,11 @@ from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from pneuflex_sim.simulation import SimulationConfig
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.rotations import compose, from_rpy
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-from softhand_model.numerics.compiled import compiled
-from softhand_model.numerics.rotations import compose, from_rpy
 
 Array = NDArray[np.float64]
 
@@ -176,7 +176,7 @@ class MujocoSimulation:
 
     def tip_angles(self) -> dict[str, float]:
         """Bend of each chain from base to tip [rad], as `Simulation.tip_angles`."""
-        return self.shape.tip_angles(self.turned[:, BEND])
+        return self.shape.tip_angles(self.turned[:, BEND_AXIS])
 
     def joints(self) -> Array:
         """Orientation (n, 4) of each joint's link against the one before, for pictures."""
@@ -192,7 +192,7 @@ class MujocoSimulation:
         return found
 
     def close(self) -> None:
-        """Nothing is to be freed."""
+        """Nothing to free."""
 
 
 @compiled

@@ -80,7 +80,7 @@ def _held(simulation: Simulation, steps: int) -> dict[str, float]:
 
 
 def _chain(force: float, joints: int = 10) -> float:
-    """Median time [us] of a step of a chain in free air whose motors have so much force [N m]."""
+    """Median time [us] of a step of a chain in free air whose motors have this force [N m]."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
         shape = pybullet.createCollisionShape(

@@ -1,6 +1,6 @@
 """Table 5.2 re-made: simulated seconds per CPU second of a grasp, 1 to 50 ms, by the settings of
 the solver; the thesis' numbers (SOFA on another machine: an order of magnitude only) beside them.
-`python -m bench.sim.thesis_table` writes it into the simulator's page, with MuJoCo.
+`python -m bench.sim.thesis_table` prints it, with MuJoCo.
 
 A contact counts as missed when its pair of links first touches deeper in one another than DEEP: a
 step before they did not touch. What passes through within one step leaves no such trace: it shows
@@ -18,13 +18,12 @@ from typing import Any
 import pybullet
 
 from bench.row import at_least, at_most, stated
-from bench.sim.convergence import DOCS, between
 from bench.sim.mujoco_hand import MUJOCO
 from bench.sim.mujoco_hand import grasp as mujoco_grasp
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
-from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.simulation import Simulation
+from softhand_trials.trials import TrialSettings, run_trial
 
 STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
 ACTUATORS = 6
@@ -41,7 +40,6 @@ TARGET_STEPS = (0.001, 0.002, 0.005, 0.010)
 OUTSIDE = "outside stepSimulation a segment and step"
 OUTSIDE_TARGET = 2.5  # [us] a segment and step
 DEEP = 0.002  # [m]
-BEGIN, END = "<!-- Table 5.2 -->", "<!-- end of Table 5.2 -->"
 
 
 @dataclass
@@ -171,21 +169,13 @@ def _held(factor: float, outcome: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, and replace what stands between the marks."""
-    parser = argparse.ArgumentParser(
+    """Measure, and print the table."""
+    argparse.ArgumentParser(
         prog="bench.sim.thesis_table",
-        description=f"Make Table 5.2 again (some minutes) and write it into {DOCS}, in place of "
-        f"what stands between the marks {BEGIN} and {END}.",
-    )
-    parser.add_argument("--print", action="store_true", help="leave the page as it is")
-    options = parser.parse_args(arguments)
-    page = between(DOCS.read_text(), BEGIN, END, "")  # the marks are there
+        description="Make Table 5.2 again (some minutes) and print it in Markdown.",
+    ).parse_args(arguments)
     run_trial(0, TrialSettings(step=0.01))  # compile
-    table = page_table()
-    if options.print:
-        print(table)
-    else:
-        DOCS.write_text(between(page, BEGIN, END, table))
+    print(page_table())
 
 
 def _lines(settings: str, segments: int, runs: Sequence[Run], theirs: Sequence[float]) -> str:

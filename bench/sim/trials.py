@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from bench.row import at_least, stated
-from grasp_strategies.trials import TrialSettings, run_trial
+from softhand_trials.trials import TrialSettings, run_trial
 
 STEP = 0.005
 TRIALS = 20

@@ -7,13 +7,8 @@ PACKAGE = "grasp_strategies"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
     "sequencer = grasp_strategies.ros.interface:main",
-    "trials = grasp_strategies.trials:main",
 ]
-COMMANDS = [
-    "softhand-sweep = grasp_strategies.sweep.command:main",
-    "softhand-search = grasp_strategies.search.command:main",
-    *(EXECUTABLES if "COLCON" in os.environ else []),
-]
+COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
 
 setup(
     name=PACKAGE,
@@ -32,17 +27,15 @@ setup(
     ],
     install_requires=[
         "setuptools",
+        "softhand_common",
         "softhand_model",
         "softhand_ros",
         "pneuflex_sim",
         "numpy",
         "scipy",
-        "matplotlib",
-        "optuna",
-        "cmaes",
         "PyYAML",
     ],
-    extras_require={"test": ["pytest"], "dask": ["distributed"]},
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},
 )

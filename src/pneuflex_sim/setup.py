@@ -9,7 +9,6 @@ EXECUTABLES = [
     "hand_sim = pneuflex_sim.ros.interface:main",
     "hand = pneuflex_sim.commands.hand:main",
     "pneuflex-objects = pneuflex_sim.commands.objects:main",
-    "softhand-materials = pneuflex_sim.commands.materials:main",
     "pneuflex-skin = pneuflex_sim.commands.skin:main",
 ]
 COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
@@ -31,6 +30,7 @@ setup(
     ],
     install_requires=[
         "setuptools",
+        "softhand_common",
         "softhand_model",
         "softhand_ros",
         "numpy",
@@ -43,8 +43,7 @@ setup(
     extras_require={
         "test": ["pytest"],
         "plot": ["matplotlib"],
-        "mesh": ["coacd"],
-        "mould": ["manifold3d"],
+        "mesh": ["coacd", "manifold3d"],
     },
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},

@@ -26,7 +26,14 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "softhand_model", "softhand_ros", "numpy", "PyYAML"],
+    install_requires=[
+        "setuptools",
+        "softhand_common",
+        "softhand_model",
+        "softhand_ros",
+        "numpy",
+        "PyYAML",
+    ],
     extras_require={
         "hardware": ["gpiod>=2"],
         "test": ["pytest"],

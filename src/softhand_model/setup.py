@@ -19,7 +19,14 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "numpy", "scipy", "numba", "PyYAML", "tqdm"],
+    install_requires=[
+        "setuptools",
+        "softhand_common",
+        "numpy",
+        "scipy",
+        "numba",
+        "PyYAML",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

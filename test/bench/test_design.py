@@ -24,7 +24,7 @@ def test_a_request_is_simulated_measured_and_found_adequate(design):
     assert found["modulus_scale"] == pytest.approx(1.0, abs=0.02)
 
 
-def test_a_finger_of_a_thicker_wall_is_off_the_wish(design):
+def test_a_finger_of_a_thicker_wall_is_off_the_requirements(design):
     actuator = from_file(design)
     thick = replace(actuator, wall=lambda x: 1.15 * actuator.wall(x))
     assert held_against(design, thick).bend > 0.05

@@ -86,7 +86,7 @@ def test_verdicts_stop_when_their_time_is_over_and_go_on_from_those_of_before(
         ran.append((len(lines), folder.parent))
         return lines_gripped(lines, folder, jobs)
 
-    monkeypatch.setattr(verdicts, "run_lines", run)
+    monkeypatch.setattr(verdicts, "run_tasks", run)
     monkeypatch.setattr(verdicts, "PART", 3)
     lines = scattered(0, 8)
     times = iter([0.0, 0.0, 2.0])
@@ -104,7 +104,7 @@ def test_verdicts_stop_when_their_time_is_over_and_go_on_from_those_of_before(
 
 def test_a_trial_without_a_verdict_is_not_taken_for_a_failed_grasp(kept_here, monkeypatch):
     raised = [{"key": "push_map/cup/0,0/0", "error": "ValueError: no"}]
-    monkeypatch.setattr(verdicts, "run_lines", lambda *_: raised)
+    monkeypatch.setattr(verdicts, "run_tasks", lambda *_: raised)
     with pytest.raises(RuntimeError, match=r"1 trials without verdict: push_map/cup/0,0/0"):
         verdicts.gripped("some", scattered(0, 1), 1, time.monotonic() + 60)
 

@@ -41,6 +41,18 @@ def test_the_model_finds_how_the_share_of_right_verdicts_depends_on_the_evidence
         assert said == pytest.approx(1.0 / (1.0 + np.exp(8.0 * (left - 0.6))), abs=0.12)
 
 
+def test_more_error_left_never_makes_a_verdict_surer():
+    """Also where by chance the verdicts with the larger error were the right ones."""
+    records = gathered(300, 603)
+    for one in records:
+        one["answer"]["evidence"]["after"] = 1.0 - one["answer"]["evidence"]["left"]
+        one["answer"]["evidence"]["left"] = 0.0
+    model = fitted(records)["verdicts"]["effects_missing"]
+    assert model["terms"]["after"]["weight"] == 0.0
+    free = calibrate.model_of(records, dict.fromkeys(TERMS["effects_missing"], 0), 0.3)
+    assert free["terms"]["after"]["weight"] > 1.0  # which the data alone would give
+
+
 def test_what_is_stated_holds_on_other_sets(found):
     proof = shown(gathered(300, 601), found)
     assert proof["error"] < 2.0 * proof["by_chance"] + 0.02

@@ -1,10 +1,11 @@
 """The bench of robustness without nodes: its groups, its options, its messages."""
 
+import itertools
 import json
 import random
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -12,7 +13,9 @@ from bench.groups import groups, main
 from bench.kept import Unfinished
 from bench.robust.__main__ import OPTIONS
 from bench.robust.faults import cases
+from bench.robust.long_work import rows_of
 from bench.robust.messages import hostile, long_named, message_type, messages
+from bench.robust.rig import RigError, Usage
 from bench.row import at_most
 
 HEARD = [
@@ -94,6 +97,62 @@ def test_one_message_of_a_type_with_names_has_a_name_of_ten_million_characters()
     assert long_named(message_type("rosgraph_msgs/msg/Clock")) is None
 
 
-def test_the_page_on_safety_has_every_fault_of_the_bench():
-    page = (Path(__file__).parents[2] / "docs/use/safety.md").read_text()
+def test_the_page_of_measured_faults_has_every_fault_of_the_bench():
+    page = (Path(__file__).parents[2] / "docs/understand/fault-times.md").read_text()
     assert [case.fault for case in cases() if f"| {case.fault} |" not in page] == []
+
+
+class Nodes:
+    """In place of a rig: nodes that grow by a share at every grasp, and what a grasp comes to."""
+
+    def __init__(self, share, *outcomes):
+        self.share, self.outcomes, self.done = share, outcomes, 0
+        self.nodes = {"driver": None, "hand": None}
+        self.running = list(self.nodes)
+
+    def alive(self):
+        return self.running
+
+    def usage(self):
+        return {name: Usage(50.0 * (1 + self.share * self.done), 20, 5) for name in self.running}
+
+    def grasp(self):
+        self.done += 1
+        outcome = self.outcomes[self.done - 1]
+        if outcome == "ends":
+            self.running = ["driver"]
+        if isinstance(outcome, BaseException):
+            raise outcome
+        return SimpleNamespace(success=outcome != "slips", message="it slipped")
+
+    def begin_anew(self):
+        pass
+
+    def tell_ended(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("share", "outcomes", "missed"),
+    [
+        (0.001, ["grips", "grips", KeyboardInterrupt()], []),
+        (0.03, ["grips", KeyboardInterrupt()], ["memory that grew"]),
+        (0.0, ["grips", "slips", KeyboardInterrupt()], ["that failed"]),
+        (0.0, ["grips", RigError("no answer")], ["that failed"]),
+        (0.0, ["ends"], ["nodes that ended"]),
+        (0.0, [KeyboardInterrupt()], ["one after the other"]),
+    ],
+)
+def test_long_work_that_ends_early_has_rows_of_the_time_until_then(share, outcomes, missed):
+    rows = rows_of(Nodes(share, *outcomes), 60.0)
+    found = [row["name"] for row in rows if not row["met"]]
+    assert len(found) == len(missed)
+    assert all(word in what for word, what in zip(missed, found, strict=True))
+
+
+def test_long_work_says_every_minute_what_each_node_holds(monkeypatch, capsys):
+    clock = SimpleNamespace(monotonic=itertools.count(0.0, 30.0).__next__)
+    monkeypatch.setattr("bench.robust.long_work.time", clock)
+    rows_of(Nodes(0.01, *["grips"] * 9), 3.0)
+    first = capsys.readouterr().out.splitlines()[0]
+    assert "1.0 min: 1 grasps, 0 failed; driver 50.5 MB (+1.00 %), hand 50.5 MB (+1.00 %)" in first

@@ -11,24 +11,17 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, convergence, step_parts, thesis_table
+from bench.sim import border, step_parts, thesis_table
 from bench.sim.__main__ import groups
-from bench.sim.six_fingers import build
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
+from pneuflex_sim.simulation.config import SimulationConfig
+from pneuflex_sim.simulation.simulation import Simulation
 
 
 def test_every_module_with_rows_is_a_group():
-    assert {"prototype", "thesis_table", "trials", "random_trials", "border"} <= set(groups())
-    assert not {"timing", "six_fingers", "convergence", "engine_process"} & set(groups())
-
-
-def test_help_of_the_convergence_table_says_what_it_rewrites_and_rewrites_nothing(capsys):
-    before = convergence.DOCS.read_text()
-    with pytest.raises(SystemExit):
-        convergence.main(["--help"])
-    assert "docs/understand/simulator.md" in capsys.readouterr().out
-    assert convergence.DOCS.read_text() == before
+    assert {"thesis_table", "trials", "random_trials", "border"} <= set(groups())
+    assert not {"timing", "convergence"} & set(groups())
 
 
 def test_the_outcome_changes_between_neighbours():
@@ -98,7 +91,7 @@ def test_a_grasp_that_diverged_has_no_speed_and_no_contacts():
 
 def test_rows_of_an_earlier_run_stay_in_the_file_and_are_not_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(bench_sim, "OUT", tmp_path)
-    for group, name in (("many_contacts", "points"), ("trials", "per hour")):
+    for group, name in (("step_parts", "points"), ("trials", "per hour")):
         module = SimpleNamespace(rows=lambda small, name=name: [stated(name, 3.0, "")])
         monkeypatch.setitem(sys.modules, f"bench.sim.{group}", module)
         assert bench_sim.main(["--rows", group]) == 0
@@ -111,7 +104,7 @@ def test_rows_of_an_earlier_run_stay_in_the_file_and_are_not_printed(tmp_path, m
 
 
 def test_time_inside_is_a_part_of_the_whole_and_the_clock_is_put_back():
-    simulation, before = build(5, 0.01), pybullet.stepSimulation
+    simulation, before = Simulation(SimulationConfig(step=0.01)), pybullet.stepSimulation
     try:
         with timed_steps(lambda _: time.sleep(0)) as times:
             for _ in range(5):
@@ -122,19 +115,6 @@ def test_time_inside_is_a_part_of_the_whole_and_the_clock_is_put_back():
     assert all(0 < a < b for a, b in zip(times.inside, times.whole, strict=True))
     assert pybullet.stepSimulation is before
     assert times.factor(0.01) == pytest.approx(0.05 / sum(times.whole))
-
-
-def test_the_six_fingers_stand_as_the_prototypes_do():
-    simulation = build(5, 0.01)
-    try:
-        tips = simulation.fingertips()
-        turn = np.diag([1.0, -1.0, -1.0])  # the wrist points down
-        places = np.array([turn @ place for place, _ in tips.values()])
-    finally:
-        simulation.close()
-    np.testing.assert_allclose(places[:, 0], [-0.048] * 4 + [0.048] * 2, atol=1e-9)
-    np.testing.assert_allclose(sorted(places[:4, 1]), [-0.036, -0.012, 0.012, 0.036], atol=1e-9)
-    np.testing.assert_allclose(places[:, 2], -0.09, atol=1e-9)
 
 
 def test_parts_of_a_step_are_of_a_held_object_and_motors_that_are_off_cost_little():

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from bench.spring_axes import markdown
 
-PAGE = Path(__file__).parents[2] / "docs" / "understand" / "simulator.md"
+PAGE = Path(__file__).parents[2] / "docs" / "understand" / "simulator-springs.md"
 
 
 def test_the_page_holds_the_table_of_today():

@@ -8,6 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+GUIDES = [page for page in PAGES if page.parent.name in ("start", "use")]
+MOST_WORDS, LONGEST_CELL, LONGEST_ITEM = 1200, 150, 60  # of a guide; a cell in characters
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -15,6 +17,34 @@ def test_every_link_and_picture_of_a_page_exists(page):
     targets = re.findall(r"\]\(([^)#]+)", page.read_text())
     missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
     assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_mark_of_a_merge_is_left_in_a_page(page):
+    assert not re.findall(r"^(?:<{7}|={7}|>{7})(?: .*)?$", page.read_text(), re.MULTILINE)
+
+
+def own_words(page):
+    """Text of a page without the parts that commands print."""
+    return re.sub(r"<!-- printed by.*?<!-- end.*?-->", "", page.read_text(), flags=re.S)
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.name)
+def test_a_guide_begins_with_its_question_and_is_short(page):
+    title, _, question, *_ = page.read_text().splitlines()
+    assert title.startswith("# ")
+    assert question.endswith("?")
+    assert len([word for word in page.read_text().split() if word != "|"]) <= MOST_WORDS
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.name)
+def test_table_cells_and_list_items_of_a_guide_are_short(page):
+    text = own_words(page)
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    cells = [cell.strip() for row in rows for cell in row.strip("|").split("|")]
+    assert [cell for cell in cells if len(cell) > LONGEST_CELL] == []
+    items = re.findall(r"^(?:\* |\d+\. ).+(?:\n {2,}\S.*)*", text, re.MULTILINE)
+    assert [item for item in items if len(item.split()) > LONGEST_ITEM] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -9,7 +9,7 @@ from mock_scene import PRESSURE_OF_AIR, MockScene
 from grasp_strategies.pose import Pose, angle_between
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
-from softhand_model.numerics.rotations import from_rpy
+from softhand_common.numerics.rotations import from_rpy
 
 STEP = 0.01
 HEAD = """

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from grasp_strategies.pose import (
-    IDENTITY,
+    IDENTITY_QUATERNION,
     Motion,
     Pose,
     angle_between,
@@ -37,14 +37,16 @@ def test_slerp_agrees_with_scipy(seed, fraction):
 
 def test_slerp_of_nearly_equal_rotations_stays_a_unit_quaternion_between_them():
     near = Rotation.from_rotvec([1e-6, 0.0, 0.0]).as_quat()
-    half = slerp(IDENTITY, near, 0.5)
+    half = slerp(IDENTITY_QUATERNION, near, 0.5)
     assert np.linalg.norm(half) == pytest.approx(1.0, abs=1e-15)
-    assert angle_between(IDENTITY, half) == pytest.approx(5e-7, rel=1e-6)
+    assert angle_between(IDENTITY_QUATERNION, half) == pytest.approx(5e-7, rel=1e-6)
 
 
 def test_slerp_takes_the_short_way_when_the_signs_differ():
     turned = Rotation.from_euler("z", 0.4).as_quat()
-    assert angle_between(IDENTITY, slerp(IDENTITY, -turned, 0.5)) == pytest.approx(0.2)
+    assert angle_between(
+        IDENTITY_QUATERNION, slerp(IDENTITY_QUATERNION, -turned, 0.5)
+    ) == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -77,10 +79,12 @@ def test_heading_is_the_yaw_whatever_the_tilt_about_a_level_axis(yaw, tilt):
 
 
 def test_heading_of_an_overturned_body_is_none():
-    assert heading(Rotation.from_euler("x", np.pi).as_quat()).tolist() == IDENTITY.tolist()
+    assert (
+        heading(Rotation.from_euler("x", np.pi).as_quat()).tolist() == IDENTITY_QUATERNION.tolist()
+    )
 
 
-START = Pose(np.array([0.1, 0.0, 0.4]), IDENTITY)
+START = Pose(np.array([0.1, 0.0, 0.4]), IDENTITY_QUATERNION)
 GOAL = Pose(np.array([0.1, 0.3, 0.0]), Rotation.from_euler("y", 1.2).as_quat())
 
 

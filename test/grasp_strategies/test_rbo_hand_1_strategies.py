@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import Placement, StartedScene, TrialSettings
+from softhand_trials.trials import Placement, StartedScene, TrialSettings
 
 LYING, UPRIGHT = (np.pi / 2, 0.0, 0.0), (0.0, 0.0, 0.0)
 PUSH, SURFACE, EDGE = "rbo_hand_1_push", "rbo_hand_1_surface", "rbo_hand_1_edge"

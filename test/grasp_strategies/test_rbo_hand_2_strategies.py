@@ -2,7 +2,7 @@
 
 import pytest
 
-from grasp_strategies.trials import Placement, StartedScene, TrialSettings, run_in_process
+from softhand_trials.trials import Placement, StartedScene, TrialSettings, run_in_process
 
 BEFORE_THE_CORNER = 0.05  # x of the object [m], 100 mm before the foot of the wall
 

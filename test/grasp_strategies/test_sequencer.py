@@ -6,6 +6,7 @@ import pytest
 from mock_scene import GRIP, MockScene
 from scipy.spatial.transform import Rotation
 
+from grasp_strategies.judging.failure import SCENE_FAILED
 from grasp_strategies.pose import Pose, angle_between
 from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import Sequencer, goal_pose
@@ -174,6 +175,29 @@ def test_air_is_commanded_when_a_phase_begins_and_then_only_where_it_changes(mak
     assert times[0] == 0.0 and times[1] == pytest.approx(begins["close"])
     assert times[2:] == pytest.approx(begins["close"] + STEP * np.arange(1, len(times) - 1))
     assert times[-1] == pytest.approx(begins["close"] + 0.4, abs=1.1 * STEP)
+    assert scene.pressure_commands == []
+
+
+def test_a_pressure_is_commanded_along_its_ramp(make_strategy):
+    scene = MockScene()
+    pressure = ("air_mass: {a: 4.0e-5, b: 2.0e-5, c: 2.0e-5, d: 2.0e-5}", "pressure: {a: 3.0e+4}")
+    run(
+        scene,
+        make_strategy(
+            pressure, ("{air_mass_error: {below: 1.0e-6}}", "{pressure: {above: 2.9e+4}}")
+        ),
+    )
+    times, values = zip(*scene.pressure_commands, strict=True)
+    ramp = np.array([value[0] for value in values])
+    assert len(times) > 30 and np.all(np.diff(ramp) > 0) and ramp[-1] == pytest.approx(3e4)
+
+
+@pytest.mark.parametrize(("bodies", "ends"), [("[box]", True), ("[box, tray]", False)])
+def test_a_phase_ends_when_all_of_its_bodies_touch_the_object(make_strategy, bodies, ends):
+    until = f"until: {{touching: {bodies}}}"
+    strategy = make_strategy(("until: {air_mass_error: {below: 1.0e-6}}", until))
+    _, phases = run(MockScene(also_touching={"box", "wall"}), strategy)
+    assert ("lift" in names(phases)) == ends
 
 
 def test_a_phase_without_a_duration_takes_no_longer_than_its_motion_or_ramp(make_strategy):
@@ -278,10 +302,42 @@ def test_an_abort_that_cannot_vent_says_so(make_strategy):
     assert result.reason == "aborted in phase approach: could not vent: the driver is gone"
 
 
+@pytest.mark.parametrize("ends_by", ["scene", "time-out", "done"])
+def test_an_abort_is_obeyed_although_the_run_ended_by_itself(make_strategy, ends_by):
+    scene = MockScene(**({"break_at": 0.7} if ends_by == "scene" else {}))
+    strategy = with_touch(make_strategy) if ends_by == "time-out" else make_strategy()
+    phases, abort = [], threading.Event()
+
+    def on_phase(name):  # the abort comes when the run has already ended
+        phases.append(name)
+        if name in ("failed", "done"):
+            abort.set()
+
+    result = Sequencer(scene, strategy, control_step=STEP, on_phase=on_phase, abort=abort).run()
+    assert phases[-1] == ("done" if ends_by == "done" else "failed")
+    assert scene.vented == 1
+    assert result.cause == "aborted" and result.safe and not result.completed
+    assert result.reason.endswith("; aborted: vented")
+
+
+def test_an_abort_before_the_scene_could_be_seen_vents_all_the_same(make_strategy):
+    class Dark(MockScene):
+        def observe(self):
+            abort.set()
+            raise SceneError("no pose of the object")
+
+    abort = threading.Event()
+    scene = Dark()
+    result, _ = run(scene, make_strategy(), abort=abort)
+    assert scene.vented == 1
+    assert result.reason == "no pose of the object; aborted: vented"
+
+
 def test_a_scene_that_fails_ends_the_run_with_its_reason(make_strategy):
     result, phases = run(MockScene(break_at=0.7), make_strategy())
     assert names(phases)[-1] == "failed"
     assert result.reason == "phase close: the mock broke as asked"
+    assert result.cause == SCENE_FAILED
     assert not result.completed
 
 

@@ -11,7 +11,7 @@ from model_lab.cli.main import main
 
 USABLE = bending_sets() | other_sets()
 REFUSED = refused_sets()
-VERDICTS = {"adequate", "effects_missing", "unexplained"}
+VERDICTS = {"adequate", "effects_missing", "unexplained", "slip"}
 PLANNED = ("single_run", "drifting_gauge_linear", "negative_stress", "pulses")
 
 
@@ -22,7 +22,13 @@ def _run(arguments):
         return main([str(argument) for argument in arguments])
 
 
-@pytest.mark.parametrize("name", USABLE)
+def test_pressures_below_ambient_are_refused_before_any_search(tmp_path, capsys):
+    folder = USABLE["below_zero"].write(tmp_path / "set")
+    assert _run(["diagnose", folder, "--model", "base"]) == 2
+    assert "the model is one of inflation" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", sorted(USABLE.keys() - {"below_zero"}))
 def test_diagnose_comes_to_a_verdict(name, tmp_path, capsys):
     folder, out = USABLE[name].write(tmp_path / "set"), tmp_path / "d.json"
     given = ["diagnose", folder, "--model", USABLE[name].model, "--json", out, "--jobs", 1]

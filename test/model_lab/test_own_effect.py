@@ -89,7 +89,7 @@ def test_a_model_file_may_name_it_without_its_file_if_effects_does(told, tmp_pat
 
 BROKEN = {
     "syntax": ("def f(:\n", "SyntaxError"),
-    "no class": ("x = 1\n", "with a name, got none"),
+    "no class": ("x = 1\n", "got no such class"),
     "no method": (
         "name = 'odd'",
         "expected a method of its stage, act_on_load or modulus_factor",

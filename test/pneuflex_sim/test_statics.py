@@ -4,7 +4,7 @@ import pybullet
 import pytest
 from scipy.optimize import brentq
 
-from pneuflex_sim.hand.collision import ENVIRONMENT
+from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
@@ -42,7 +42,7 @@ def test_a_blocked_tip_pushes_as_hard_as_the_static_solver_says(
         pybullet.GEOM_BOX, halfExtents=[0.05, 0.2, 0.2], physicsClientId=client
     )
     plate = pybullet.createMultiBody(0, shape, -1, [gap + 0.05, 0, 0.4], physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(plate, -1, ENVIRONMENT, -1, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(plate, -1, ENVIRONMENT_GROUP, -1, physicsClientId=client)
     pybullet.changeDynamics(plate, -1, lateralFriction=0, physicsClientId=client)
     hold_pressure(simulation, [20e3], 4.0)
     force = sum(point[9] for point in pybullet.getContactPoints(plate, physicsClientId=client))

@@ -1,9 +1,9 @@
-"""Test pulses on the pretended bench, and the driver as a process; ROS is loaded when asked for."""
+"""Test pulses on the simulated box, and the driver as a process; ROS is loaded when asked for."""
 
 import pytest
 from ros_domain import held_domain
 
-from pneumaticbox_driver.calibration.command import BOTTLE, record_on_bench
+from pneumaticbox_driver.calibration.command import BOTTLE, record_on_rig
 from softhand_bringup.processes.launcher import Launcher, NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
@@ -13,7 +13,7 @@ def bench_pulses():
     """Record pulses per channel on bottles of 0.5 L."""
 
     def record(cycles, seed, channels, supply):
-        return record_on_bench(cycles, seed, channels, BOTTLE, supply)
+        return record_on_rig(cycles, seed, channels, BOTTLE, supply)
 
     return record
 

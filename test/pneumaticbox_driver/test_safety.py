@@ -56,32 +56,32 @@ def test_a_pressure_far_above_its_limit_means_that_relief_has_failed():
 
 def test_the_sensors_are_watched_from_the_first_sample_on():
     watch = SampleWatch()
-    assert watch.silence(100.0, 100.0, paused=False) is None
+    assert watch.silence(100.0, 100.0, simulated=False) is None
     assert not watch.started
 
 
 def test_silence_of_250_ms_of_node_time_is_a_fault():
     watch = SampleWatch()
-    watch.heard(10.0, 50.0)
-    assert watch.silence(10.25, 50.25, paused=False) is None
-    assert watch.silence(10.26, 50.26, paused=False) == "no sensor sample for 250 ms"
+    watch.note(10.0, 50.0)
+    assert watch.silence(10.25, 50.25, simulated=False) is None
+    assert watch.silence(10.26, 50.26, simulated=False) == "no sensor sample for 250 ms"
 
 
 def test_the_first_tick_of_simulated_time_is_no_silence():
     watch = SampleWatch()
-    watch.heard(0.0, 50.0)
-    assert watch.silence(7.0, 50.01, paused=False) is None
-    watch.heard(7.0, 50.02)
-    assert watch.silence(7.3, 50.32, paused=False) is not None
+    watch.note(0.0, 50.0)
+    assert watch.silence(7.0, 50.01, simulated=False) is None
+    watch.note(7.0, 50.02)
+    assert watch.silence(7.3, 50.32, simulated=False) is not None
 
 
-def test_when_the_clock_stands_two_seconds_of_wall_time_are_a_fault_unless_paused():
+def test_when_the_clock_stands_two_seconds_of_wall_time_are_a_fault_but_in_a_simulation():
     watch = SampleWatch()
-    watch.heard(10.0, 50.0)
-    assert watch.silence(10.0, 51.9, paused=False) is None
-    assert watch.silence(10.0, 52.1, paused=False) == "no sensor sample for 2 s of wall time"
-    assert watch.silence(10.0, 100.0, paused=False) == "no sensor sample for 2 s of wall time"
-    assert watch.silence(10.0, 90.0, paused=True) is None
+    watch.note(10.0, 50.0)
+    assert watch.silence(10.0, 51.9, simulated=False) is None
+    assert watch.silence(10.0, 52.1, simulated=False) == "no sensor sample for 2 s of wall time"
+    assert watch.silence(10.0, 100.0, simulated=False) == "no sensor sample for 2 s of wall time"
+    assert watch.silence(10.0, 90.0, simulated=True) is None
 
 
 def test_the_latch_keeps_each_reason_once_until_it_is_released():

@@ -22,8 +22,8 @@ GOOD = {
     ("change", "expected"),
     [
         ({"channels": ("a", "a")}, "channels must be 1 to 8 different names, got ['a', 'a']"),
-        ({"channels": ("a", "b/c")}, "channels must be letters, digits and _"),
-        ({"rest_volumes": (3e-5,)}, "rest_volumes must have 2 values, one a channel, got 1"),
+        ({"channels": ("a", "b/c")}, "channels must be names of letters, digits and _"),
+        ({"rest_volumes": (3e-5,)}, "rest_volumes must have 2 values, one per channel, got 1"),
         ({"rest_volumes": (3e-5, 0.0)}, "rest_volumes must be above 0, got [3e-05, 0.0]"),
         ({"pressure_limits": (5e4, float("inf"))}, "pressure_limits must be above 0"),
         ({"control_modes": ("mass",)}, "control_mode must have 2 entries, got 1"),
@@ -65,7 +65,7 @@ def test_without_need_of_a_hand_none_is_read():
 
 
 def test_a_hand_that_does_not_exist_is_refused_with_those_that_do():
-    with pytest.raises(ValueError, match=r"rbo_hand_2.*single_finger.*got rbo_hand_9"):
+    with pytest.raises(ValueError, match=r"rbo_hand_2.*single_finger.*got 'rbo_hand_9'"):
         settings(hand="rbo_hand_9")
 
 

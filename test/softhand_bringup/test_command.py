@@ -77,10 +77,16 @@ def test_the_shell_completes_names_and_options(tmp_path):
 
 
 def test_pip_puts_four_names_on_the_path():
-    packages = ("softhand_model", "pneuflex_sim", "pneumaticbox_driver", "grasp_strategies")
+    packages = ("softhand_model", "pneuflex_sim", "softhand_design", "pneumaticbox_driver")
     scripts = {
         entry.name
-        for package in (*packages, "model_lab", "softhand_bringup")
+        for package in (
+            *packages,
+            "grasp_strategies",
+            "softhand_trials",
+            "model_lab",
+            "softhand_bringup",
+        )
         for entry in importlib.metadata.distribution(package).entry_points
         if entry.group == "console_scripts"
     }

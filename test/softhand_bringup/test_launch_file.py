@@ -11,7 +11,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 import yaml
-from made_up_grasps import write_made_up
+from made_up_grasps import write_made_up_strategies
 
 from grasp_strategies.ros.parameters import PARAMETERS as OF_THE_SEQUENCER
 from pneuflex_sim.ros.parameters import PARAMETERS as OF_THE_SIMULATOR
@@ -26,8 +26,7 @@ SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
     "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
-    "allow_effect_files", "command_timeout", "grasp_type", "grasp_patterns", "segments",
-    "finger_contact",
+    "allow_effect_files", "command_timeout", "segments", "finger_contact",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -99,12 +98,6 @@ def entities(stand_in):
     return described("grasp_strategies/launch/softhand.launch.py")
 
 
-@pytest.fixture
-def stored(tmp_path):
-    """Path of a file of stored grasps."""
-    return str(write_made_up(tmp_path / "patterns.yaml"))
-
-
 def nodes(entities, **given):
     """Nodes by executable, with these arguments on the command line."""
     context = {e.name: e.default for e in entities if e.kind == "argument"} | given
@@ -140,14 +133,14 @@ def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_bac
 
 def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
     given = {name: node.parameters for name, node in nodes(entities).items()}
-    shipped, of_the_driver = given.pop("driver")
-    assert (shipped, set(of_the_driver)) == ({"command_timeout": 5.0}, {"backend"})
+    (of_the_driver,) = given.pop("driver")
+    assert set(of_the_driver) == {"backend"}
     assert given == {"hand_sim": [], "sequencer": []}
 
 
-def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities, stored):
+def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities):
     given = dict.fromkeys(ARGUMENTS - {"backend"}, "given")
-    found = nodes(entities, **{**given, "grasp_type": "3", "grasp_patterns": stored})
+    found = nodes(entities, **{**given, "strategy": "feix/03"})
     taken = {}
     for name in ("hand_sim", "driver", "sequencer"):
         node = found[name]
@@ -159,15 +152,14 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
             taken[value.name] = value.type
     rest = {"namespace", "params_file", "record"}
     typed = {"allow_effect_files": bool, "gui": bool, "use_sim_time": bool, "publish_clock": bool}
-    typed |= {"finger_contact": bool, "grasp_type": int, "segments": int}
+    typed |= {"finger_contact": bool, "segments": int}
     typed |= {"step": float, "real_time_factor": float, "command_timeout": float}
     assert taken == dict.fromkeys(ARGUMENTS - rest, str) | typed
 
 
-def test_with_a_stand_in_for_launch_a_grasp_type_brings_what_its_stored_grasp_needs(
-    entities, stored
-):
-    simulator = nodes(entities, grasp_type="2", grasp_patterns=stored)["hand_sim"]
+def test_with_a_stand_in_for_launch_a_stored_grasp_brings_what_it_needs(entities, tmp_path):
+    stored = str(write_made_up_strategies(tmp_path)[2])
+    simulator = nodes(entities, strategy=stored)["hand_sim"]
     (settings,) = simulator.parameters
     assert settings == {
         "hand": "rbo_hand_2",
@@ -177,8 +169,7 @@ def test_with_a_stand_in_for_launch_a_grasp_type_brings_what_its_stored_grasp_ne
         "segments": 8,
         "finger_contact": True,
     }
-    with pytest.raises(ValueError, match="expected one that is stored"):
-        nodes(entities, grasp_type="7", grasp_patterns=stored)
+    assert nodes(entities, strategy="rbo_hand_2_ball")["hand_sim"].parameters == [{}]
 
 
 def test_with_a_stand_in_for_launch_a_recorder_writes_to_the_folder_that_is_given(entities):

@@ -13,8 +13,10 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = sorted(path.parent.name for path in (ROOT / "src").glob("*/package.xml"))
 EXECUTABLES = {
     "pneuflex_sim": {"hand_sim", "hand"},
+    "softhand_design": {"hand", "softhand-materials"},
     "pneumaticbox_driver": {"driver", "calibrate"},
-    "grasp_strategies": {"sequencer", "trials"},
+    "grasp_strategies": {"sequencer"},
+    "softhand_trials": {"trials", "softhand-sweep", "softhand-search"},
     "model_lab": {"model_lab", "model-lab", "monitor"},
     "softhand_play": {"softhand-play"},
     "softhand_bringup": {"softhand", "demo", "film", "lab_story", "recorder", "repair_bag"},

@@ -23,7 +23,7 @@ def open_window(chromium):
 
     def open_one(page):
         contexts.append(chromium.new_context(viewport=WINDOW))
-        return Window(contexts[-1].new_page(), f"http://127.0.0.1:{page.server.get_port()}")
+        return Window(contexts[-1].new_page(), page.server.address)
 
     yield open_one
     for context in contexts:

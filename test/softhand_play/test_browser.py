@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from play_page import served, wait_until
 
-from grasp_strategies.sweep.trial_line import TrialLine
-from softhand_play.player import FASTEST
+from softhand_common.documents.output_file import plain
+from softhand_play.player import FASTEST_PACE
+from softhand_trials.sweep.trial_task import TrialTask
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -42,8 +43,8 @@ def test_a_slider_bends_the_finger_on_the_canvas_and_a_bad_file_becomes_a_senten
     (client,) = wait_until(page.server.get_clients, "a browser").values()
     wait_until(lambda: window.picture().min() < 200, "a hand on the canvas")
     before = tip_height(window.picture(), client.camera.fov)
-    window.slide("channel b")
-    wait_until(lambda: page.player.shots[-1].pressures[1] > 60e3, "the pressure")
+    window.slide("b: index")
+    wait_until(lambda: page.player.frames[-1].pressures[1] > 60e3, "the pressure")
     wait_until(
         lambda: before - tip_height(window.picture(), client.camera.fov) > 20.0,
         "the tip of the index finger 20 mm lower",
@@ -55,23 +56,28 @@ def test_a_slider_bends_the_finger_on_the_canvas_and_a_bad_file_becomes_a_senten
 def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_window):
     page.player.paused = True  # two pictures of what moves are much to draw
     windows = open_window(page), open_window(page)
-    windows[0].slide("channel c")
-    wait_until(lambda: windows[1].value("channel c") == "105", "the slider in the other browser")
+    windows[0].slide("c: palm inner, thumb")
+    wait_until(
+        lambda: windows[1].value("c: palm inner, thumb") == "105", "the slider in the other browser"
+    )
     before = set(page.server.get_clients())
     page.server._websock_server.disconnect_all_clients()
     wait_until(lambda: len(set(page.server.get_clients()) - before) == 2, "both browsers back")
-    windows[1].slide("channel c", "Home")
-    wait_until(lambda: windows[0].value("channel c") == "0", "the slider moved in the other, again")
+    windows[1].slide("c: palm inner, thumb", "Home")
+    wait_until(
+        lambda: windows[0].value("c: palm inner, thumb") == "0",
+        "the slider moved in the other, again",
+    )
     page.player.paused = False
-    wait_until(lambda: page.player.shots[-1].pressures[2] < 5e3, "the air let out")
+    wait_until(lambda: page.player.frames[-1].pressures[2] < 5e3, "the air let out")
 
 
 def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
     open_window, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    with served() as page:
-        page.player.pace.speed = FASTEST
+    with served(folders=[tmp_path]) as page:
+        page.player.pace.speed = FASTEST_PACE
         window = open_window(page)
         window.press("Strategies")
         window.press("run the strategy")
@@ -81,12 +87,13 @@ def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
         window.reads("saved: out/play/")
         (bag,) = (tmp_path / "out/play").iterdir()
         window.press("Results")
-        window.fill("folder", str(bag), page.results.bag)
+        window.choose("folder", str(bag.relative_to(tmp_path)))
         window.press("open the bag")
         window.reads("s, played back in Strategies")
-        wait_until(lambda: page.seen in page.player.track.shots[5:], "the bag, played")
-        (tmp_path / "results.jsonl").write_text("".join(cells(world, result)))
-        window.fill("results", str(tmp_path), page.results.map)
+        wait_until(lambda: page.seen in page.player.track.frames[5:], "the bag, played")
+        (tmp_path / "out/results.jsonl").write_text("".join(cells(world, result)))
+        window.press("look for new files")
+        window.choose("results", "out/results.jsonl")
         window.press("open the map")
         window.reads("click on a square")
         window.click_on(page, page.results.places["10,0"])
@@ -100,5 +107,5 @@ def cells(world, result):
     name = world.settings.object
     for cell, outcome in (("0,0", "none"), ("10,0", result.outcome)):
         at = (1e-3 * float(cell.split(",")[0]), 0.0)
-        line = TrialLine(f"map/{name}/{cell}/1", name, at, 1, world.settings, world.placement)
-        yield json.dumps(line.describe() | asdict(result) | {"outcome": outcome}) + "\n"
+        line = TrialTask(f"map/{name}/{cell}/1", name, at, 1, world.settings, world.placement)
+        yield json.dumps(plain(line.describe() | asdict(result) | {"outcome": outcome})) + "\n"

@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 
 from softhand_ros.client_link import ClientLink
 from softhand_ros.parameters import follow_simulated_time
-from softhand_ros.topics import TakenByHand, heard, slow_clock, stamp_of_seconds
+from softhand_ros.topics import TakenByHand, has_subscribers, slow_clock, stamp_of_seconds
 
 pytestmark = pytest.mark.system
 
@@ -82,7 +82,7 @@ def test_a_link_knows_the_newest_tick_without_being_spun(peer, domain):
     publisher = peer.node.create_publisher(Clock, "/clock", 10)
     with ClientLink("reader", domain) as link:
         assert link.simulated_time == 0.0
-        link.hear_clock()
+        link.subscribe_clock()
 
         def told():
             for seconds in (1.0, 2.0, 2.5):
@@ -92,5 +92,5 @@ def test_a_link_knows_the_newest_tick_without_being_spun(peer, domain):
 
         peer.wait(told, 10.0, "a tick")
         told()
-        assert heard(publisher) and link.simulated_time == 2.5
-    peer.wait(lambda: not heard(publisher), 10.0, "its end")
+        assert has_subscribers(publisher) and link.simulated_time == 2.5
+    peer.wait(lambda: not has_subscribers(publisher), 10.0, "its end")

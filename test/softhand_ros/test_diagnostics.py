@@ -39,7 +39,7 @@ def test_an_error_stands_before_the_warnings():
 @pytest.mark.system
 def test_a_node_that_prepares_says_so_once_a_second_while_it_is_busy(domain, tmp_path):
     peer = Peer(domain, tmp_path)
-    heard = peer.listen(DiagnosticArray, "/diagnostics")
+    received = peer.listen(DiagnosticArray, "/diagnostics")
     context = Context()
     quiet = SignalHandlerOptions.NO
     rclpy.init(context=context, domain_id=domain, signal_handler_options=quiet)
@@ -48,11 +48,11 @@ def test_a_node_that_prepares_says_so_once_a_second_while_it_is_busy(domain, tmp
     peer.wait(lambda: peer.node.count_publishers("/diagnostics"), 10.0, "the node")
     with Preparation(node, diagnostics, "kernels") as tell:
         peer.spin(0.5)
-        assert not heard  # nothing to say yet
+        assert not received  # nothing to say yet
         tell("compiling")
         time.sleep(1.3)  # busy: nobody else publishes
-    peer.wait(lambda: len(heard) == 2, 5.0, "two reports")
-    for (status,) in (array.status for array in heard):
+    peer.wait(lambda: len(received) == 2, 5.0, "two reports")
+    for (status,) in (array.status for array in received):
         assert (status.name, status.message, status.level) == (
             "busy: kernels",
             "compiling",

@@ -17,6 +17,7 @@ from softhand_ros.parameters import (
     Parameter,
     declare,
     follow_simulated_time,
+    given_to_all,
     markdown,
     parameter_lines,
     usage,
@@ -63,6 +64,55 @@ def node(domain):
 @pytest.mark.system
 def test_the_values_are_the_defaults_unless_others_are_given(node):
     assert declare(node(count=4), TABLE) == {"length": 0.1, "count": 4, "modes": ["mass"]}
+
+
+@pytest.mark.system
+def test_a_parameter_that_is_not_there_is_refused_with_the_nearest_name(node):
+    with pytest.raises(ValueError, match=r"no parameter lenght, did you mean length\?"):
+        declare(node(lenght=0.2), TABLE)
+    with pytest.raises(ValueError, match=r"no parameter speed \(--help"):
+        declare(node(speed=0.2), TABLE)
+
+
+@pytest.mark.system
+def test_parameters_of_ros_itself_are_taken(node):
+    given = {"use_sim_time": "true", "start_type_description_service": "false"}
+    given["qos_overrides./clock.subscription.depth"] = 3
+    assert declare(node(**given), TABLE)["length"] == 0.1
+
+
+@pytest.mark.system
+def test_whole_numbers_are_taken_for_fractions(node):
+    table = (*TABLE, Parameter("shift", [0.0, 0.0], "of it", "m"))
+    values = declare(node(length=1, shift=[1, 2]), table)
+    assert (values["length"], list(values["shift"])) == (1.0, [1.0, 2.0])
+    with pytest.raises(ParameterException):
+        declare(node(length="long"), table)
+
+
+FILE = """
+/**:
+  ros__parameters: {lenght: 0.2, strategy: {push: x}}
+/left:
+  declaring:
+    ros__parameters: {own: 1}
+declaring:
+  ros__parameters: {count: 4, modse: [time]}
+"""
+
+
+@pytest.mark.system
+def test_what_a_file_gives_to_all_nodes_ends_none_that_lacks_it(node, tmp_path, monkeypatch, capfd):
+    path = tmp_path / "all.yaml"
+    path.write_text(FILE)
+    line = ["node", "--ros-args", "--params-file", str(path)]
+    assert given_to_all(line) == {"lenght", "strategy.push"}
+    monkeypatch.setattr("sys.argv", line)
+    shared = node(lenght=0.2)
+    assert declare(shared, TABLE)["length"] == 0.1
+    assert "no parameter lenght, did you mean length? (given to all nodes" in capfd.readouterr().err
+    with pytest.raises(ValueError, match=r"no parameter modse, did you mean modes\?"):
+        declare(node(modse="[time]"), TABLE)
 
 
 @pytest.mark.system
@@ -138,6 +188,7 @@ def test_every_default_is_one_of_the_values_that_can_be(name):
 
 def test_the_documented_table_has_a_row_for_each_parameter():
     head, _, *rows = markdown(TABLE).splitlines()
-    assert [row.split("|")[1].strip() for row in rows] == ["`length`", "`count`", "`modes`"]
-    assert {row.count("|") for row in [head, *rows]} == {7}
-    assert '| `["mass"]` |  | mass, time | yes |' in rows[-1]
+    assert [row.split("|")[1].strip() for row in rows] == ["`length`", "`count`", "`modes`*"]
+    assert {row.count("|") for row in [head, *rows]} == {4}
+    assert '| `["mass"]` |' in rows[-1]
+    assert "(mass, time)" in rows[-1]

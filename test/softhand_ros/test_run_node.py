@@ -2,11 +2,13 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 
 import pytest
 
-from softhand_ros.run_node import run_node
+from softhand_ros.run_node import ENDING, IGNORED, run_node
 
 pytestmark = pytest.mark.system
 
@@ -25,7 +27,8 @@ class Part:
 def handlers(domain, monkeypatch):
     """The signals' handlers as they were, and a ROS domain of its own."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (*ENDING, *IGNORED)}
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the tests may run under nohup
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -38,7 +41,7 @@ def failing(error):
     return serve
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", ENDING)
 def test_a_signal_ends_the_node_in_order(number):
     part = Part()
 
@@ -48,6 +51,30 @@ def test_a_signal_ends_the_node_in_order(number):
 
     assert run_node("part", lambda: part, serve, args=[]) == 0
     assert part.closed
+
+
+def test_what_a_terminal_sends_does_not_stop_a_node_that_may_have_to_vent():
+    seen = []
+
+    def serve(_, stop):
+        for number in (signal.SIGTSTP, signal.SIGTTIN):
+            os.kill(os.getpid(), number)  # the test itself would stand still
+        seen.append(stop.is_set())
+
+    assert run_node("part", Part, serve, args=[]) == 0
+    assert seen == [False]
+
+
+def test_under_nohup_a_node_outlives_its_terminal():
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    seen = []
+
+    def serve(_, stop):
+        os.kill(os.getpid(), signal.SIGHUP)
+        seen.append(stop.wait(0.3))
+
+    assert run_node("part", Part, serve, args=[]) == 0
+    assert seen == [False]
 
 
 @pytest.mark.parametrize(
@@ -74,3 +101,50 @@ def test_the_help_is_printed_without_making_a_node(capsys):
     assert run_node("part", lambda: made.append(1), None, usage="usage: part", args=["-h"]) == 0
     assert capsys.readouterr().out == "usage: part\n"
     assert not made
+
+
+HANGING = """
+import sys, time
+from softhand_ros.run_node import ENDING, IGNORED, run_node
+
+class Part:
+    def close(self):
+        print("closing", flush=True)
+        time.sleep(60)
+
+def make():
+    if sys.argv[1] == "made":
+        print("making", flush=True)
+        time.sleep(60)
+    return Part()
+
+def serve(part, stop):
+    print("serving", flush=True)
+    stop.wait(60) if sys.argv[1] == "closed" else time.sleep(60)
+
+sys.exit(run_node("part", make, serve, args=[]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("state", "signals", "status"),
+    [
+        ("made", [signal.SIGINT], 0),
+        ("made", [signal.SIGTERM], 0),
+        ("served", [signal.SIGTERM], 1),
+        ("closed", [signal.SIGTERM, signal.SIGTERM], 1),
+        ("closed", [signal.SIGINT, signal.SIGTERM], 1),
+    ],
+)
+def test_a_node_that_hangs_is_ended_by_force(state, signals, status):
+    line = [sys.executable, "-c", HANGING, state]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True) as process:
+        process.stdout.readline()
+        process.send_signal(signals[0])
+        if state == "closed":
+            assert process.stdout.readline() == "closing\n"
+            process.send_signal(signals[1])
+        assert process.wait(20.0) == status
+        forced = "part: not closed 1.7 s after the signal: ended by force\n"
+        assert process.stderr.read() == (forced if status else "")

@@ -46,7 +46,7 @@ def test_the_first_may_start_and_has_nothing_to_say(make):
 
 def test_the_later_one_is_told_which_topic_the_first_publishes(make, monkeypatch):
     claim(make("/left"))
-    monkeypatch.setattr(single, "DISCOVERY", 10.0)  # on a machine that is busy it takes longer
+    monkeypatch.setattr(single, "DISCOVERY_TIME", 10.0)  # on a machine that is busy it takes longer
     with pytest.raises(ValueError, match="another box publishes /left/box/valves: .*allow_second"):
         claim(make("/left"))
 

@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 
 from softhand_ros.client_link import ClientLink
 from softhand_ros.topics import (
-    LATEST,
+    RELIABLE_DEEP,
     nanoseconds,
     refuse_time_before_zero,
     seconds,
@@ -89,7 +89,7 @@ def test_a_large_message_leaves_nothing_behind_when_its_sender_has_gone(domain):
     heap = ctypes.CDLL(None).mallinfo2
     heap.restype = Heap
     with ClientLink("hearer", domain) as link:
-        subscription = subscribe_by_hand(link.node, PoseStamped, "large", LATEST)
+        subscription = subscribe_by_hand(link.node, PoseStamped, "large", RELIABLE_DEEP)
         before = heap().mapped
         subprocess.run([sys.executable, "-c", SENDER, str(domain), str(LARGE)], check=True)
         assert link.wait(lambda: not subscription.get_publisher_count(), 20.0)

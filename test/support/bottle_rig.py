@@ -1,4 +1,4 @@
-"""The box on the pretended bench, with bottles or compliant volumes on its channels."""
+"""The box on the simulated box, with bottles or compliant volumes on its channels."""
 
 import numpy as np
 

@@ -12,8 +12,7 @@ import pytest
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 TIME_LIMIT = 90.0  # [s]
 ATTEMPTS = 3  # on a busy machine the browser's own clock may run out before all is drawn
-HEIGHT = 14000  # [pixels] of the window: plots are drawn when they come into view
-SCRIPT = re.compile(r"<script(?! type=).*?</script>", re.DOTALL)
+HEIGHT = 14000  # [pixels] of the window
 OFFLINE = ("--host-resolver-rules=MAP * ~NOTFOUND", "--proxy-server=127.0.0.1:9")
 FRAME = """<!DOCTYPE html><body style="margin:0"><pre id="probe"></pre>
 <iframe src="{name}" style="border:0;width:{width}px;height:{height}px"></iframe><script>
@@ -25,45 +24,36 @@ const rect = e => e.getBoundingClientRect();
 const box = e => [rect(e).left, rect(e).top, rect(e).right, rect(e).bottom];
 const level = t => !/rotate\\(-?[1-9]/.test(t.getAttribute("transform") || "");
 const shown = e => e.checkVisibility() && rect(e).width > 0;
-const measured = svgs => ({boxes: svgs.map(box), marks: svgs.flatMap(s => all(s, "path, use"))
-    .filter(e => rect(e).width + rect(e).height > 0).length,
-  texts: svgs.map(s => all(s, "text").filter(level).map(t => [t.textContent, ...box(t)]))});
-const figures = () => all(document, "figure").map(f => ({name: f.id,
-  label: f.querySelector("svg").getAttribute("aria-label"),
-  caption: f.querySelector("figcaption").textContent,
-  empty: all(f, ".plot").filter(p => !p.querySelector(".main-svg .trace, .main-svg .bars")).length,
-  panels: all(f, ".plot").length,
-  plots: measured(all(f, ".plot .main-svg").filter(shown)),
-  picture: measured(all(f, ".picture > svg").filter(shown))}));
+const drawn = svg => all(svg, "[id$=-axes_1] > g:is([id*=line2d], [id*=Collection], [id*=patch])")
+  .length > 3;  // beside the background and two spines
+const figures = () => all(document, "figure").map(f => {
+  const svgs = all(f, "svg").filter(shown);
+  return {name: f.id, caption: f.querySelector("figcaption").textContent,
+    label: f.querySelector("[role=group]").getAttribute("aria-label"),
+    panels: svgs.length, empty: svgs.filter(svg => !drawn(svg)).length, boxes: svgs.map(box),
+    texts: svgs.map(s => all(s, "text").filter(level).map(t => [t.textContent, ...box(t)]))};
+});
 const letters = () => all(document, "body *").filter(e => shown(e) &&
   [...e.childNodes].some(n => n.nodeType == 3 && n.textContent.trim()));
+const scale = e => e.ownerSVGElement ? e.ownerSVGElement.getScreenCTM().a : 1;
+const size = e => parseFloat(getComputedStyle(e).fontSize) * scale(e);
+const clicked = label => {
+  const width = () => rect(label.querySelector("svg")).width;
+  const before = width();
+  label.click();
+  const enlarged = width();
+  label.click();
+  return [before, enlarged, width()];
+};
 const report = () => ({figures: figures(),
-  smallest: Math.min(...letters().map(e => parseFloat(getComputedStyle(e).fontSize))),
+  smallest: Math.min(...letters().map(size)),
   headings: all(document, "h1, h2, h3").map(e => +e.tagName[1]),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
   width: [document.documentElement.scrollWidth, document.documentElement.clientWidth],
-  zoom: all(document, "#curves .plot:has(.main-svg)").slice(0, 1).flatMap(zoomed)});
-const zoomed = plot => {  // what a mouse does that is dragged over the middle of a plot
-  const range = () => [...plot._fullLayout.xaxis.range];
-  const before = range(), area = plot.querySelector(".nsewdrag"), b = rect(area);
-  const mouse = (on, type, part) => on.dispatchEvent(new MouseEvent(type, {bubbles: true,
-    buttons: 1, clientX: b.left + part * b.width, clientY: b.top + part * b.height}));
-  mouse(area, "mousedown", 0.4);
-  [0.5, 0.6].forEach(part => mouse(document, "mousemove", part));
-  mouse(document, "mouseup", 0.6);
-  return [before, range()];
-};
-const left = () => document.documentElement.matches(".live") &&
-  all(document, ".plot").some(p => !p.querySelector(".main-svg"));
-let waited = 0;
-const timer = setInterval(() => {
-  if (left() && ++waited < 250) return;
-  clearInterval(timer);
-  setTimeout(() => parent.postMessage(JSON.stringify(report()), "*"), 500);
-}, 100);
+  clicked: all(document, "#curves label").slice(0, 1).flatMap(clicked)});
+setTimeout(() => parent.postMessage(JSON.stringify(report()), "*"), 500);
 matchMedia("print").addEventListener("change", e => e.matches && console.log("PRINT " +
-  JSON.stringify({pictures: all(document, ".picture > svg").filter(shown).length,
-    plots: all(document, ".plots").filter(shown).length,
+  JSON.stringify({pictures: all(document, "figure svg").filter(shown).length,
     right: Math.max(...all(document, "body *").filter(shown).map(e => rect(e).right)),
     width: document.documentElement.clientWidth})));
 })();</script>"""
@@ -73,11 +63,10 @@ matchMedia("print").addEventListener("change", e => e.matches && console.log("PR
 class Rendered:
     """What a browser made of a page.
 
-    figures: with name, label, caption, panels, those that stayed empty, and what was measured of
-    plots and picture as far as they are shown (boxes [pixels], marks, texts). width: of content and
-    window [pixels]; smallest: letters that are shown [pixels]; headings: their levels; fetched:
-    addresses; zoom: ends of x of the first curves before and after a mouse was dragged over 0.4 to
-    0.6 of their width; console: what it complains of.
+    figures: with name, label, caption, number of panels, of those without data, and for each panel
+    its box [pixels] and its level texts. width: of content and window [pixels]; smallest: letters
+    that are shown [pixels]; headings: their levels; fetched: addresses; clicked: width of the first
+    curves [pixels] before a click, after it, and after another; console: what it complains of.
     """
 
     figures: list = field(default_factory=list)
@@ -85,7 +74,7 @@ class Rendered:
     smallest: float = 0.0
     headings: list = field(default_factory=list)
     fetched: list = field(default_factory=list)
-    zoom: list = field(default_factory=list)
+    clicked: list = field(default_factory=list)
     console: list = field(default_factory=list)
 
     def figure(self, name):
@@ -100,13 +89,9 @@ def find_browser():
     return found
 
 
-def render(page, folder, width=1200, scripts=True):
-    """Load a page in a frame of a width [pixels], with a script at its end that measures it.
-
-    scripts: whether the page's own run.
-    """
-    text = page.read_text(encoding="utf-8")
-    inner = _probed(text if scripts else SCRIPT.sub("", text), folder / f"probed-{page.name}")
+def render(page, folder, width=1200):
+    """Load a page in a frame of a width [pixels], with a script at its end that measures it."""
+    inner = _probed(page.read_text(encoding="utf-8"), folder / f"probed-{page.name}")
     outer = folder / f"frame-{page.name}"
     outer.write_text(FRAME.format(name=inner.name, width=width, height=HEIGHT))
     rendered = Rendered()
@@ -116,14 +101,14 @@ def render(page, folder, width=1200, scripts=True):
         content = json.loads(unescape(found.group(1))) if found and found.group(1) else {}
         console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
         rendered = Rendered(**content, console=console)
-        if not scripts or (content and not any(one["empty"] for one in rendered.figures)):
+        if content:
             break
     return rendered
 
 
 def printed(page, folder):
-    """Print a page: the PDF, and how many pictures and plots are on paper, its width
-    and how far to the right anything stands [pixels].
+    """Print a page: the PDF, and how many pictures are on paper, its width and how far to the right
+    anything stands [pixels].
     """
     inner = _probed(page.read_text(encoding="utf-8"), folder / f"printed-{page.name}")
     paper = folder / f"{page.stem}.pdf"
@@ -146,10 +131,10 @@ def _browse(folder, page, *options):
     return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=True)
 
 
-def overlapping(measured):
-    """Pairs of level texts of plots or of a picture of which one covers a part of the other."""
+def overlapping(figure):
+    """Pairs of level texts of a panel of which one covers a part of the other."""
     pairs = []
-    for texts in measured["texts"]:
+    for texts in figure["texts"]:
         seen = [entry for entry in texts if entry[0].strip()]
         for index, (first, *a) in enumerate(seen):
             for second, *b in seen[index + 1 :]:

@@ -1,8 +1,8 @@
-"""The box on the pretended bench with the actuators of a hand, as with `volume_model: hand`."""
+"""The box on the simulated box with the actuators of a hand, as with `volume_model: hand`."""
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.file import load_calibration
@@ -37,7 +37,7 @@ class HandRig:
         described = load_hand(hand)
         self.names = described.channels
         self.actuators = PressedActuators(described)
-        self.bench = EmbeddedBench(self.names, self.actuators, seed=seed)
+        self.bench = EmbeddedRig(self.names, self.actuators, seed=seed)
         self.box = PneumaticBox(
             BoxSettings(
                 channels=self.names,

@@ -8,7 +8,7 @@ import time
 
 import psutil
 
-from grasp_strategies.sweep import read_results
+from softhand_trials.sweep import read_results
 
 
 def killed_and_run_again(command, folder, count):

@@ -11,7 +11,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grasp_strategies.sweep.run import workers
+from softhand_trials.sweep.run import start_workers
 from thesis.co_design.arms import CO_DESIGN
 from thesis.co_design.halving import run_search
 from thesis.co_design.plan import NIGHT, Plan
@@ -59,8 +59,8 @@ def made_up(notes="", wait=0.0):
 
 
 def search(folder, jobs=0, arm=CO_DESIGN, seed=1, plan=PLAN, make=None):
-    with workers(jobs) as crew:
-        return run_search(crew, arm, seed, plan, Path(folder), make or made_up())
+    with start_workers(jobs) as workers:
+        return run_search(workers, arm, seed, plan, Path(folder), make or made_up())
 
 
 if __name__ == "__main__":

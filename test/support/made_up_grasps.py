@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 
-from grasp_strategies.dexterity.patterns import (
+from thesis.chapter_8.dexterity.patterns import (
     Pattern,
     Patterns,
     StoredGrasp,
     Times,
+    load_patterns,
     write_patterns,
 )
+from thesis.chapter_8.dexterity.strategy_file import write_strategies
 
 CYLINDER = Pattern(
     "cylinder_45",
@@ -40,3 +42,9 @@ def write_made_up(path, hand="rbo_hand_2", segments=8):
     }
     write_patterns(Patterns(hand, 0.005, segments, TIMES, grasps), path)
     return path
+
+
+def write_made_up_strategies(folder):
+    """Write the same as strategies; their paths by the number of the type."""
+    paths = write_strategies(load_patterns(write_made_up(folder / "patterns.yaml")), folder)
+    return {int(path.stem): path for path in paths}

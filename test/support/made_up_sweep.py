@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from grasp_strategies.sweep.results import Results
+from softhand_trials.sweep.results import Results
 
 
 def lines_gripped(lines, folder, jobs):
-    """In place of `run_lines`."""
+    """In place of `run_tasks`."""
     with Results(Path(folder), lines) as results:
         for line in lines:
             results.append(line.describe() | {"outcome": "gripped", "cause": ""})
@@ -15,4 +15,4 @@ def lines_gripped(lines, folder, jobs):
 
 def all_gripped(plan, folder, jobs):
     """In place of `run_sweep`."""
-    return lines_gripped(plan.lines(), folder, jobs)
+    return lines_gripped(plan.tasks(), folder, jobs)

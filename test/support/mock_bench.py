@@ -8,6 +8,7 @@ import math
 import signal
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import rclpy
@@ -39,7 +40,7 @@ def options():
     parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--refuse-vent", action="store_true")
     parser.add_argument("--command-timeout", type=float, default=0.0, help="of the driver [s]")
-    parser.add_argument("--preparing", type=float, default=0.0, help="wall time before all [s]")
+    parser.add_argument("--preparing", type=Path, help="nothing begins while this file is there")
     parser.add_argument("--spoil-every", type=int, default=0, help="every n-th object pose is NaN")
     return parser.parse_args()
 
@@ -180,7 +181,7 @@ def main():
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     begin = due = time.monotonic()
-    while not stop and time.monotonic() - begin < arguments.preparing:
+    while not stop and arguments.preparing and arguments.preparing.exists():
         node.tell_preparing()
         executor.spin_once(timeout_sec=0.2)
     while not stop and time.monotonic() - begin < arguments.life:

@@ -66,7 +66,7 @@ class Window:
     def __init__(self, tab, address):
         self.tab = tab
         tab.set_default_timeout(1e3 * PATIENCE)
-        tab.goto(f"{address}/?fixedDpr=0.5")  # a quarter of the pixels: it draws by software
+        tab.goto(f"{address}?fixedDpr=0.5")  # a quarter of the pixels: it draws by software
         self.reads("Hand")
 
     def picture(self):
@@ -97,6 +97,12 @@ class Window:
         self.find(name, "input")
         self.tab.keyboard.type(text)
         wait_until(lambda: handle.value == text, f"the text in {name!r}")
+
+    def choose(self, name, option):
+        """Choose an option of a dropdown."""
+        self.find(name, "input")
+        self.tab.keyboard.press("ArrowDown")
+        self.tab.get_by_role("option", name=option, exact=True).click()
 
     def press(self, name):
         """Press a button, or choose a tab, with the mouse."""
@@ -129,19 +135,20 @@ class Window:
 
 
 @contextmanager
-def served(**settings):
-    """A page of a world, served from this process."""
+def served(folders=(), **settings):
+    """A page of a world, served from this process; it may open the files of `folders`."""
     pytest.importorskip("viser")
-    from grasp_strategies.trials import TrialSettings
+    from softhand_play.frames import World
     from softhand_play.page import Page
     from softhand_play.player import Player
-    from softhand_play.shots import World
+    from softhand_trials.trials import TrialSettings
 
-    page = Page("127.0.0.1", 0, partial(Player, World(TrialSettings(**settings))))
+    player = partial(Player, World(TrialSettings(**settings)))
+    page = Page("127.0.0.1", 0, player, folders=folders)
     thread = threading.Thread(target=page.run)
     thread.start()
     try:
-        wait_until(lambda: page.player.shots, "a hand")
+        wait_until(lambda: page.player.frames, "a hand")
         yield page
     finally:
         page.close()

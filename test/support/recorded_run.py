@@ -3,10 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
+ROS1_STORE = get_typestore(Stores.ROS1_NOETIC)
 T = STORE.types
 WALL_START = 1_700_000_000_000_000_000  # [ns]
 NONE = np.array([])
@@ -53,6 +55,30 @@ def numbers(values):
 
 def clock(seconds):
     return T["rosgraph_msgs/msg/Clock"](stamp(seconds))
+
+
+def ros1_joint_state(number, seconds, names, position=NONE, effort=NONE):
+    types = ROS1_STORE.types
+    time = types["builtin_interfaces/msg/Time"](int(seconds), round(seconds % 1 * 1e9))
+    head = types["std_msgs/msg/Header"](number, time, "base")
+    kind = types["sensor_msgs/msg/JointState"]
+    return kind(head, list(names), np.array(position), NONE, np.array(effort))
+
+
+def write_ros1_bag(path: Path, messages):
+    """Write (topic, seconds of reception, message of ROS 1) to a ROS 1 bag, packed; its path."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    writer = Ros1Writer(path)
+    writer.set_compression(Ros1Writer.CompressionFormat.BZ2)
+    with writer:
+        connections = {}
+        for topic, seconds, message in messages:
+            kind = message.__msgtype__
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1_STORE)
+            data = ROS1_STORE.serialize_ros1(message, kind)
+            writer.write(connections[topic], WALL_START + round(seconds * 1e9), data)
+    return path
 
 
 def write_bag(folder: Path, messages, storage=StoragePlugin.MCAP):

@@ -1,23 +1,5 @@
-"""A ROS domain of a test's own."""
+"""A ROS domain of a test's own: as of a demo, but also where the user has set ROS_DOMAIN_ID."""
 
-import contextlib
-import fcntl
-import tempfile
-from pathlib import Path
+from softhand_bringup.processes.domain import held_domain
 
-DOMAINS = range(1, 102)  # the ports of higher ones reach into the ephemeral range
-
-
-@contextlib.contextmanager
-def held_domain():
-    """A ROS_DOMAIN_ID held by a lock file, so that test runs beside each other do not meet."""
-    for number in DOMAINS:
-        path = Path(tempfile.gettempdir()) / f"softhand-domain-{number}.lock"
-        with path.open("w") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield number
-            return
-    raise RuntimeError("no free ROS domain")
+__all__ = ["held_domain"]

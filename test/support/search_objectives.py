@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from grasp_strategies.search import objective
+from softhand_trials.search import objective
 
 LEAST = {"x": 0.3, "y": -0.2}
 

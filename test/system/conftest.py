@@ -7,7 +7,7 @@ from ros_domain import held_domain
 from suite_peer import SuitePeer
 
 from softhand_bringup.processes import suite
-from softhand_bringup.processes.launcher import Launcher
+from softhand_bringup.processes.launcher import Guard, Launcher
 from softhand_bringup.processes.suite import node_environment
 
 
@@ -22,6 +22,14 @@ def domain():
     """A ROS_DOMAIN_ID that no other test run uses."""
     with held_domain() as number:
         yield number
+
+
+@pytest.fixture(scope="session")
+def guard():
+    """Ends processes that enrol themselves, should the test run be killed."""
+    guard = Guard()
+    yield guard
+    guard.close()
 
 
 @pytest.fixture

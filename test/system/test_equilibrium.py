@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from softhand_bringup.processes.suite import node_environment
-from thesis.equilibrium_point.course import Push, read_courses
 from thesis.equilibrium_point.equilibrium_point import enclosed_changes, looks
+from thesis.equilibrium_point.recording import Push, read_recordings
 
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 PUSHES = """
@@ -31,7 +31,7 @@ def courses(tmp_path_factory, domain):
     line = [sys.executable, "-c", PUSHES, str(folder)]
     subprocess.run(line, env=node_environment(folder / "log", domain), timeout=LIMIT, check=True)
     pushes = [Push(**entry) for entry in json.loads((folder / "pushes.json").read_text())]
-    return {course.push.mode: course for course in read_courses(folder / "bag", pushes)}
+    return {course.push.mode: course for course in read_recordings(folder / "bag", pushes)}
 
 
 def test_a_push_under_mass_control_moves_along_the_line_of_equal_air_mass(courses):

@@ -29,7 +29,7 @@ FAULTS = {
     "stick_valve a 1": "channel a: pressure does not fall",
     "stick_valve a -1": "channel a: has lost its pressure",
     "burst a": "channel a: has lost its pressure",
-    "stick_sensor 0": "sensor a: its reading stands still",
+    "stick_sensor 0": "sensor a: its reading is constant",
     "lose_sensor 1": "sensor b: not a number",
     "lose_supply": "supply lost",
     "clock 5.0": "no sensor sample for 250 ms",
@@ -134,7 +134,7 @@ def test_two_commanders_are_warned_of_and_the_limit_holds(filled, nodes):
         bench.spin(0.03)
         bench.command(*FULL)
         bench.spin(0.03)
-    bench.diagnosis("commands", "two nodes publish commands")
+    bench.diagnosis("commands", "two nodes command the box")
     bench.node.destroy_publisher(other)
     fill(bench)
     assert max(bench.truth.velocity) < 1.2 * LIMIT

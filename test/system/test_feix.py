@@ -5,7 +5,7 @@ recorded; what cannot be replayed is refused with the reason.
 import signal
 
 import pytest
-from made_up_grasps import write_made_up
+from made_up_grasps import write_made_up_strategies
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
@@ -13,19 +13,17 @@ from std_srvs.srv import Trigger
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.processes import suite
 
-TYPE, OTHER_OBJECT, NOT_STORED = 3, 2, 6
+TYPE, OTHER_OBJECT = 3, 2
 
 
 @pytest.fixture
-def options(tmp_path):
+def options():
     return suite.SuiteOptions(
         object="cylinder_45",
         scene="held",
         step=0.005,
         segments=4,
         finger_contact=True,
-        grasp_type=TYPE,
-        grasp_patterns=str(write_made_up(tmp_path / "patterns.yaml")),
     )
 
 
@@ -34,8 +32,8 @@ def recorder(launcher, tmp_path):
     return launcher.start(suite.recorder(tmp_path / "bag"))
 
 
-def choose(peer, number):
-    chosen = Parameter("grasp_type", value=number).to_parameter_msg()
+def choose(peer, strategy):
+    chosen = Parameter("strategy.feix", value=str(strategy)).to_parameter_msg()
     answer = peer.call(SetParameters, "grasp_sequencer/set_parameters", parameters=[chosen])
     assert answer.results[0].successful, answer.results[0].reason
 
@@ -44,18 +42,19 @@ def choose(peer, number):
 def test_a_call_replays_the_stored_grasp_of_a_type_with_its_object(recorder, nodes, peer, tmp_path):
     peer.wait_for_driver()
     peer.phases()  # heard from now on
-    choose(peer, NOT_STORED)
+    choose(peer, "feix/34")
     answer = peer.trigger("grasp/feix")
     assert not answer.success
-    assert "expected one that is stored" in answer.message
-    choose(peer, OTHER_OBJECT)
+    assert "feix/01 to feix/33 or the path of a .yaml file, got 'feix/34'" in answer.message
+    stored = write_made_up_strategies(tmp_path)
+    choose(peer, stored[OTHER_OBJECT])
     answer = peer.trigger("grasp/feix")
     assert not answer.success
     assert (
         "expected a simulator with the object cylinder_25, got one with cylinder_45"
         in answer.message
     )
-    choose(peer, TYPE)
+    choose(peer, stored[TYPE])
     grasp = peer.request(Trigger, "grasp/feix")
     peer.wait(grasp.done, 150.0, "the end of the grasp")
     assert grasp.result().success, grasp.result().message

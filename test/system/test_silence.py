@@ -1,6 +1,7 @@
 """What happens when a node falls silent, comes late, or is there twice."""
 
 import signal
+from dataclasses import replace
 
 from suite_peer import AMBIENT
 
@@ -29,7 +30,7 @@ def test_a_driver_that_is_held_up_is_told_by_the_simulator(nodes, peer):
     peer.wait_for_driver()
     peer.diagnosis("pneumaticbox: safety", "in operation")
     nodes["driver"].send(signal.SIGSTOP)  # until it is told, however busy the machine is
-    told = peer.diagnosis("the driver answers late")
+    told = peer.diagnosis("the driver answers late", limit=30.0)
     nodes["driver"].send(signal.SIGCONT)
     assert "samples waited for it in vain" in told
     assert peer.diagnosis("pneumaticbox: safety", "in operation")
@@ -47,10 +48,26 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
     launcher.check()
 
 
-def test_a_second_simulator_on_the_domain_is_warned_of(launcher, peer, options):
+def test_a_second_simulator_does_not_start_unless_it_is_allowed(launcher, peer, options):
     launcher.start(suite.simulator(options))
     peer.wait(peer.time, 60.0, "a tick of /clock")
     command = suite.simulator(options)
-    twin = launcher.start(type(command)("second_simulator", command.module, command.parameters))
-    peer.diagnosis("second simulator", limit=30.0)
-    peer.wait(lambda: "second simulator" in twin.output(), 10.0, "a warning in the second's log")
+    second = launcher.start(replace(command, name="second"))
+    assert second.wait(60.0) == 2, second.output()
+    told = "another simulator publishes /pneumaticbox/sensors"
+    assert told in second.last_words()
+    parameters = {**command.parameters, "allow_second": True, "publish_clock": False}
+    launcher.start(replace(command, name="allowed", parameters=parameters))
+    peer.diagnosis("hand_sim", told, limit=60.0)
+
+
+def test_a_sequencer_that_was_stopped_does_not_blame_the_simulator(nodes, peer):
+    peer.wait_for_driver()
+    call = peer.grasp()
+    peer.wait(lambda: "close" in peer.phases(), 120.0, "phase close")
+    nodes["sequencer"].send(signal.SIGSTOP)
+    peer.diagnosis("pneumaticbox: safety", "no command for 5.0 s", limit=120.0)
+    nodes["sequencer"].send(signal.SIGCONT)
+    peer.wait(call.done, 60.0, "the answer")
+    assert not call.result().success
+    assert "this sequencer itself stood still for" in call.result().message

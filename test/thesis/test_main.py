@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from softhand_model.progress import Progress
+from softhand_common.progress import Progress
 from thesis import frame
 from thesis.__main__ import main, parser_of, progress_line
 
@@ -34,7 +34,7 @@ def test_the_list_has_a_line_that_names_the_place_in_the_thesis_for_each(capsys)
 
 
 def test_modules_that_experiments_share_are_none():
-    assert set(EXPERIMENTS).isdisjoint({"boxes", "bench_run", "stand", "static_finger", "course"})
+    assert set(EXPERIMENTS).isdisjoint({"boxes", "rig_run", "stand", "static_finger", "course"})
     with pytest.raises(ValueError, match="expected one of approximation, .* got boxes"):
         frame.experiment("boxes")
 
@@ -176,7 +176,7 @@ def test_one_that_is_refused_does_not_keep_the_others_from_running(tmp_path, mon
     monkeypatch.setattr(frame, "experiments", chosen)
     monkeypatch.setitem(EXPERIMENTS["posture"].SMALL, "patterns", str(tmp_path / "none.yaml"))
     assert run("all", "--small", "--out", tmp_path) == 2
-    assert "thesis: no grasps are stored" in capsys.readouterr().err
+    assert "none.yaml: expected" in capsys.readouterr().err
     assert (tmp_path / "flow_function" / "result.json").exists()
 
 
@@ -199,7 +199,7 @@ def test_a_run_that_fails_ends_with_status_1_and_an_interrupted_one_with_130(
 def test_progress_in_a_log_is_whole_lines(monkeypatch):
     log = io.StringIO()
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr("softhand_model.progress.LINE_EVERY", 0.0)
+    monkeypatch.setattr("softhand_common.progress.LINE_EVERY", 0.0)
     monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
     with progress_line("long_run") as tell:
         tell("calibration", 0.25)
@@ -211,7 +211,7 @@ def test_progress_says_what_it_is_at_and_how_far(monkeypatch):
     said = []
     stream = SimpleNamespace(write=said.append, flush=lambda: None, isatty=lambda: True)
     monkeypatch.setattr(sys, "stderr", stream)
-    monkeypatch.setattr("softhand_model.progress.MOVE_EVERY", 0.0)
+    monkeypatch.setattr("softhand_common.progress.MOVE_EVERY", 0.0)
     monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
     with progress_line("long_run") as tell:
         tell("calibration", 0.25)

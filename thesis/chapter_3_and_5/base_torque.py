@@ -1,12 +1,12 @@
 """Torque at the base of a finger bent by about 90 deg whose tip is moved (Figs. 5.12-5.14).
 
-Held is the middle of the last link but one, which is where the last segment begins: the joint in
-that segment is left to itself, as the segment is rigid where it is gripped.
+The finger is gripped in the middle of the last link but one, where the last segment begins. The
+joint within the last segment is free, as the segment is rigid where it is gripped.
 
-The finger lies level, its base towards the camera, and bends upwards: the thesis's axes x (left to
-right), y (along the finger at its base) and z (up) are y, z and x of the finger's frame here. The
-thesis's recorded motion is not printed; here the tip is moved as a point force of a chopstick would
-move the finger, by 10 mm, and rolled about its own axis by 30 deg.
+The finger lies level with its base towards the camera and bends upwards: the thesis's axes x (left
+to right), y (along the finger at its base) and z (up) are y, z and x of the finger's frame here.
+The motion recorded in the thesis is not printed. Here the tip is moved by 10 mm as a point force
+would move it (the thesis uses a chopstick), and rolled about its own axis by 30 deg.
 """
 
 from dataclasses import dataclass, replace
@@ -75,7 +75,9 @@ class Pose:
 
 
 class Grip:
-    """Holds a simulated finger where it is, and moves it from pose to pose."""
+    """Grips a simulated finger at its present pose, and moves the gripped point from pose to
+    pose.
+    """
 
     def __init__(self, stand: FingerStand) -> None:
         self._stand = stand
@@ -137,8 +139,8 @@ def gripped_part(chain: SegmentChain) -> SegmentChain:
 
 
 def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) -> Pose:
-    """Pose of the tip of a chain whose joints rest at angles (n,) [rad] about y, when a force at
-    its tip in a direction (3,) has moved it a distance [m] in that direction.
+    """Pose of the tip of a chain after a force at the tip, in a direction (3,), has moved it by a
+    distance [m] in that direction; without the force the joints rest at angles (n,) [rad] about y.
 
     Raises RuntimeError where no force does that.
 
@@ -170,13 +172,15 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
 
 
 def actuator() -> Actuator:
-    """The finger of section 5.2.2 with a wall of 2.5 mm, of the modulus fitted there. Which finger
-    it was is not said; of those that the thesis names this one bends nearest to the stated angle.
+    """The finger of section 5.2.2 with a wall of 2.5 mm and the modulus fitted there.
+
+    The thesis does not say which finger was measured; of those it names, this one bends nearest to
+    the stated angle.
     """
     return actuator_of(WALL)
 
 
-def course(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str, Pose]]:
+def wrist_poses(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str, Pose]]:
     """Poses of the gripped point: every push twice, then three rolls to either side."""
     chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
     poses = []
@@ -191,8 +195,9 @@ def course(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """Torques on the base along the course, in the thesis's axes: simulator and static chain with
-    the thesis's springs and with those of the section, and the simulator with other springs.
+    """Torques on the base at all poses, in the thesis's axes: of the simulator and of the static
+    chain with the thesis's springs and with those of the section, and of the simulator with other
+    springs.
     """
     finger = actuator()
     names, goals = plan(finger, given)
@@ -220,15 +225,15 @@ def run(given: Parameters, job: Job) -> Results:
 
 
 def plan(finger: Actuator, given: Parameters) -> tuple[list[str], list[Pose]]:
-    """Names and poses of the course, as the thesis's springs give them."""
+    """Names and poses of the gripped point, computed with the thesis's springs."""
     with FingerStand(finger, SEGMENTS) as stand:
         stand.settle(PRESSURE)
-        names, goals = zip(*course(stand, Grip(stand).pose(), given), strict=True)
+        names, goals = zip(*wrist_poses(stand, Grip(stand).pose(), given), strict=True)
     return list(names), list(goals)
 
 
 def _measure(finger: Actuator, goals: list[Pose], springs: SpringModel) -> tuple[list[Pose], Array]:
-    """Poses and torques (k, 3) [N m] along the course."""
+    """Measured poses, and torques (k, 3) [N m] at them."""
     poses, torques = [], []
     with FingerStand(finger, SEGMENTS, with_sensor=True, springs=springs) as stand:
         stand.settle(PRESSURE)
@@ -273,7 +278,9 @@ def _repeat(results: Results) -> float:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """Peaks of every disturbance; simulator against the static chain; what twist does."""
+    """Peak torques of every disturbance; simulator against the static chain; effect of other
+    springs.
+    """
     named, stated = [*(name for name, _ in PUSHES), ROLLED], f"{np.degrees(ANGLE):.0f} deg"
     bend = float(np.degrees(results["tip_angle"]))
     findings = [number(f"bend at {PRESSURE / 1e3:g} kPa", bend, "deg", stated)]
@@ -327,7 +334,7 @@ def _other_springs(results: Results) -> list[Finding]:
 
 
 def _changes(results: Results, key: str, name: str) -> str:
-    """Changes of the peaks in a disturbance, of those that can be told."""
+    """Changes of the peak torques in a disturbance, where the peak exceeds LEAST."""
     changes = []
     for axis in AXES:
         ours = abs(_peak(results, "simulated", axis, name))
@@ -338,7 +345,7 @@ def _changes(results: Results, key: str, name: str) -> str:
 
 
 def conclude(results: Results) -> str:
-    """What came out."""
+    """The conclusion of the report."""
     down, up = (abs(_peak(results, "simulated", "x", name)) for name in ("down", "up"))
     return (
         f"Pushed up the x torque is {up / down:.1f} times that of down, by geometry alone: the "
@@ -353,7 +360,7 @@ def conclude(results: Results) -> str:
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Torques about the three axes along the course, as in Fig. 5.14."""
+    """Torques about the three axes over the poses, as in Fig. 5.14."""
     panels = figure.subplots(3, 1, sharex=True)
     steps = np.arange(len(results["disturbance"]))
     words = {"z": "up", "x": "left to right", "y": "along the base"}

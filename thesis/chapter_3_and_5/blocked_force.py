@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pneuflex_sim.hand.collision import BOXES, PIECES
+from pneuflex_sim.hand.collision import BOXES, HULL_PIECES
 from softhand_model.equilibrium.planar import exact_springs, planar_finger
 from softhand_model.hand.actuator import Actuator, load_actuator
 from thesis.chapter_3_and_5.stand import FingerStand
@@ -46,7 +46,7 @@ def run(given: Parameters, job: Job) -> Results:
         "pressures": list(PRESSURES),
         "gap": gap,
         "simulated": simulated,
-        "with_pieces": _simulated(actuator, PIECES, given)[0],
+        "with_pieces": _simulated(actuator, HULL_PIECES, given)[0],
         "touched_at": touched,
         "chain": [  # blocked where the tip is: Bullet keeps contacts 0.01 mm apart
             blocked_finger(actuator, segments, pressure, place[0]).tip_force

@@ -60,8 +60,8 @@ def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:
 
 
 def sweep(actuator: Actuator, segments: Sequence[int], finest: int) -> dict[str, Any]:
-    """Pressures [Pa]; `off`, by number of segments, how far tips are from that of the finest chain
-    [% of the length]; `enough`: least number of segments with which TARGET holds up to each
+    """Pressures [Pa]; `off`, by number of segments: distance of the tip from that of the finest
+    chain [% of the length]; `enough`: least number of segments with which TARGET holds up to each
     pressure.
     """
     pressures = np.linspace(0.0, actuator.max_pressure, PRESSURES)
@@ -83,7 +83,7 @@ def sweep(actuator: Actuator, segments: Sequence[int], finest: int) -> dict[str,
 
 
 def worst(swept: dict[str, Any], segments: int) -> tuple[float, float]:
-    """Farthest that the tip is off [% of the length], and at which pressure [Pa]."""
+    """Greatest distance of the tip [% of the length], and the pressure [Pa] at which it occurs."""
     off = swept["off"][str(segments)]
     return max(off), swept["pressure"][int(np.argmax(off))]
 
@@ -175,7 +175,9 @@ def report(results: Results, given: Parameters) -> Report:
 
 
 def _blocked_row(results: Results, count: int) -> Finding:
-    """The blocked finger, whose tip the block holds in place: so the whole shape, and the force."""
+    """Finding about the blocked finger. Its tip is held in place by the block, so the whole shape
+    and the contact force are compared.
+    """
     fingers = results["fingers"]
     finger, finest = fingers[str(count)]["simulated"], fingers[str(FINEST)]["static"]
     force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
@@ -242,7 +244,7 @@ def _at(line: list[list[float]], share: Array) -> Array:
 
 
 def conclude(results: Results) -> str:
-    """What came out."""
+    """The conclusion of the report."""
     blocked = ", ".join(
         f"{count}: {_gaps(results, count).max():.2g} %" for count in _counts(results)
     )

@@ -50,7 +50,7 @@ class Parameters:
 def pushed(
     held: HeldCylinder, direction: tuple[float, float, float], rate: float
 ) -> dict[str, Any]:
-    """Force [N] growing in a direction, how far [m] the cylinder has moved, and how far [m] it has
+    """Force [N] that grows in a direction, displacement [m] of the cylinder, and how far [m] it has
     slid on the links that touch it.
     """
     start, meter = held.place, SlipMeter(held.simulation)
@@ -105,22 +105,24 @@ def sliding_force(push: dict[str, Any], slip: float = SLID) -> float:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """Sliding forces at every pressure; in RBO Hand 2, at the payload's pressure, they are held to
-    the thesis's.
+    """Sliding forces at every pressure. The target is the thesis's force for RBO Hand 2 at the
+    payload's pressure.
     """
     findings = []
     for grasp in results["grasps"]:
         pressure, second = grasp["pressure"], grasp["hand"] == HAND
-        printed = f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given" if second else "-"
+        judged = second and pressure == JUDGED
+        printed = f"{THESIS[0]:g}-{THESIS[1]:g} N" if judged else "-"
         for name, push in grasp["pushes"].items():
             force, way = sliding_force(push), np.interp(SLID, push["slip"], push["way"])
             others = ", ".join(
                 f"{1e3 * other:g} mm at {_shown(sliding_force(push, other))}" for other in OTHERS
             )
-            ours = f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by"
-            met = bool(THESIS[0] <= force <= THESIS[1]) if second and pressure == JUDGED else None
-            what = f"RBO Hand {2 if second else 1} at {pressure / 1e3:g} kPa, {name}"
-            findings.append(Finding(what, printed, f"{ours} {1e3 * way:.0f} mm ({others})", met))
+            slid = f"{_shown(force)}, displaced by {1e3 * way:.0f} mm"
+            met = bool(THESIS[0] <= force <= THESIS[1]) if judged else None
+            hand = f"RBO Hand {2 if second else 1} at {pressure / 1e3:g} kPa"
+            what = f"{hand}{', ' if judged else ': '}{name}"
+            findings.append(Finding(what, printed, f"{slid} ({others})", met))
     return Report(findings, conclude(results))
 
 
@@ -129,7 +131,7 @@ def _shown(force: float) -> str:
 
 
 def conclude(results: Results) -> str:
-    """What came out."""
+    """The conclusion of the report."""
     second = [grasp for grasp in results["grasps"] if grasp["hand"] == HAND]
     judged = next(grasp for grasp in second if grasp["pressure"] == JUDGED)
     forces = [sliding_force(push) for push in judged["pushes"].values()]
@@ -151,7 +153,7 @@ def conclude(results: Results) -> str:
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Slip, and way beneath it, over force in each direction."""
+    """Slip (above) and displacement (below) over force in each direction."""
     panels = figure.subplots(2, len(DIRECTIONS), sharex=True, sharey="row")
     for (upper, lower), name in zip(panels.T, DIRECTIONS, strict=True):
         for axes, key in ((upper, "slip"), (lower, "way")):

@@ -24,9 +24,9 @@ OBJECT_MASS = 0.106  # [kg]
 
 @dataclass(frozen=True)
 class Grasp:
-    """Which hand closes around the cylinder: name, place (3,) [m] of its centre in the wrist's
-    frame at the start, gauge pressures [Pa] of the channels, segments an actuator, and the model
-    file, whose weight is left out.
+    """A hand and how it closes around the cylinder: name, place (3,) [m] of the cylinder's centre
+    in the wrist frame at the start, gauge pressures [Pa] of the channels, segments per actuator,
+    and the model file, used without weight.
     """
 
     hand: str
@@ -82,7 +82,7 @@ class HeldCylinder:
         return sorted({contact.first for contact in self.simulation.object_contacts()})
 
     def load(self, force: Array) -> None:
-        """One step under a force (3,) [N] at the cylinder's centre, its weight held up."""
+        """One step under a force (3,) [N] at the cylinder's centre, without its weight."""
         self._step(force, 1.0)
 
     def _put(self, place: Array) -> None:
@@ -94,7 +94,7 @@ class HeldCylinder:
         )
 
     def _close(self) -> None:
-        """Raise the pressures and wait; the cylinder floats into the hand."""
+        """Raise the pressures and wait; the cylinder is weightless while the hand closes."""
         self._damp(DAMPED)
         rising = round(CLOSING / STEP)
         for k in range(rising + round(CALM / STEP)):

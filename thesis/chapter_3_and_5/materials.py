@@ -1,15 +1,15 @@
 """Fibres and rubbers: Tables 3.1 and 3.2, and what the text concludes from them (3.3).
 
-Nothing is simulated: both tables and the claims are calculated again.
+Nothing is simulated: tables and claims are computed again from the material data.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from softhand_model.hand.fibre import load_fibres, radial_modulus, radial_stretch, thinner
+from softhand_design.fibre import load_fibres, radial_modulus, radial_stretch, thinner
+from softhand_design.rubber_choice import highest, wall_for_stiffness
 from softhand_model.hand.rubber import load_rubbers
-from softhand_model.hand.rubber_choice import highest, wall_for_stiffness
 from thesis.frame import Figure, Finding, Job, NoParameters, Report, Results
 
 SIZE = (6.5, 4.0)
@@ -95,12 +95,12 @@ def report(results: Results, given: NoParameters) -> Report:
 
 
 def _in_print(found: Sequence[float], printed: Sequence[float]) -> bool:
-    """Whether values come out in the digits that are printed."""
+    """Whether values agree with the printed ones in all printed digits."""
     return all(abs(a - b) <= LAST_DIGITS[b] for a, b in zip(found, printed, strict=True))
 
 
 def _claims(results: Results) -> list[Finding]:
-    """What the text concludes, each true or not by its own equations."""
+    """Conclusions of the text, and whether each follows from its own equations."""
     indices, height, wall = results["indices"], results["height"], results["wall"]
     worse = indices[SKIN] / indices["TangoBlack+ FLX980 soft"]
     ratio = 1.0 / results["diameter"]

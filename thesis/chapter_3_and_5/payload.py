@@ -53,7 +53,7 @@ class Parameters:
 def weighed(
     held: HeldCylinder, direction: tuple[float, float, float], mass: float
 ) -> dict[str, Any]:
-    """Times [s] and ways [m] of the cylinder while its weight grows and is held."""
+    """Times [s] and displacements [m] of the cylinder while its weight grows and is held."""
     start, times, ways = held.place, [], []
     for k in range(round((LOADING + HOLDING) / STEP)):
         share = min(1.0, (k + 1) * STEP / LOADING)
@@ -65,8 +65,8 @@ def weighed(
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """The weight in every direction, each from the same grasp; none where the closing hand has
-    lost the cylinder.
+    """The weight in every direction, each from the same grasp; no results where the hand lost the
+    cylinder while it closed.
     """
     hands: Results = {}
     for name in given.grasps:
@@ -76,7 +76,9 @@ def run(given: Parameters, job: Job) -> Results:
 
 
 def held_up(grasp: Grasp, mass: float) -> dict[str, Any]:
-    """How a hand holds the cylinder of a mass [kg] in all directions, if it holds it at all."""
+    """How a hand holds the cylinder of a mass [kg] in all directions; None if it does not hold
+    it.
+    """
     with HeldCylinder(grasp, mass) as held:
         saved, holds, touching = held.simulation.save(), {}, held.touching()
         for posture, direction in DIRECTIONS.items() if touching else ():
@@ -91,7 +93,7 @@ def held_up(grasp: Grasp, mass: float) -> dict[str, Any]:
 
 
 def drift(hold: dict[str, Any]) -> float:
-    """Way [m] of the cylinder between the ends of the judged time.
+    """Displacement [m] of the cylinder between the ends of the judged interval.
 
     >>> ways = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.2], [0.0, 0.0, 0.4]]
     >>> round(drift({"time": [1.9, 2.5, 3.0], "way": ways}), 3)
@@ -103,29 +105,28 @@ def drift(hold: dict[str, Any]) -> float:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """How far the cylinder gives way, and whether it is at rest then; the thesis tells of the
-    payload of RBO Hand 2 alone.
+    """How far the cylinder moves under its weight, and whether it comes to rest. The thesis states
+    a payload for RBO Hand 2 only.
     """
     findings, words = [], []
     for hand, found in results["hands"].items():
         judged = hand == JUDGED_HAND
-        limit = f" (<= {1e3 * DRIFT:g})" if judged else ""
-        seen = "0.5 kg" if judged else "lifts a bottle of 546 g" if hand == LIFTED else "-"
+        limit, seen = (f" (<= {1e3 * DRIFT:g})", "0.5 kg") if judged else ("", "-")
         if not found["touching"]:
             findings.append(Finding(hand, "-", LOST, False if judged else None))
         drifts = {posture: drift(hold) for posture, hold in found["holds"].items()}
         for posture, moved in drifts.items():
             way = np.linalg.norm(found["holds"][posture]["way"][-1])
-            ours = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second{limit}"
+            ours = f"{1e3 * way:.1f} mm, at last {1e3 * moved:.2f} mm{limit}"
             met = moved <= DRIFT if judged else None
-            findings.append(Finding(f"{hand}, {posture}", seen, ours, met))
+            findings.append(Finding(f"{hand}{', ' if judged else ': '}{posture}", seen, ours, met))
         held = sum(moved <= DRIFT for moved in drifts.values())
         words.append(f"{hand} in {held} of {len(DIRECTIONS)}")
     return Report(findings, f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}.")
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Ways over time, of the grasps that hold the cylinder at all."""
+    """Displacement over time, for the grasps that hold the cylinder."""
     hands = {hand: found for hand, found in results["hands"].items() if found["holds"]}
     panels = figure.subplots(1, len(hands), sharex=True, sharey=True, squeeze=False)[0]
     for axes, (hand, found) in zip(panels, hands.items(), strict=True):

@@ -1,4 +1,4 @@
-"""How far an object has slid in the hand, as its contacts tell."""
+"""How far an object has slid in the hand, computed from its contacts."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Touching:
 def slid(
     before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]
 ) -> float:
-    """Mean way [m], weighed by the normal forces, by which the object has slid along the surfaces
-    that touched it, from one instant to the place and axes of a later one; 0 where nothing touched.
+    """Mean distance [m], weighted by the normal forces, by which the object has slid along the
+    surfaces that touched it, between one instant and a later pose; 0 where nothing touched.
     """
     if not before.force.sum() > 0.0:
         return 0.0
@@ -49,9 +49,9 @@ def _carried(point: Array, place: Array, axes: Array, new_place: Array, new_axes
 
 
 class SlipMeter:
-    """Sums up how far [m] the object of a simulation has slid in the hand, from `look` to `look`.
+    """Sums up how far [m] the object of a simulation has slid in the hand between calls of `look`.
 
-    The wrist is taken to stand still, and the palm sheet with it.
+    Wrist and palm sheet are assumed not to move.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -61,7 +61,7 @@ class SlipMeter:
         self._touching, self._joints = self._now()
 
     def look(self) -> float:
-        """Way [m] slid since the meter was made; call it every few milliseconds."""
+        """Distance [m] slid since the meter was made; call it every few milliseconds."""
         before, joints = self._touching, self._joints
         self._touching, self._joints = self._now()
         self.way += slid(before, self._object(), self._frames(joints))

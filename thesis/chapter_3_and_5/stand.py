@@ -1,4 +1,4 @@
-"""A single finger in the simulator on a test stand: pressures held, the tip blocked or moved."""
+"""A simulated finger on a test stand: pressures held, the tip blocked or moved."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pybullet
 
-from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT
+from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT_GROUP
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -37,7 +37,7 @@ def hand_of(actuator: Actuator) -> HandDescription:
 
 
 def fill(simulation: Simulation, pressures: Array | float) -> None:
-    """Give the chambers the air that they hold at gauge pressures [Pa] as they are bent now."""
+    """Give the chambers the air that corresponds to gauge pressures [Pa] in their present shape."""
     pressures_abs = pressures + simulation.ambient
     temperature, rotations = simulation.temperature, simulation.bodies.rotations
     masses = simulation.air.masses(pressures_abs, simulation.ambient, temperature, rotations)
@@ -53,12 +53,14 @@ class Touch:
 
 
 class FingerStand:
-    """A weightless finger on a fixed base, in the frame of the base: z along it, bending to +x.
+    """A weightless finger on a fixed base, in the frame of the base: z along it, bending towards
+    +x.
 
-    with_sensor: the base stands on a stiff wrist that tells its load, see `base_torque`.
-    collision: shapes of the links. Boxes end where the chain does, so that the contact is at its
-    tip; the simulator's own pieces are rounded there. springs: of the joints
-    (`joint_stiffness`).
+    Args:
+        with_sensor: put the base on a stiff wrist that measures its load, see `base_torque`.
+        collision: shapes of the links. Boxes end where the chain does, so the contact is at the
+            tip; the simulator's hulls are rounded there.
+        springs: of the joints (`joint_stiffness`).
     """
 
     def __init__(
@@ -128,9 +130,11 @@ class FingerStand:
         raise RuntimeError(f"the finger does not come to rest at {pressure:.0f} Pa")
 
     def block(self, gap: float, bottom: float) -> int:
-        """Put a block beside the finger, its face at x = gap [m], from z = bottom [m] upwards; the
-        block's id. It has no friction in the plane of bending; sideways it has, since a finger that
-        presses on a smooth wall swerves out of its plane.
+        """Put a block beside the finger, its face at x = gap [m], from z = bottom [m] upwards;
+        returns its id.
+
+        It has no friction in the plane of bending, but sideways: a finger that presses on a smooth
+        wall would leave its plane.
         """
         place = np.array([gap + self._thickened(), 0.0, bottom]) + np.array(BLOCK) * np.array(
             [1.0, 0.0, 1.0]
@@ -142,7 +146,7 @@ class FingerStand:
             0, shape, -1, (place + self.origin).tolist(), physicsClientId=self.client
         )
         pybullet.setCollisionFilterGroupMask(
-            block, -1, ENVIRONMENT, -1, physicsClientId=self.client
+            block, -1, ENVIRONMENT_GROUP, -1, physicsClientId=self.client
         )
         pybullet.changeDynamics(
             block,
@@ -154,7 +158,7 @@ class FingerStand:
         return block
 
     def touch(self, block: int) -> Touch:
-        """What presses on a block; the place is not a number where nothing does."""
+        """Contact of the finger with a block; the place is NaN without contact."""
         points = pybullet.getContactPoints(block, physicsClientId=self.client)
         force = np.array([point[9] for point in points])
         places = np.array([point[6] for point in points]).reshape(-1, 3) - self.origin

@@ -1,4 +1,4 @@
-"""The same finger as a static chain of `softhand_model.equilibrium.planar`, which knows no time
+"""The same finger as a static chain (`softhand_model.equilibrium.planar`), which has no time
 step.
 """
 

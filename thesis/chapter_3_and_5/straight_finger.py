@@ -29,8 +29,8 @@ class Parameters:
 
 
 def tapered() -> Actuator:
-    """The actuator of section 3.5.2: stiffness, and the moment of a straight section, fall linearly
-    to the tip.
+    """The actuator of section 3.5.2: its stiffness, and the moment that keeps it straight, fall
+    linearly towards the tip.
     """
     around = TaperedProfile(4.0 * HEIGHT, LENGTH, 1.0, 3)
     return _shaped(SIDE, around)
@@ -47,7 +47,7 @@ def _shaped(side: Any, around: Any) -> Actuator:
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """Lines and joint angles of both fingers at every pressure, their tips kept where they are."""
+    """Shapes and joint angles of both fingers at every pressure, with their tips held in place."""
     fingers: Results = {"tapered": [], "even": []}
     for k, pressure in enumerate(given.pressures):
         job.progress(f"{pressure / 1e3:g} kPa", k / len(given.pressures))
@@ -90,7 +90,7 @@ def bow(finger: dict[str, Any]) -> float:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """How far the fingers leave the straight line."""
+    """How far the fingers deviate from the straight line."""
     length, pressures, findings = results["length"], results["pressures"], []
     pairs = zip(pressures, results["tapered"], results["even"], strict=True)
     for pressure, finger, even_one in pairs:

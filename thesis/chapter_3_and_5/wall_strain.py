@@ -73,7 +73,7 @@ def run(given: NoParameters, job: Job) -> Results:
 
 
 def energy_error(results: Results, bend: str) -> float:
-    """Mean of J1 over the wall up to LIMIT over that of the outer face, less 1."""
+    """Relative error of taking J1 of the outer face for the mean over the wall, up to LIMIT."""
     depth, curve = np.array(results["depth"]), results["curves"][bend]
     inside = depth <= LIMIT + 1e-9
     depth, invariant = depth[inside], np.array(curve["invariant"])[inside]
@@ -83,8 +83,8 @@ def energy_error(results: Results, bend: str) -> float:
 
 
 def unevenness(results: Results) -> list[tuple[float, str]]:
-    """Lowest and highest J1 in the wall up to LIMIT over that of the outer face, less 1, each with
-    its kappa*h.
+    """Lowest and highest J1 in the wall, relative to the outer face, minus 1, up to LIMIT; each
+    with its kappa*h.
     """
     inside = np.array(results["depth"]) <= LIMIT + 1e-9
     found = [

@@ -61,7 +61,7 @@ def bent(actuator: Actuator, segments: int) -> dict[str, Any]:
 
 
 def _printed(actuator: Actuator, pressures: Array) -> Array:
-    """Tip angle by eq. 5.2 and 5.3, as the thesis's simulator has it."""
+    """Tip angle by eqs. 5.2 and 5.3, as in the thesis's simulator."""
     x, weight = actuator.quadrature()
     curvature = section.free_curvature_printed(
         pressures[:, None], *actuator.sides(x), actuator.shear_modulus
@@ -70,7 +70,7 @@ def _printed(actuator: Actuator, pressures: Array) -> Array:
 
 
 def _scaled(results: Results) -> dict[str, Array]:
-    """Angles of the thinnest wall over the thickness, as the design rule 3.32 has it."""
+    """Angles of the thinnest wall, scaled to other thicknesses by the design rule 3.32."""
     walls = results["walls"]
     thinnest = walls[min(walls, key=float)]
     angles = np.array(thinnest["simulated"]) * thinnest["wall"]
@@ -78,7 +78,9 @@ def _scaled(results: Results) -> dict[str, Array]:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """Each wall at the highest pressure; how far the rule carries from the thinnest."""
+    """Each wall at the highest pressure; how well the design rule extrapolates from the thinnest
+    wall.
+    """
     pressures, walls, findings = results["pressures"], results["walls"], []
     scaled = _scaled(results)
     thinnest, thickest = min(walls, key=float), max(walls, key=float)

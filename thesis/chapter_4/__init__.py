@@ -1,4 +1,4 @@
-"""Chapter 4: the driver on the pretended bench; units and look of its experiments."""
+"""Chapter 4: the driver on a simulated rig; units and style of its experiments."""
 
 from typing import Any
 

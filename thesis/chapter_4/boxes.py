@@ -1,5 +1,5 @@
-"""Pretended boxes of the experiments, their calibration as a user would make it, and what their
-valves can do: mass of the smallest pulse, flow of an open inlet.
+"""Simulated boxes, their calibration as a user would do it, and the limits of their valves: mass of
+the smallest pulse, flow of an open inlet.
 """
 
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.calibration.recording import (
     PulseDurations,
     PulseRanges,
@@ -35,7 +35,7 @@ AVERAGED = 5  # pulses of a direction
 
 
 def box_of(seed: int, preset: str = "pneumaticbox") -> Pneumatics:
-    """Constants of a box by its number; 0 is that of the preset, others have other tolerances."""
+    """Constants of a box by its number; 0 is the preset, others are drawn from the tolerances."""
     constants = load_pneumatics(preset)
     return replace(constants, box_seed=constants.box_seed + seed)
 
@@ -70,11 +70,9 @@ def record(
     pulses: list[list[Pulse]] = [[] for _ in range(channels)]
     for level, supply in enumerate(supplies):
         stream = 1000 * seed + level
-        bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, stream)
-        bench.plant.set_supply(supply)
-        recorded = _recorded(
-            bench, PulseDurations(PulseRanges(), channels, stream), channels, cycles
-        )
+        rig = EmbeddedRig(OUTLETS[:channels], np.full(channels, BOTTLE), box, stream)
+        rig.plant.set_supply(supply)
+        recorded = _recorded(rig, PulseDurations(PulseRanges(), channels, stream), channels, cycles)
         for channel, more in zip(pulses, recorded, strict=True):
             channel += more
         progress("test pulses", (level + 1) / len(supplies))
@@ -82,15 +80,15 @@ def record(
 
 
 def _recorded(
-    bench: EmbeddedBench, durations: PulseDurations, channels: int, cycles: int
+    rig: EmbeddedRig, durations: PulseDurations, channels: int, cycles: int
 ) -> list[list[Pulse]]:
     recording = record_pulses(durations, channels, cycles, BOTTLE, SETTLING)
     valves = next(recording)
     while True:
-        bench.command(valves)
-        readings = bench.advance(PERIOD)
+        rig.command(valves)
+        readings = rig.advance(PERIOD)
         try:
-            valves = recording.send(Sample.of(bench.time, readings))
+            valves = recording.send(Sample.of(rig.time, readings))
         except StopIteration as end:
             return list(end.value)
 
@@ -104,7 +102,7 @@ def calibrated(
     supplies: Sequence[float] = SUPPLIES,
     pulses: PulseRanges | None = None,
 ) -> list[ChannelCalibration]:
-    """Calibrate a box on bottles as a user does, who turns the supply when asked to.
+    """Calibrate a box on bottles as a user does, changing the supply pressure when asked to.
 
     The bottles are known to be tight: there is no leak test.
 
@@ -113,7 +111,7 @@ def calibrated(
         channels: number of outlets.
         points: pulses per channel, both directions and all supplies together.
         seed: of the pulses and the noise.
-        progress: is told.
+        progress: called with the current activity and the share done.
         supplies: gauge supply pressures, one after the other [Pa].
         pulses: ranges of their durations; None for the driver's.
 
@@ -123,23 +121,23 @@ def calibrated(
     ranges = pulses or PulseRanges()
     plan = CalibrationPlan(points, len(supplies), ranges, settling=SETTLING, leak_test=0.0)
     run = CalibrationRun(OUTLETS[:channels], np.full(channels, BOTTLE), plan, seed)
-    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
+    rig = EmbeddedRig(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     for supply in supplies:
-        bench.plant.set_supply(supply)
-        _play(bench, run, REGULATING)
+        rig.plant.set_supply(supply)
+        _play(rig, run, REGULATING)
         if run.state == "waiting":
             run.next()
         while run.state == "running":
-            _play(bench, run, PERIOD)
+            _play(rig, run, PERIOD)
             progress("calibration", run.progress)
     return run.result
 
 
-def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
+def _play(rig: EmbeddedRig, run: CalibrationRun, duration: float) -> None:
     """Answer the run's samples for a time [s]; a run that waits keeps the valves closed."""
     for _ in range(round(duration / PERIOD)):
-        readings = bench.advance(PERIOD)
-        bench.command(run.on_sample(Sample.of(bench.time, readings)))
+        readings = rig.advance(PERIOD)
+        rig.command(run.on_sample(Sample.of(rig.time, readings)))
 
 
 def smallest_steps(constants: Pneumatics, channels: int, pulse: float, seed: int) -> Array:
@@ -154,43 +152,43 @@ def smallest_steps(constants: Pneumatics, channels: int, pulse: float, seed: int
     Returns:
         What an inflating pulse brings and what a deflating one takes (2, channels) [kg].
     """
-    bench = _at_work(constants, channels, seed)
+    rig = _at_work(constants, channels, seed)
     moved = np.zeros((2, channels))
     for _ in range(AVERAGED):
         for row, direction in enumerate((1, -1)):
-            before = bench.mass
-            _hold(bench, direction, pulse)
-            _hold(bench, 0, WAITING)
-            moved[row] += direction * (bench.mass - before)
+            before = rig.mass
+            _hold(rig, direction, pulse)
+            _hold(rig, 0, WAITING)
+            moved[row] += direction * (rig.mass - before)
     return moved / AVERAGED
 
 
 def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Array:
-    """Steady mass flow into bottles at working pressure, inlets open (channels,) [kg/s].
+    """Steady mass flow into bottles at working pressure through open inlets (channels,) [kg/s].
 
-    One inlet is open at a time: the regulator gives way under the flow of many.
+    One inlet is open at a time: with several, the regulator's pressure would drop.
     """
     flows = np.zeros(channels)
     for channel in range(channels):
-        bench = _at_work(constants, channels, seed)
+        rig = _at_work(constants, channels, seed)
         alone = np.zeros(channels)
         alone[channel] = 1
-        _hold(bench, alone, SETTLED)
-        before = bench.mass
-        _hold(bench, alone, OPEN - SETTLED)
-        flows[channel] = (bench.mass - before)[channel] / (OPEN - SETTLED)
+        _hold(rig, alone, SETTLED)
+        before = rig.mass
+        _hold(rig, alone, OPEN - SETTLED)
+        flows[channel] = (rig.mass - before)[channel] / (OPEN - SETTLED)
     return flows
 
 
-def _at_work(constants: Pneumatics, channels: int, seed: int) -> EmbeddedBench:
-    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), constants, seed)
-    bench.plant.fill(bench.plant.mass + air_mass(WORKING, BOTTLE))
-    _hold(bench, 0, WAITING)
-    return bench
+def _at_work(constants: Pneumatics, channels: int, seed: int) -> EmbeddedRig:
+    rig = EmbeddedRig(OUTLETS[:channels], np.full(channels, BOTTLE), constants, seed)
+    rig.plant.fill(rig.plant.mass + air_mass(WORKING, BOTTLE))
+    _hold(rig, 0, WAITING)
+    return rig
 
 
-def _hold(bench: EmbeddedBench, valves: Array | int, duration: float) -> None:
+def _hold(rig: EmbeddedRig, valves: Array | int, duration: float) -> None:
     """Command valves for a time [s]."""
     for _ in range(round(duration / PERIOD)):
-        bench.command(np.broadcast_to(np.asarray(valves), (len(bench.mass),)))
-        bench.advance(PERIOD)
+        rig.command(np.broadcast_to(np.asarray(valves), (len(rig.mass),)))
+        rig.advance(PERIOD)

@@ -1,13 +1,13 @@
 """Size of the chokes against speed and smallest step of mass (section 4.3).
 
-The thesis: chokes set the flow over two orders of magnitude; 0.25 s to fill a hand without.
+The thesis: chokes set the flow over two orders of magnitude; without them a hand fills in 0.25 s.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from softhand_model.chain.volumes import FreeActuators
 from softhand_model.hand.hand import load_hand
 from softhand_model.pneumatics import Pneumatics
@@ -53,7 +53,7 @@ def run(given: Parameters, job: Job) -> Results:
 
 
 def with_choke(box: Pneumatics, diameter: float) -> Pneumatics:
-    """The box with this inlet choke, the outlet's in the proportion that it has."""
+    """The box with this inlet choke, and an outlet choke in the preset's ratio to it."""
     ratio = box.choke.outlet_diameter / box.choke.inlet_diameter
     choke = replace(box.choke, inlet_diameter=diameter, outlet_diameter=ratio * diameter)
     return replace(box, choke=choke)
@@ -62,17 +62,17 @@ def with_choke(box: Pneumatics, diameter: float) -> Pneumatics:
 def fill_time(box: Pneumatics) -> float:
     """Time to bring every channel of RBO Hand 2 to 90 % of its pressure limit [s].
 
-    All inlets open at once, and each closes when its channel is there.
+    All inlets open at once; each closes when its channel has reached its pressure.
     """
     hand = load_hand("rbo_hand_2")
-    bench = EmbeddedBench(hand.channels, FreeActuators(hand), box)
+    rig = EmbeddedRig(hand.channels, FreeActuators(hand), box)
     goal = FULL_HAND * hand.max_pressures() + box.ambient_pressure
     reached = np.zeros(len(goal), dtype=bool)
-    while not reached.all() and bench.time < LONGEST:
-        reached |= bench.plant.pressures >= goal
-        bench.command(np.where(reached, 0, 1))
-        bench.advance(PERIOD)
-    return bench.time if reached.all() else float("nan")
+    while not reached.all() and rig.time < LONGEST:
+        reached |= rig.plant.pressures >= goal
+        rig.command(np.where(reached, 0, 1))
+        rig.advance(PERIOD)
+    return rig.time if reached.all() else float("nan")
 
 
 def report(results: Results, given: Parameters) -> Report:

@@ -1,6 +1,6 @@
 """Dead volume of a choke foil, 0.15 cm3, against external chokes, 1.2 cm3 (section 4.3).
 
-The thesis: the dead volume too sets the least air that a pulse moves.
+The thesis: the dead volume, too, limits the smallest mass that a pulse can move.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +10,8 @@ import numpy as np
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 from thesis.chapter_4 import FULL, MG, NOTE, OTHER, THESIS_LINE, rms
-from thesis.chapter_4.bench_run import (
+from thesis.chapter_4.boxes import WORKING, box_of, calibrated, smallest_steps
+from thesis.chapter_4.rig_run import (
     SMALL_SINE,
     SineOnBottles,
     final_drift,
@@ -19,7 +20,6 @@ from thesis.chapter_4.bench_run import (
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import WORKING, box_of, calibrated, smallest_steps
 from thesis.frame import Axes, Figure, Job, Report, Results, number, option
 
 SMALLEST_PULSE = 0.045  # of the box [s]
@@ -55,9 +55,10 @@ def _with_dead_volume(box: Pneumatics, volume: float) -> Pneumatics:
 
 
 def added_air(given: Parameters) -> float:
-    """What the larger dead volume brings with each inflation by the gas law [kg].
+    """Mass that the larger dead volume adds to each inflation, by the gas law [kg].
 
-    It is left at supply pressure when the valve closes, and evens out with the channel.
+    The dead volume is at supply pressure when the valve closes, and its air then expands into the
+    channel.
     """
     drop = load_pneumatics("pneumaticbox").supply.pressure - WORKING
     return float(air_mass(drop, given.external - given.foil))

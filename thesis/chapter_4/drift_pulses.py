@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from thesis.chapter_4 import FULL, MG, NOTE, OTHER, STEP, THESIS_LINE
-from thesis.chapter_4.bench_run import SMALL_SINE, SineOnBottles, drift, on_bottles
 from thesis.chapter_4.boxes import box_of, calibrated
+from thesis.chapter_4.rig_run import SMALL_SINE, SineOnBottles, drift, on_bottles
 from thesis.frame import Array, Figure, Job, Report, Results, number, option
 
 REACH = (20, 50)  # pulses, of the thesis
@@ -51,7 +51,7 @@ def over_pulses(run: Results, given: Parameters) -> Array:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """Drift after the thesis's numbers of pulses, and how it grows."""
+    """Drift after the thesis's numbers of pulses, and the exponent with which it grows."""
     known = np.isfinite(results["drift"]).any(axis=1)  # some channel has made so many pulses
     typical = rms_known(results["drift"][known]) / MG
     count = results["pulses"][known]

@@ -1,6 +1,6 @@
 """What makes the errors of chapter 4: sources one at a time, and all together (section 4.4.3).
 
-The thesis: baseline 7 times worse in deflation, shared calibration 4 times worse.
+The thesis: the baseline is 7 times worse in deflation, a shared calibration 4 times worse.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -10,7 +10,7 @@ import numpy as np
 
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 from thesis.chapter_4 import FULL, STEP, THESIS_LINE, pulse_error, six_channels
-from thesis.chapter_4.bench_run import SMALL_SINE, SineOnBottles
+from thesis.chapter_4.rig_run import SMALL_SINE, SineOnBottles
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (9.0, 4.2)
@@ -35,7 +35,9 @@ class Parameters(SineOnBottles):
 
 
 def boxes(seed: int) -> dict[str, Pneumatics]:
-    """The ideal box with one source each, as in the Pneumaticbox or as large as its name says."""
+    """The ideal box with one error source each, of the size in the Pneumaticbox or of the size in
+    its name.
+    """
     ideal, real = load_pneumatics("ideal"), load_pneumatics("pneumaticbox")
     valve, alone = ideal.valve, "alone"
     delays = {"opening_delay": real.valve.opening_delay, "closing_delay": real.valve.closing_delay}
@@ -88,7 +90,7 @@ def run(given: Parameters, job: Job) -> Results:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """A row a box: deflation, inflation, shared calibration, drift."""
+    """One row per box: deflation, inflation, shared calibration, drift."""
     findings = [
         number(f"{name}: {figure}", float(value), unit, thesis)
         for name, row in zip(results["boxes"], results["figures"], strict=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
@@ -20,8 +20,8 @@ from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import CHANNELS, MG, SEED, THESIS_LINE
-from thesis.chapter_4.bench_run import BenchRun, Sine, final_drift, pulses_in_sine
 from thesis.chapter_4.boxes import OUTLETS, SUPPLIES, box_of, calibrated
+from thesis.chapter_4.rig_run import RigRun, Sine, final_drift, pulses_in_sine
 from thesis.frame import Array, Axes, Figure, Job, Report, Results, number, option
 
 NAMES = ("index", "middle", "ring", "little")
@@ -34,10 +34,10 @@ SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
 
 
 class Fingers:
-    """`count` fingers of one kind that nothing touches, one a channel; pressures gauge (n,) [Pa].
+    """`count` equal fingers without contact, one per channel; pressures are gauge (n,) [Pa].
 
-    It is both what the plant fills (`volumes` of absolute pressures through `chambers`) and, in
-    the driver, the model of a channel's volume.
+    Used as the plant's chambers (`volumes` of absolute pressures, through `chambers`) and, in the
+    driver, as the model of a channel's volume.
 
     >>> fingers = Fingers(2)
     >>> (1e6 * fingers.volumes(np.array([0.0, 30e3]))).round(1).tolist()
@@ -100,13 +100,13 @@ def on_fingers(
     seed: int,
     drift_correction: bool = False,
     sensor_offset: float = 0.0,
-) -> BenchRun:
+) -> RigRun:
     """A run in mass control with a finger on each channel, tared once, at its start.
 
     Args:
-        fingers: one a channel.
+        fingers: one per channel.
         constants: of the plant.
-        calibrations: one a channel.
+        calibrations: one per channel.
         seed: of noise and jitter.
         drift_correction: whether the box weighs the fingers by pressure and volume when they are
             still.
@@ -118,8 +118,8 @@ def on_fingers(
     )
     box = PneumaticBox(settings, calibrations, fingers)
     box.zeroing.drift_correction = drift_correction
-    bench = EmbeddedBench(OUTLETS[:n], _AtPressures(fingers), constants, seed)
-    return BenchRun(box, bench, fingers.mass, sensor_offset)
+    rig = EmbeddedRig(OUTLETS[:n], _AtPressures(fingers), constants, seed)
+    return RigRun(box, rig, fingers.mass, sensor_offset)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def run(given: Parameters, job: Job) -> Results:
     own = calibrated(box, len(NAMES), given.points, given.seed, job.progress, SUPPLIES)
     run = on_fingers(fingers, box, own, given.seed, bool(given.correct))
     results = run.follow(given, job.progress)
-    true_gauge = run.bench.plant.pressures - box.ambient_pressure
+    true_gauge = run.rig.plant.pressures - box.ambient_pressure
     start = int(np.searchsorted(results["time"], given.fill))
     before = [_gauge_of(fingers, mass) for mass in results["truth"][start].tolist()]
     return {

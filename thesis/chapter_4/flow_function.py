@@ -57,7 +57,7 @@ def report(results: Results, given: Parameters) -> Report:
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Both functions, and what lies between them."""
+    """Both functions, and their difference."""
     left, right = figure.subplots(1, 2)
     ratio, scale = results["ratio"], report["scale of the approximation"]
     rough = scale * results["approximation"]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from thesis.chapter_4 import FULL, MG, NOTE, OTHER, SEED, TARGET, THESIS_LINE, rms
-from thesis.chapter_4.bench_run import (
+from thesis.chapter_4.boxes import box_of, calibrated
+from thesis.chapter_4.rig_run import (
     SMALL_SINE,
     Sine,
     drift,
@@ -17,7 +18,6 @@ from thesis.chapter_4.bench_run import (
     pulses_in_sine,
     tracking_error,
 )
-from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.0, 4.8)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.calibration.recording import AVERAGING
 from pneumaticbox_driver.calibration.regression import Pulse, fit_channel, regressors
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
@@ -93,17 +93,17 @@ def _naive_size(pulses: Sequence[Pulse]) -> Array:
 
 
 def floor_of(box: Pneumatics, channels: int, seed: int) -> Array:
-    """Noise that the sensors leave in the ground truth, one sigma per channel (channels,) [kg].
+    """Standard deviation of the ground truth due to sensor noise, per channel (channels,) [kg].
 
-    It is what `dp V/(R T)` comes to over pulses that move nothing, each pressure averaged as for
-    a test pulse.
+    Computed as `dp V/(R T)` over pulses that move no air, with each pressure averaged as for a test
+    pulse.
     """
-    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
+    rig = EmbeddedRig(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     count = round(AVERAGING / PERIOD)
     means = []
     for _ in range(WINDOWS + 1):
-        bench.command(np.zeros(channels))
-        means.append(np.mean([bench.advance(PERIOD)[:-1] for _ in range(count)], axis=0))
+        rig.command(np.zeros(channels))
+        means.append(np.mean([rig.advance(PERIOD)[:-1] for _ in range(count)], axis=0))
     return np.asarray(rms(air_mass(np.diff(means, axis=0), BOTTLE), axis=0))
 
 

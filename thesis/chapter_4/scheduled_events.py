@@ -10,15 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from thesis.chapter_4 import FULL, NOTE, OTHER, SEED, THESIS_LINE, rms
-from thesis.chapter_4.bench_run import PRESSURE_LIMIT
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, box_of
+from thesis.chapter_4.rig_run import PRESSURE_LIMIT
 from thesis.frame import Array, Figure, Job, Report, Results, number, option
 
 PRIORITY = 20  # of the loop by the wall clock
@@ -57,7 +57,7 @@ class ScheduledBox:
         n = channels
         settings = BoxSettings(self.names, (BOTTLE,) * n, (PRESSURE_LIMIT,) * n, ("time",) * n)
         self.box = PneumaticBox(settings, load_calibration(None, channels))
-        self.bench = EmbeddedBench(self.names, np.full(channels, BOTTLE), box_of(0), seed)
+        self.rig = EmbeddedRig(self.names, np.full(channels, BOTTLE), box_of(0), seed)
         random = np.random.default_rng(seed)
         self.planned = np.cumsum(random.uniform(*SPACING, (events, channels)), axis=0)
         self.acted: Array = np.full((events, channels), np.nan)
@@ -77,9 +77,9 @@ class ScheduledBox:
     def sample(self, clock: Callable[[], float]) -> None:
         """Answer one sample, stamped by `clock` [s], and note by it when valves are switched."""
         before = self.box.valves
-        readings = self.bench.advance(PERIOD)
+        readings = self.rig.advance(PERIOD)
         valves = self.box.on_sample(clock(), readings)
-        self.bench.command(valves)
+        self.rig.command(valves)
         now = clock()
         for channel in np.flatnonzero(valves != before).tolist():
             if self._next[channel] < len(self.acted):
@@ -95,8 +95,8 @@ class ScheduledBox:
 def run(given: Parameters, job: Job) -> Results:
     """Errors of all events [s]: samples exactly every 2 ms, and by the wall clock."""
     job.progress("simulated time", 0.0)
-    pretended = ScheduledBox(given.channels, given.events, given.seed)
-    simulated = errors_of(pretended, lambda: pretended.bench.time, _without_waiting)
+    simulated_box = ScheduledBox(given.channels, given.events, given.seed)
+    simulated = errors_of(simulated_box, lambda: simulated_box.rig.time, _without_waiting)
     job.progress("wall clock", 0.5)
     real, began = ScheduledBox(given.channels, given.wall_events, given.seed), time.monotonic()
     wall = errors_of(real, lambda: time.monotonic() - began, _every_period)
@@ -130,7 +130,9 @@ def _without_waiting(step: Step, stop: threading.Event) -> None:
 
 
 def _every_period(step: Step, stop: threading.Event) -> None:
-    """At real-time priority where the system grants it, as the driver's loop can."""
+    """Wait for each period, at real-time priority where the system grants it, like the driver's
+    loop.
+    """
     set_priority(PRIORITY)
     try:
         DeadlineLoop(PERIOD).run(step, stop)

@@ -10,7 +10,8 @@ import numpy as np
 from pneumaticbox_driver.calibration.file import check_calibration
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import CHANNELS, MG, NOTE, STEP, THESIS_LINE
-from thesis.chapter_4.bench_run import (
+from thesis.chapter_4.boxes import OUTLETS, box_of, calibrated
+from thesis.chapter_4.rig_run import (
     SMALL_SINE,
     SineOnBottles,
     drift,
@@ -21,7 +22,6 @@ from thesis.chapter_4.bench_run import (
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import OUTLETS, box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.5, 4.0)

@@ -11,7 +11,8 @@ import numpy as np
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import FULL, MG, OTHER, SUPPLY, TARGET, rms
-from thesis.chapter_4.bench_run import (
+from thesis.chapter_4.boxes import box_of, calibrated
+from thesis.chapter_4.rig_run import (
     SMALL_SINE,
     SineOnBottles,
     final_drift,
@@ -20,7 +21,6 @@ from thesis.chapter_4.bench_run import (
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.0, 5.6)
@@ -58,7 +58,7 @@ def on_box(box: Pneumatics, given: Parameters, job: Job) -> Results:
 
 
 def varied(given: Parameters) -> Callable[[float], float]:
-    """The regulator turned by hand: gauge supply [Pa] over time [s], in straight lines."""
+    """Gauge supply [Pa] over time [s], piecewise linear: a regulator that is turned by hand."""
     half, turn = 0.5 * given.variation, given.duration / given.turns
 
     def supply(time: float) -> float:
@@ -72,8 +72,8 @@ def varied(given: Parameters) -> Callable[[float], float]:
 def report(results: Results, given: Parameters) -> Report:
     """Tracking errors and drift with and without the variation.
 
-    One run tells little: what the estimates drift by depends on the noise, and is as large as the
-    rest of the error. So the errors are those of all runs, and how they differ stands beside them.
+    The drift of a single run depends on the noise and is as large as the rest of the error. So the
+    errors of all runs are given, with their spread.
     """
     names = ("constant", "varied")
     runs = {n: [of(f"{n}_{k}", results) for k in range(given.runs)] for n in names}

@@ -1,6 +1,6 @@
 """Fast valves of 1-4 ms against pilot valves of 20-40 ms, same chokes (section 4.4.4).
 
-The thesis: an order of magnitude is to be gained.
+The thesis: fast valves would gain an order of magnitude.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +10,9 @@ import numpy as np
 from pneumaticbox_driver.calibration.recording import PulseRanges
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import FULL, MG, OTHER, rms
-from thesis.chapter_4.bench_run import (
+from thesis.chapter_4.boxes import box_of, calibrated, inlet_flows, smallest_steps
+from thesis.chapter_4.dead_volume import draw_steps
+from thesis.chapter_4.rig_run import (
     SMALL_SINE,
     SineOnBottles,
     final_drift,
@@ -20,8 +22,6 @@ from thesis.chapter_4.bench_run import (
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import box_of, calibrated, inlet_flows, smallest_steps
-from thesis.chapter_4.dead_volume import draw_steps
 from thesis.frame import Figure, Job, Report, Results, number
 
 NAMES = ("slow", "fast", "foilless")

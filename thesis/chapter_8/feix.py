@@ -1,33 +1,16 @@
 """The 33 grasps of the Feix taxonomy with RBO Hand 2 (8.2.2, Figs 8.9, 8.10).
 
-Air masses, order and place of the object are searched for by CMA-ES where the thesis improved them
-by trial; types, starts, judge and cost are those of `grasp_strategies.dexterity`. The best pattern
-of each type is stored, and judged in jittered runs that the search did not see; it counts when all
-of them are good. The person's verdict goes into verdicts.csv, and is reported apart.
+Air masses, filling order and place of the object are found by CMA-ES, where the thesis found them
+by trial and error. Grasp types, starting points, judge and cost are those of
+`thesis.chapter_8.dexterity`. The best pattern of each type is stored and judged in jittered trials
+that the search did not see; a type counts when all of them succeed. A person's verdict goes into
+verdicts.csv and is reported separately.
 
-Budget, seeds and judge were fixed before any search. The search itself was chosen on type 14 alone
-(seed 3014): with pre-grasps within 25 % instead of 10 %, and a cost that did not tell when an
-object is dropped, 47 of 60 evaluations did not fit and the least cost was 43; so, the second of
-them had 4.3. That grasp was held in two of three trials, and so was the one that was then chosen
-with jitter, but without shaking; with both, but three draws of firm rubber, it was held in none of
-the trials: since then the best are shaken in pairs of opposite draws, within the same budget of
-300. Type 3 was run once with 20 evaluations, to see that all works.
-
-At first all of this ran in steps of 5 ms, and 11 types were held. The winners of ten types, one
-trial each, were then run in other steps: bead and pen (9, 20, 24, 29, 32) turned by 16 to 29 deg at
-5 ms and by 5 to 9 deg at 2 ms, much as at 1 ms; the large ball (11) by 27 or 28 deg in each; the
-knife (17) by 44, 43 and 15 deg, which 2 ms does not settle, and the pen in 21 by 10, 29 and 22 deg.
-Since then the searches alone run at 5 ms; the best are shaken, and winners judged, at 2 ms, and 18
-types were held.
-
-Then 24 patterns each of 10, 11, 15, 17 and 21, drawn from those that cost less than 25 mm in the
-search, were shaken once at 2 ms: they turned by 3 to 26, 59 or 162 deg, which had nothing to do
-with their cost (rank correlation within 0.25), and little with that of stronger, longer or repeated
-pulls or of less friction (0.59 once, else within 0.5). So pulling tells what is in the hand, and
-shaking alone what stays there: the best of 18 generations are shaken now where five neighbours
-were, by successive halving, and the search has twenty evaluations fewer within the same 300. With
-four tries of the winner (rounds of 18, 6, 3 and 3), 2, 8, 17 and 18 were held in all of them and
-not in all trials, so it is eight now. Winners are judged on draws that are new (those were 4000).
+A search has 300 evaluations. It first pulls the object, at steps of 5 ms; the best grasps are then
+shaken at steps of 2 ms, in pairs of opposite draws, by successive halving. Winners are judged at 2
+ms with new draws. Budget, seeds and judge were fixed before any search; the settings of the search
+were chosen on type 14 alone (seed 3014). docs/thesis/feix.md has the results, and why these steps
+are used.
 """
 
 from __future__ import annotations
@@ -39,11 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.dexterity.feix import grasp_types
-from grasp_strategies.dexterity.feix_search import pattern_of, start_values, variables
-from grasp_strategies.dexterity.feix_trials import HandSettings, PatternTrial, fresh_trials
-from grasp_strategies.dexterity.grasping import UNTURNED
-from grasp_strategies.dexterity.patterns import (
+from softhand_trials.search import SearchProblem, search_with, try_again
+from softhand_trials.sweep.results import Results as Lines
+from softhand_trials.sweep.run import Workers, finish, start_workers
+from thesis.chapter_8.dexterity.feix import grasp_types
+from thesis.chapter_8.dexterity.feix_search import pattern_of, start_values, variables
+from thesis.chapter_8.dexterity.feix_trials import HandSettings, PatternTrial, fresh_trials
+from thesis.chapter_8.dexterity.grasping import UNTURNED
+from thesis.chapter_8.dexterity.patterns import (
     Pattern,
     Patterns,
     StoredGrasp,
@@ -51,12 +37,8 @@ from grasp_strategies.dexterity.patterns import (
     load_patterns,
     write_patterns,
 )
-from grasp_strategies.dexterity.posture import FOUR, HAND
-from grasp_strategies.search import SearchProblem, search_with, try_again
-from grasp_strategies.sweep.cluster import Cluster
-from grasp_strategies.sweep.pool import Processes
-from grasp_strategies.sweep.results import Results as Lines
-from grasp_strategies.sweep.run import workers
+from thesis.chapter_8.dexterity.posture import FOUR, HAND
+from thesis.chapter_8.dexterity.strategy_file import write_strategies
 from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, SLIPPERY, told
 from thesis.chapter_8.feix_sheet import SIZE, draw, human_verdicts, write_verdicts
 from thesis.frame import Job, Report, Results, option
@@ -66,8 +48,8 @@ __all__ = ["SIZE", "draw"]
 CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
 CHECKS = (AGAIN, HALF, SLIPPERY, FINER)  # the stored patterns, run from their file
 NO_FRICTION = 1e-6  # factor on that of all pairs
-OBJECTIVE = "grasp_strategies.dexterity.feix_search:grasp"
-PATTERNS = "patterns.yaml"
+OBJECTIVE = "thesis.chapter_8.dexterity.feix_search:grasp"
+PATTERNS, STRATEGIES = "patterns.yaml", "strategies"
 SMALL = {
     "types": (9,),
     "cases": (FOUR,),
@@ -112,7 +94,9 @@ class Parameters:
             raise ValueError(f"cases: expected {FOUR} among them, got {self.cases}")
 
     def continued(self, folder: Path) -> Parameters:
-        """With the types besides that a folder has winners of: a run adds its own to them."""
+        """These parameters with the types that already have winners in the folder: a run adds to
+        them.
+        """
         path = folder / PATTERNS
         there = load_patterns(path).grasps if path.exists() else ()
         return replace(self, types=tuple(sorted({*there, *self.types})))
@@ -135,21 +119,23 @@ def problem(given: Parameters, case: str, number: int) -> SearchProblem:
             "step": given.step,
             "segments": given.segments,
         },
+        allow_any=True,
     )
 
 
 # ---------------------------------------------------------------- run
 def run(given: Parameters, job: Job) -> Results:
-    """Searches, trials of the winners, checks of the stored patterns, and what a person said."""
+    """Searches, trials of the winners, checks of the stored patterns, and a person's verdicts."""
     found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
-    with workers(given.jobs) as crew:
+    with start_workers(given.jobs) as workers:
         for number in given.types:
             for case in given.cases:
                 job.progress(f"{case}, type {number}", _share(found, given))
-                found[case][str(number)] = _one_type(crew, given, job.folder, case, number)
+                found[case][str(number)] = _one_type(workers, given, job.folder, case, number)
             _store(given, found[FOUR], job.folder / PATTERNS)
         patterns = load_patterns(job.folder / PATTERNS)
-        checks = {name: _check(crew, given, patterns, name, job) for name in given.checks}
+        write_strategies(patterns, job.folder / STRATEGIES)
+        checks = {name: _check(workers, given, patterns, name, job) for name in given.checks}
     joints, objects = _postures(found[FOUR])
     write_verdicts(job.folder, found[FOUR])
     return {
@@ -166,17 +152,17 @@ def _share(found: Mapping[str, Any], given: Parameters) -> float:
 
 
 def _one_type(
-    crew: Processes | Cluster, given: Parameters, folder: Path, case: str, number: int
+    workers: Workers, given: Parameters, folder: Path, case: str, number: int
 ) -> dict[str, Any]:
-    """A winner, from the file or of a search, and its trials."""
+    """The winner of a type, from the file or of a search, and its trials."""
     if given.patterns and case == FOUR:
         winner = _read(Path(given.patterns), number)
     else:
-        winner = _searched(crew, given, folder, case, number)
+        winner = _searched(workers, given, folder, case, number)
     settings, pattern = _settings(given, case, number), winner["pattern"]
     own = fresh_trials(case, number, pattern, Times(), settings, given.trial_seed, given.trials)
     place = _trials(folder, case, number, winner["evaluation"])
-    return {**winner, "trials": _judged(crew, own, place)}
+    return {**winner, "trials": _judged(workers, own, place)}
 
 
 def _read(path: Path, number: int) -> dict[str, Any]:
@@ -189,15 +175,15 @@ def _read(path: Path, number: int) -> dict[str, Any]:
 
 
 def _searched(
-    crew: Processes | Cluster, given: Parameters, folder: Path, case: str, number: int
+    workers: Workers, given: Parameters, folder: Path, case: str, number: int
 ) -> dict[str, Any]:
     """The winner of a search."""
     search, place = problem(given, case, number), folder / "searches" / case / str(number)
-    result = search_with(crew, search, place)
+    result = search_with(workers, search, place)
     draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(len(given.tried))]
     named = {str(draw[1]): draw for draw in draws}  # not those of the trials
     shaken = search.with_settings(step=given.judged_step)
-    tried = try_again(crew, shaken, result, named, given.tried, place / "tried")
+    tried = try_again(workers, shaken, result, named, given.tried, place / "tried")
     winner = tried[0]
     times = [record["cpu_time"] for record in result.records]
     times += [record["cpu_time"] for one in tried for record in one.records]
@@ -213,7 +199,7 @@ def _searched(
 
 
 def _trials(folder: Path, name: str, number: int, evaluation: str) -> Path:
-    """Where trials of a winner are: with a larger budget there may be another one."""
+    """Path of the trials of a winner; with a larger budget the winner may be another one."""
     return folder / "trials" / name / str(number) / evaluation.rpartition("/")[2]
 
 
@@ -221,14 +207,10 @@ def _settings(given: Parameters, case: str, number: int) -> HandSettings:
     return HandSettings(grasp_types()[number].object, case, given.judged_step, given.segments)
 
 
-def _judged(
-    crew: Processes | Cluster, trials: Sequence[PatternTrial], folder: Path
-) -> list[dict[str, Any]]:
-    """Records of trials; what is there is not run again."""
+def _judged(workers: Workers, trials: Sequence[PatternTrial], folder: Path) -> list[dict[str, Any]]:
+    """Records of trials; those that exist are not run again."""
     with Lines(folder, trials) as results:
-        for record in crew.run(results.left(trials)):
-            results.append(record)
-        return [results.records[trial.key] for trial in trials]
+        return finish(workers, trials, results)
 
 
 def _store(given: Parameters, found: Mapping[str, Any], path: Path) -> None:
@@ -256,9 +238,9 @@ def _stored(one: Mapping[str, Any]) -> StoredGrasp:
 
 
 def _check(
-    crew: Processes | Cluster, given: Parameters, patterns: Patterns, name: str, job: Job
+    workers: Workers, given: Parameters, patterns: Patterns, name: str, job: Job
 ) -> dict[str, Any]:
-    """Runs of the patterns as they stand in their file, by type."""
+    """Runs of the patterns as they are stored in their file, by type."""
     job.progress(name, 0.99)
     found = {}
     for number in given.types:
@@ -276,7 +258,7 @@ def _check(
         )
         if name != AGAIN:
             trials = [replace(trial, robust=False) for trial in trials]
-        records = _judged(crew, trials, _trials(job.folder, name, number, stored.evaluation))
+        records = _judged(workers, trials, _trials(job.folder, name, number, stored.evaluation))
         found[str(number)] = [_told_trial(record) for record in records]
     return found
 
@@ -308,5 +290,5 @@ def _postures(found: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 
 # ---------------------------------------------------------------- report
 def report(results: Results, given: Parameters) -> Report:
-    """A row a type, then the criteria; they are judged when all types were run."""
+    """A row per type, then the criteria, which are judged once all types were run."""
     return told(results, given.types)

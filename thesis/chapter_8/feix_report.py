@@ -1,12 +1,13 @@
-"""What is said of the grasps of the Feix taxonomy: a row a type, and the criteria."""
+"""Report on the grasps of the Feix taxonomy: a row per type, and the criteria."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from grasp_strategies.dexterity.feix import PALM_TYPE, GraspType, grasp_types
-from grasp_strategies.dexterity.posture import FOUR
+from thesis.chapter_8.dexterity.feix import PALM_TYPE, GraspType, grasp_types
+from thesis.chapter_8.dexterity.posture import FOUR
 from thesis.frame import Finding, Report, Results
 
 # runs of the stored patterns
@@ -23,12 +24,12 @@ LONGEST = 300  # [s] that all stored grasps take
 
 
 def good(trials: Iterable[Mapping[str, Any]], *words: str) -> bool:
-    """Whether all trials are good in these words (`held`, `typed`)."""
+    """Whether all trials succeed in these respects (`held`, `typed`)."""
     return all(trial.get(word, False) for trial in trials for word in words)
 
 
 def counted(found: Mapping[str, Any], *words: str) -> list[int]:
-    """Types, but the one that is not counted, whose trials are all good in these words."""
+    """Types whose trials all succeed in these respects, without the type that is not counted."""
     return [
         int(number)
         for number, one in found.items()
@@ -70,10 +71,31 @@ def _row(kind: GraspType, one: Mapping[str, Any]) -> Finding:
         f"held {held} of {len(trials)}",
         f"right {typed} of {len(trials)}",
         f"{trials[0].get('robust', 0.0):.1f} N",
-        *sorted((why | errors) - {""}),
+        *summary(sorted(why - {""})),
+        *sorted(errors),
     ]
     seen = "fails" if kind.number in FAILED else "succeeds"
     return Finding(f"{kind.number} {kind.name}, {kind.object}", seen, "; ".join(parts))
+
+
+def summary(reasons: Sequence[str]) -> list[str]:
+    """Reasons of several trials in short: equal ones once, their numbers as a range.
+
+    >>> summary(["drifts by 15 mm; turns by 9 deg", "drifts by 52 mm; loses palm, ring's tip"])
+    ['drifts by 15 to 52 mm', 'turns by 9 deg', 'loses 2 contacts']
+    """
+    numbers: dict[str, list[str]] = {}
+    for part in [part for reason in reasons for part in reason.split("; ")]:
+        if part.startswith("loses "):
+            part = f"loses {part.count(',') + 1} contacts"
+        form = re.sub(r"\d+", "#", part)
+        numbers.setdefault(form, []).extend(re.findall(r"\d+", part))
+    return [form.replace("#", _range(found)) for form, found in numbers.items()]
+
+
+def _range(numbers: Sequence[str]) -> str:
+    found = set(map(int, numbers))
+    return " to ".join(map(str, sorted({min(found), max(found)}))) if found else ""
 
 
 def _count(
@@ -84,7 +106,7 @@ def _count(
 
 
 def _control(case: str, cases: Mapping[str, Any], of: Sequence[int], whole: bool) -> Finding:
-    """A hand that should be worse, searched for with the same budget."""
+    """A hand that should be worse, with a search of the same budget."""
     ours, without = (counted(cases[name], "held", "typed") for name in (FOUR, case))
     fewer = len(ours) - len(without)
     words = f"{len(without)} of {len(of)}, {fewer} fewer (>= {FEWER})"
@@ -133,7 +155,7 @@ def _same(again: Mapping[str, Any], first: Mapping[str, Any]) -> bool:
 
 
 def _human(verdicts: Mapping[str, Mapping[str, str]]) -> Finding:
-    """What a person wrote into the CSV, beside the machine's verdicts and not part of them."""
+    """A person's verdicts from the CSV; they are not part of the judge's."""
     judged = [row["human_good"] for row in verdicts.values() if row["human_good"]]
     yes = sum(word.strip().lower() in ("yes", "y", "1", "true") for word in judged)
     ours = f"{yes} of {len(judged)} good" if judged else "not judged"
@@ -141,7 +163,7 @@ def _human(verdicts: Mapping[str, Mapping[str, str]]) -> Finding:
 
 
 def _times(results: Results) -> list[Finding]:
-    """Of the searches, if there were any."""
+    """Processor times of the searches, if there were any."""
     searches = [one for own in results["cases"].values() for one in own.values()]
     seconds = sum(one["cpu_time"] for one in searches)
     count = sum(one["evaluations"] for one in searches)

@@ -1,17 +1,19 @@
-"""Pictures of the grasps of the Feix taxonomy, and the table for a person's verdict."""
+"""Pictures of the grasps of the Feix taxonomy, and the table for a person's verdicts."""
 
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from grasp_strategies.dexterity.feix import grasp_types
-from grasp_strategies.dexterity.posture import FOUR
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
+from softhand_common.documents.output_file import write_file
+from thesis.chapter_8.dexterity.feix import grasp_types
+from thesis.chapter_8.dexterity.posture import FOUR
 from thesis.frame import Array, Figure, Report, Results
 
 SIZE = (16.0, 12.0)
@@ -26,7 +28,7 @@ COLORS = {True: "tab:green", False: "tab:red"}
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Two pictures a type, with the verdicts of the machine: held, right, and the robust force."""
+    """Two pictures per type, with the judge's verdicts (held, right parts) and the robust force."""
     found = results["cases"][FOUR]
     rows = -(-len(found) // COLUMNS)
     panels = figure.subplots(rows, min(COLUMNS, len(found)), squeeze=False).ravel()
@@ -55,33 +57,36 @@ def picture(object: str, joints: Array, pose: Array) -> Any:
 
 
 def _segments(joints: int) -> int:
-    """Segments an actuator of RBO Hand 2 with so many joints: six chains, four struts."""
+    """Segments per actuator of an RBO Hand 2 with that many joints: six chains, four struts."""
     return (joints - 4) // 6
 
 
 # ---------------------------------------------------------------- a person's verdict
 def write_verdicts(folder: Path, found: Mapping[str, Any]) -> None:
-    """Write the table: what the machine says, and columns for a person, whose words are kept."""
+    """Write the table with the judge's verdicts and columns for a person, whose entries are
+    kept.
+    """
     before = human_verdicts(folder)
     columns = ("type", "name", "object", "machine_held", "machine_right", "robust", *HUMAN)
-    with (folder / FILE).open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, columns)
-        table.writeheader()
-        for number, one in found.items():
-            kind, trials = grasp_types()[int(number)], one["trials"]
-            row = {
-                "type": number,
-                "name": kind.name,
-                "object": kind.object,
-                "machine_held": f"{sum(t.get('held', False) for t in trials)}/{len(trials)}",
-                "machine_right": f"{sum(t.get('typed', False) for t in trials)}/{len(trials)}",
-                "robust": f"{trials[0].get('robust', 0.0):.2f}",
-            }
-            table.writerow({**dict.fromkeys(HUMAN, ""), **row, **before.get(number, {})})
+    file = io.StringIO(newline="")
+    table = csv.DictWriter(file, columns)
+    table.writeheader()
+    for number, one in found.items():
+        kind, trials = grasp_types()[int(number)], one["trials"]
+        row = {
+            "type": number,
+            "name": kind.name,
+            "object": kind.object,
+            "machine_held": f"{sum(t.get('held', False) for t in trials)}/{len(trials)}",
+            "machine_right": f"{sum(t.get('typed', False) for t in trials)}/{len(trials)}",
+            "robust": f"{trials[0].get('robust', 0.0):.2f}",
+        }
+        table.writerow({**dict.fromkeys(HUMAN, ""), **row, **before.get(number, {})})
+    write_file(folder / FILE, file.getvalue())
 
 
 def human_verdicts(folder: Path) -> dict[str, dict[str, str]]:
-    """What a person has written, by type; empty where nothing is."""
+    """A person's entries, by type; empty where there is none."""
     path = folder / FILE
     if not path.exists():
         return {}

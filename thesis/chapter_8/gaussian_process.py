@@ -1,9 +1,9 @@
-"""Cross-validated regression by a Gaussian process: how much of outputs a smooth map of inputs
-predicts that it has not seen.
+"""Cross-validated regression by a Gaussian process: how well a smooth map of the inputs predicts
+outputs that it has not seen.
 
 After Rasmussen and Williams, Gaussian Processes for Machine Learning (2006): prediction (2.25),
-marginal likelihood (2.30) and its slope (5.9), a length for each input (5.1). All outputs share one
-kernel, a linear part and a smooth one.
+marginal likelihood (2.30) and its gradient (5.9), a length scale for each input (5.1). All outputs
+share one kernel, the sum of a linear and a smooth part.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ START = (1.0, 1.0, 0.1, 1.0)
 
 
 def cross_validated_errors(inputs: Array, outputs: Array, folds: int = FOLDS) -> Array:
-    """Squared error (n,) of each row's outputs, summed, by processes that have not seen its fold.
+    """Squared prediction error of each row, summed over its outputs; each row is predicted without
+    its fold.
 
     Args:
         inputs: (n, m) [-], from 0 to 1.
         outputs: (n, d), in any unit.
-        folds: every so many rows are left out at a time.
+        folds: number of parts, each of which is left out in turn.
 
     Returns:
-        Errors in the square of the outputs' unit.
+        Errors (n,) in the square of the outputs' unit.
 
     >>> x = np.linspace(0.0, 1.0, 20)[:, None]
     >>> errors = cross_validated_errors(x, np.sin(4 * x))
@@ -49,8 +50,8 @@ def cross_validated_errors(inputs: Array, outputs: Array, folds: int = FOLDS) ->
 
 
 class GaussianProcess:
-    """A Gaussian process through outputs (n, d) at inputs (n, m), with its most likely kernel;
-    `logarithms` of the kernel's parameters, and where their search starts.
+    """A Gaussian process through outputs (n, d) at inputs (n, m) with the kernel of maximum
+    likelihood; `logarithms` of the kernel's parameters start the maximisation.
     """
 
     def __init__(self, inputs: Array, outputs: Array, start: Array | None = None) -> None:
@@ -77,7 +78,7 @@ class GaussianProcess:
         return covariance + parameters[2] ** 2 * np.eye(len(self._inputs))
 
     def _unlikeliness(self, logarithms: Array) -> tuple[float, Array]:
-        """Negative logarithm of the likelihood but for a constant, and its slope (5.9)."""
+        """Negative log likelihood up to a constant, and its gradient (5.9)."""
         parameters, outputs = np.exp(logarithms), self._outputs
         factor = cho_factor(self._noisy(parameters), lower=True)
         weights = cho_solve(factor, outputs)

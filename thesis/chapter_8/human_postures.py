@@ -1,10 +1,9 @@
-"""Postures of people, from files of the user: such data are not ours to ship (8.2.3, Figs 8.11,
-8.12).
+"""Postures of people, from files of the user; such data are not shipped (8.2.3, Figs 8.11, 8.12).
 
-A folder holds a CSV file for each person or data set. Its first line names the columns; the column
-`grasp` tells which grasp a row is of (a number or a word), all others are coordinates of the
-posture, in one unit: fingertips [mm], or joint angles [deg]. Rows of the same grasp are repeats;
-they are averaged.
+A folder holds a CSV file for each person or data set. Its first line names the columns. The column
+`grasp` (a number or a word) says which grasp a row belongs to; all others are coordinates of the
+posture in one unit: fingertips [mm], or joint angles [deg]. Rows of the same grasp are repeats and
+are averaged.
 """
 
 from __future__ import annotations

@@ -1,18 +1,14 @@
 """Kapandji test of RBO Hand 2's thumb (8.2.1, Figs 7.7, 8.7, 8.8).
 
-Pressures are searched for by TPE where the thesis chose them by hand; places and judge are those of
-`grasp_strategies.dexterity.kapandji`. Of the best postures of each place, that one is taken whose
-worst of four tries with pressures that differ costs least. It is judged again, with other draws,
-and counts as reached when all of these repeats touch it.
+Pressures are found by TPE, where the thesis chose them by hand; places and judge are those of
+`thesis.chapter_8.dexterity.kapandji`. Of the best postures of each place, the winner is the one
+with the lowest worst cost in four tries with varied pressures. It is judged again with other draws,
+and the place counts as reached when all of these repeats touch it.
 
-Chosen on place 8 alone, before all others (seed 1, 5 segments): the cost, in which a contact
-elsewhere is no worse than none, and the sampler; after 60 evaluations the cost was 21.8 with TPE
-and 25.1 with CMA-ES, after 130 18.1 and 18.0.
-
-At first all of this ran in steps of 5 ms, and place 4 alone was reached, since fingers that press
-on each other trembled at 3 and 5. With the best of 24 generations tried in place of the ten best,
-and these and the winners judged at 2 ms, 3 was reached as well; touches of 5 and 6 that the search
-had found at 5 ms were lost at 2 ms. Since then the searches run at 2 ms, with other seeds.
+The cost, in which a contact elsewhere is no worse than none, and the sampler were chosen on place 8
+alone, before all other searches (seed 1, 5 segments): after 60 evaluations the cost was 21.8 with
+TPE and 25.1 with CMA-ES, after 130 18.1 and 18.0. Searches run at steps of 2 ms: at 5 ms, fingers
+that press on each other trembled, and touches found there were lost at 2 ms.
 """
 
 from __future__ import annotations
@@ -25,8 +21,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.dexterity.kapandji import OTHER_RADII, RADIUS, TARGETS, Target
-from grasp_strategies.dexterity.posture import (
+from pneuflex_sim.pictures.render import Camera, HandState, Renderer
+from softhand_model.hand.hand import load_hand
+from softhand_trials.search import SearchProblem, Variable, search_with, try_again
+from softhand_trials.sweep.run import Workers, start_workers
+from thesis.chapter_8.dexterity.kapandji import OTHER_RADII, RADIUS, TARGETS, Target
+from thesis.chapter_8.dexterity.posture import (
     FOUR,
     HAND,
     PALM,
@@ -36,12 +36,6 @@ from grasp_strategies.dexterity.posture import (
     hand_variant,
     touch_place,
 )
-from grasp_strategies.search import SearchProblem, Variable, search_with, try_again
-from grasp_strategies.sweep.cluster import Cluster
-from grasp_strategies.sweep.pool import Processes
-from grasp_strategies.sweep.run import workers
-from pneuflex_sim.pictures.render import Camera, HandState, Renderer
-from softhand_model.hand.hand import load_hand
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
 
 SIZE = (12.0, 9.0)
@@ -53,7 +47,7 @@ CASES = {  # hand, channels that stay empty, places
     NO_INDEX: (FOUR, ("b",), (1, 2, 3)),
 }
 SAMPLER = "tpe"
-OBJECTIVE = "grasp_strategies.dexterity.posture:touch_place"
+OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
 ENOUGH, MOST_RIGID = 6, 3  # places that are to be reached, and at most with a palm that is rigid
 VIEW = {"target": (0.0, 0.0, 0.12), "distance": 4.0, "view_angle": 3.2, "yaw": 90.0, "pitch": 0.0}
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
@@ -113,6 +107,7 @@ def problem(given: Parameters, case: str, place: int) -> SearchProblem:
             "step": given.step,
             "segments": given.segments,
         },
+        allow_any=True,
     )
 
 
@@ -123,24 +118,24 @@ def run(given: Parameters, job: Job) -> Results:
     """
     wanted = [(c, p) for c in given.cases for p in CASES[c][2] if p in given.places]
     found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
-    with workers(given.jobs) as crew:
+    with start_workers(given.jobs) as workers:
         for number, (case, place) in enumerate(wanted):
             job.progress(f"{case}, place {place}", number / (len(wanted) + 1))
-            found[case][str(place)] = _searched(crew, given, case, place, job.folder)
+            found[case][str(place)] = _searched(workers, given, case, place, job.folder)
     job.progress("postures and workspace", len(wanted) / (len(wanted) + 1))
     fine = finely(found[given.cases[0]], given)
     return {"cases": found, "fine": fine, **postures(found, given), **workspace(given)}
 
 
 def _searched(
-    crew: Processes | Cluster, given: Parameters, case: str, place: int, folder: Path
+    workers: Workers, given: Parameters, case: str, place: int, folder: Path
 ) -> dict[str, Any]:
     """The winner of a search and its repeats."""
     search, folder = problem(given, case, place), folder / case / str(place)
-    result = search_with(crew, search, folder)
+    result = search_with(workers, search, folder)
     # not those of the repeats
     draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
-    tried = try_again(crew, search, result, draws, given.tried, folder / "tried")
+    tried = try_again(workers, search, result, draws, given.tried, folder / "tried")
     best = tried[0].record
     return {
         "values": dict(best["values"]),
@@ -152,8 +147,8 @@ def _searched(
 
 
 def finely(found: Mapping[str, Any], given: Parameters) -> dict[str, Any]:
-    """The winners of the first case by place, each repeated with the finer step: with a coarse
-    one, fingers that press on each other may tremble (joints are then not at rest).
+    """Winners of the first case by place, each repeated with the finer step. With a coarse step,
+    fingers that press on each other may tremble, and the joints do not come to rest.
     """
     again = {}
     for place, one in found.items():
@@ -186,8 +181,8 @@ def postures(found: Mapping[str, Any], given: Parameters) -> Results:
 
 
 def workspace(given: Parameters) -> Results:
-    """Place (k, 3) [m] of the thumb's base and its twist [rad] about the palm's end, against their
-    rest, at pressures of c and d (k, 2) [Pa] that are equal, and that differ (Fig. 7.7).
+    """Place (k, 3) [m] of the thumb's base and its twist [rad] about the palm's end, relative to
+    rest: at pressures of c and d (k, 2) [Pa] that are equal, and at different ones (Fig. 7.7).
     """
     hand = PosedHand(FOUR, given.step, given.segments)
     c, d = (hand.limits[hand.channels.index(name)] for name in "cd")
@@ -227,7 +222,7 @@ def reached(one: Mapping[str, Any], radius: float = RADIUS) -> bool:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """A row a place, then the criteria."""
+    """A row per place, then the criteria."""
     cases = results["cases"]
     findings = [_row(int(place), one) for place, one in cases.get(FOUR, {}).items()]
     counts = {name: sum(map(reached, found.values())) for name, found in cases.items()}
@@ -283,8 +278,8 @@ def place_name(target: Target) -> str:
 
 
 def _remaining(one: Mapping[str, Any]) -> float:
-    """Distance [mm] of the repeats from the place, in the mean: along the skin, or through the
-    air without contact.
+    """Mean distance [mm] of the repeats from the place: along the skin, or through the air without
+    contact.
     """
     far = [r["gap"] if r["distance"] is None else r["distance"] for r in one["repeats"]]
     return float(1e3 * np.mean(far))
@@ -311,7 +306,7 @@ def _counted(found: Mapping[str, Any]) -> list[Finding]:
 
 
 def _first(found: Mapping[str, Any]) -> Finding:
-    """Whether place 1 is the hardest: not reached, or farthest, or with the most effort."""
+    """Whether place 1 is the hardest: not reached, or with the largest distance or effort."""
     farthest = max(found, key=lambda place: _remaining(found[place]))
     hardest = max(found, key=lambda place: _effort(found[place]))
     failed = not reached(found["1"])

@@ -1,8 +1,8 @@
 """Maps of success over the displacement of RBO Hand 1, one for each object of Table 8.1.
 
-What the push grasp and the surface-constrained grasp share: plans of the sweeps, their maps, the
-findings about each map, the figure. The text of the thesis names neither the objects of each map
-nor grid and axes: those here are ours.
+Shared by the push grasp and the surface-constrained grasp: plans of the sweeps, maps, findings
+about each map, and the figure. The thesis states neither the objects of each map nor grid and axes;
+those used here are our choice.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
-from grasp_strategies.sweep.plan import Cell, SweptObject, grid
-from grasp_strategies.sweep.report import wilson
-from grasp_strategies.sweep.results import read_results
-from grasp_strategies.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
-from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.objects import load_object
-from softhand_model.documents.quoted import listed
+from softhand_common.documents.quoted import listed
+from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
+from softhand_trials.sweep.plan import Cell, SweptObject, grid
+from softhand_trials.sweep.report import wilson
+from softhand_trials.sweep.results import read_results
+from softhand_trials.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
+from softhand_trials.trials import TrialSettings
 from thesis.frame import Finding, Job, Results, option
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
@@ -57,8 +57,8 @@ class MapParameters:
             raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
 
     def continued(self, folder: Path) -> Self:
-        """With the objects and checks besides that a folder has trials of: a run adds its own to
-        the maps that are there.
+        """These parameters with the objects and checks that already have trials in the folder: a
+        run adds to them.
         """
         objects = [record["object"] for record in read_results(folder / MAIN)]
         checks = [name for name in type(self).checks if read_results(folder / name)]
@@ -71,8 +71,8 @@ class MapParameters:
 
 @dataclass(frozen=True)
 class Check:
-    """A sweep beside the maps: settings that differ, replicates and seed of its own, and whether it
-    is a negative control.
+    """A sweep in addition to the maps: the settings that differ, its replicates and seed, and
+    whether it is a negative control.
     """
 
     settings: Mapping[str, Any]
@@ -88,8 +88,8 @@ def headline(names: Sequence[str], given: MapParameters) -> tuple[str, ...]:
 def map_plan(
     name: str, strategy: str, given: MapParameters, upright: Sequence[str] = ()
 ) -> SweepPlan:
-    """The plan of the maps: each object as near to the origin as it lies wholly in x > 0, y < 0
-    (section 8.1.2), each cell once without jitter and `replicates` times with.
+    """Plan of the maps: each object as near to the origin as possible while it lies in x > 0, y < 0
+    (section 8.1.2); each cell once without jitter and `replicates` times with jitter.
     """
     objects = tuple(placed(object, object in upright) for object in given.objects)
     settings = TrialSettings(
@@ -133,7 +133,7 @@ def check_plan(main: SweepPlan, name: str, check: Check, headline: Sequence[str]
 def run_maps(
     main: SweepPlan, checks: Mapping[str, Check], headline: Sequence[str], jobs: int, job: Job
 ) -> Results:
-    """Run the maps and the checks; what is done in the job's folder is not done again."""
+    """Run the maps and the checks; trials with results in the job's folder are not run again."""
     plans = {MAIN: main}
     plans |= {name: check_plan(main, name, check, headline) for name, check in checks.items()}
     sweeps = {}
@@ -182,21 +182,36 @@ def maps_of(results: Results) -> dict[str, SuccessMap]:
 
 
 # ---------------------------------------------------------------- findings
-def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> Finding:
-    """What a map shows, in one row."""
+def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> list[Finding]:
+    """What a map shows, and why trials failed, the four most frequent causes by name."""
     count = found.replicates.size
     low, high = wilson(int(found.replicates.sum()), count)
-    ring = "; succeeds at the end of the grid" if found.reaches_border else ""
-    failures = ", ".join(f"{cause} {number}" for cause, number in causes.items())
+    ring = ", to the grid's end" if found.reaches_border else ""
     x, y = (1e3 * value for value in found.centre)
     where = f" about ({x:.0f}, {y:.0f}) mm" if found.region.any() else ""
     ours = (
         f"{found.once.sum()} of {found.once.size} cells, jittered {found.replicates.mean():.2f} "
-        f"({low:.2f} to {high:.2f}); region {1e4 * found.area:.0f} cm2{where}, radius "
-        f"{1e3 * found.equivalent_radius:.0f} mm, largest part {_share(found)}, "
-        f"hole {largest_hole(found.region)}, fuzziness {found.fuzziness:.2f}{ring}; {failures}"
+        f"({low:.2f} to {high:.2f}); {1e4 * found.area:.0f} cm2{where}, radius "
+        f"{1e3 * found.equivalent_radius:.0f} mm; largest part {_share(found)}, "
+        f"hole {largest_hole(found.region)}, fuzziness {found.fuzziness:.2f}{ring}"
     )
-    return Finding(name.replace("_", " "), "a picture", ours)
+    spoken = name.replace("_", " ")
+    return [
+        Finding(spoken, "a picture", ours),
+        Finding(f"{spoken}, failures", "-", _frequent(causes, 4)),
+    ]
+
+
+def _frequent(causes: Mapping[str, int], named: int) -> str:
+    """The most frequent causes of failures, and the sum of the others.
+
+    >>> _frequent({"missed": 1, "tipped": 5, "rolled away": 2}, 1)
+    'tipped 5, others 3'
+    """
+    ordered = Counter(causes).most_common()
+    others = sum(number for _, number in ordered[named:])
+    rows = [*ordered[:named], *([("others", others)] if others else [])]
+    return ", ".join(f"{cause} {number}" for cause, number in rows) or "none"
 
 
 def _share(found: SuccessMap) -> str:
@@ -205,7 +220,7 @@ def _share(found: SuccessMap) -> str:
 
 
 def region_findings(maps: Mapping[str, SuccessMap], objects: Sequence[str]) -> list[Finding]:
-    """Whether the regions of these objects hang together."""
+    """Whether the region of success of each object is connected."""
     shares = {name: largest_share(maps[name].region) for name in objects}
     holes = {name: largest_hole(maps[name].region) for name in objects}
     worst = min(shares, key=lambda name: np.nan_to_num(shares[name], nan=-1.0))
@@ -222,7 +237,7 @@ def region_findings(maps: Mapping[str, SuccessMap], objects: Sequence[str]) -> l
 
 
 def shared_cell(maps: Mapping[str, SuccessMap], objects: Sequence[str]) -> tuple[int, Cell]:
-    """Most regions that have a cell in common, and that cell [m]."""
+    """Largest number of regions that share a cell, and that cell [m]."""
     counts = np.sum([maps[name].region for name in objects], axis=0)
     x, y = np.unravel_index(int(np.argmax(counts)), counts.shape)
     first = maps[objects[0]]
@@ -241,7 +256,9 @@ def shared_finding(
 def shrinking(
     results: Results, name: str, what: str, objects: Sequence[str], least: float
 ) -> Finding:
-    """A negative control that must take a share of the mean area: cells without jitter."""
+    """Finding about a negative control that must reduce the mean area by a share; from cells
+    without jitter.
+    """
     before = sum(int(cells_of(results, MAIN, object)[0].sum()) for object in objects)
     after = sum(int(cells_of(results, name, object)[0].sum()) for object in objects)
     lost = 1.0 - after / before if before else 0.0

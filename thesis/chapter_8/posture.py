@@ -1,8 +1,8 @@
 """Posture against actuation of grasps, the empty hand as control (8.2.3, 8.2.4, Figs 8.14, 8.15).
 
-Takes the stored grasps of the Feix experiment that were held in all of their trials. Each is made
-again in two jittered trials, with its object and with the same air in an empty hand; the places of
-markers on the tips are averaged over the two (8.2.3). What is said of them is `posture_variance`.
+Uses the stored grasps of the Feix experiment that were held in all trials. Each is repeated in two
+jittered trials, with its object and with the same air in an empty hand; the places of markers on
+the tips are averaged over the two (8.2.3). `posture_variance` has the analysis.
 """
 
 from __future__ import annotations
@@ -16,15 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.dexterity.feix import FINGERS, THUMB
-from grasp_strategies.dexterity.feix_search import starts
-from grasp_strategies.dexterity.grasping import Draw, drawn, grasping
-from grasp_strategies.dexterity.patterns import FILE, Pattern, Patterns, Times
-from grasp_strategies.dexterity.posture import FOUR
-from grasp_strategies.dexterity.replay import stored_grasps
-from grasp_strategies.sweep.line import DIGITS, Record
-from grasp_strategies.sweep.run import run_lines
 from pneuflex_sim.world import Diverged
+from softhand_trials.sweep.run import run_tasks
+from softhand_trials.sweep.task import DIGEST_DIGITS, Record
+from thesis.chapter_8.dexterity.feix import FINGERS, THUMB
+from thesis.chapter_8.dexterity.feix_search import starts
+from thesis.chapter_8.dexterity.grasping import Draw, drawn, grasping
+from thesis.chapter_8.dexterity.patterns import FILE, Pattern, Patterns, Times, load_patterns
+from thesis.chapter_8.dexterity.posture import FOUR
 from thesis.chapter_8.human_postures import human_postures
 from thesis.chapter_8.posture_report import EMPTY, HELD, SIZE, draw, told
 from thesis.chapter_8.posture_variance import residual_variance
@@ -57,15 +56,16 @@ class Parameters:
 
 @dataclass(frozen=True)
 class PosedTrial:
-    """A stored grasp made once, with its object or without: a pure function of this.
+    """A stored grasp executed once, with or without its object; the result depends on these fields
+    alone.
 
     Args:
         number: of the type.
         trial: from 0 on.
         object_there: whether the hand gets the object.
-        pattern: what is done, in these times.
-        draw: how the trial differs from it.
-        step, segments: of the simulation [s], an actuator.
+        pattern: the grasp, with its times.
+        draw: variation of the trial.
+        step, segments: of the simulation [s], per actuator.
     """
 
     number: int
@@ -92,7 +92,7 @@ class PosedTrial:
     def digest(self) -> str:
         """Hash of all that is given."""
         text = json.dumps(asdict(self), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
+        return hashlib.sha256(text.encode()).hexdigest()[:DIGEST_DIGITS]
 
     def describe(self) -> Record:
         """Key, digest and draw."""
@@ -145,20 +145,22 @@ def held_types(patterns: Patterns) -> tuple[int, ...]:
 
 # ---------------------------------------------------------------- run
 def run(given: Parameters, job: Job) -> Results:
-    """Actuation (n, 4) of the grasps as shares of what the channels hold at their limits, places of
-    the markers (2, n, 15) [m] with object and without, in two trials; their types, what was left
-    out and why, and people's residual variances.
+    """Actuation and postures of the held grasps.
+
+    Returns actuation (n, 4) as shares of the channels' content at their limits, places of the
+    markers (2, n, 15) [m] with object and without in two trials, the types, which types were left
+    out and why, and the residual variances of people.
 
     Raises ValueError when fewer grasps were held than are needed.
     """
-    patterns = stored_grasps(Path(given.patterns) if given.patterns else FILE)
+    patterns = load_patterns(Path(given.patterns) if given.patterns else FILE)
     numbers = held_types(patterns)[: given.most]
     _refuse_few(len(numbers), given, f"of {len(patterns.grasps)} stored ones were held")
     people = human_postures(Path(given.human)) if given.human else {}
     job.progress(f"{len(numbers)} grasps, with and without object", 0.0)
     lines = trials(given, patterns, numbers)
     records = {
-        record["key"]: record for record in run_lines(lines, job.folder / "trials", given.jobs)
+        record["key"]: record for record in run_tasks(lines, job.folder / "trials", given.jobs)
     }
     left_out = _left_out(patterns, numbers, lines, records)
     kept = [number for number in numbers if str(number) not in left_out]
@@ -188,7 +190,7 @@ def _left_out(
     lines: Sequence[PosedTrial],
     records: Mapping[str, Record],
 ) -> dict[str, str]:
-    """Why types do not count."""
+    """Why types are left out."""
     found = {str(n): "not held" for n in patterns.grasps if n not in held_types(patterns)}
     found |= {str(n): "not taken" for n in held_types(patterns) if n not in numbers}
     for line in lines:
@@ -218,5 +220,7 @@ def _places(records: Mapping[str, Record], numbers: Sequence[int], name: str) ->
 
 # ---------------------------------------------------------------- report
 def report(results: Results, given: Parameters) -> Report:
-    """Dimensions of postures and actuation, and what of the difference is interaction."""
+    """Dimensions of postures and actuation, and the part of the difference that is due to
+    interaction.
+    """
     return told(results)

@@ -1,4 +1,4 @@
-"""What is said of posture against actuation, and its figure (8.2.3, 8.2.4, Figs 8.14, 8.15)."""
+"""Report on posture against actuation, and its figure (8.2.3, 8.2.4, Figs 8.14, 8.15)."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _grasps(results: Results) -> Finding:
         reasons.setdefault(results["left_out"][kind], []).append(kind)
     left_out = "; ".join(f"{', '.join(kinds)} ({reason})" for reason, kinds in reasons.items())
     types = ", ".join(map(str, results["types"]))
-    ours = f"{len(results['types'])}: types {types}; left out: {left_out or 'none'}"
+    ours = f"{len(results['types'])}: {types}; left out: {left_out or 'none'}"
     return Finding("grasps", "31, without 5 and 19", ours, None, len(results["types"]))
 
 

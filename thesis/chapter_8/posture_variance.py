@@ -1,10 +1,10 @@
-"""Dimensions of grasp postures against those of their actuation, and what of the difference comes
-from the object (8.2.3, 8.2.4, Fig. 8.14).
+"""Dimensions of grasp postures against those of their actuation, and the part of the difference
+that is due to the object (8.2.3, 8.2.4, Fig. 8.14).
 
-The thesis compares residual variances of two principal component analyses: of fingertips and of
-actuation. A map from four channels that is not linear needs more than four linear components by
-itself, so the same air in an empty hand is taken as control: only what postures with an object have
-beyond those counts as interaction.
+The thesis compares residual variances of two principal component analyses, of fingertips and of
+actuation. A nonlinear map from four channels needs more than four linear components by itself. So
+the same air in an empty hand is the control: only dimensions of postures with an object beyond
+those of the control count as interaction.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ EXPLAINED = 0.95  # share of the variance up to which components are counted
 
 
 def residual_variance(points: Array) -> Array:
-    """Share (..., d + 1) of the variance of points (..., n, d) that is left when their first 0 to d
-    principal components are taken away.
+    """Share (..., d + 1) of the variance of points (..., n, d) that remains after removing their
+    first 0 to d principal components.
 
     >>> points = np.array([[0.0, 3.0], [0.0, -3.0], [1.0, 0.0], [-1.0, 0.0]])
     >>> residual_variance(points).round(12).tolist()
@@ -40,8 +40,8 @@ def residual_variance(points: Array) -> Array:
 
 
 def noise_floor(trials: Array) -> Array:
-    """What of `residual_variance` of the mean of two trials (2, ..., n, d) is noise: of their half
-    difference, whose covariance is that of the mean's noise, what lies beyond each component.
+    """Noise part of `residual_variance` of the mean of two trials (2, ..., n, d): the variance
+    beyond each component of half their difference, whose covariance is that of the mean's noise.
     """
     return _residual_and_noise(trials)[1]
 
@@ -67,8 +67,8 @@ def _centred(points: Array) -> Array:
 
 
 def _shares(parts: Array, total: Array) -> Array:
-    """What is left of a total beyond the first 0, 1, ... of its parts; nothing of a total of 0, as
-    of a resample that has one grasp alone.
+    """Share of a total that remains beyond its first 0, 1, ... parts; 0 for a total of 0, as of a
+    resample with a single grasp.
     """
     beyond = np.cumsum(parts[..., ::-1], axis=-1)[..., ::-1]
     none = np.zeros_like(beyond[..., :1])

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_strategies.sweep.drawing import draw_maps
-from grasp_strategies.sweep.success_map import correlation, overlap, window_mean
+from softhand_trials.sweep.drawing import draw_maps
+from softhand_trials.sweep.success_map import correlation, overlap, window_mean
 from thesis.chapter_8.object_map import (
     MAIN,
     SMALL_MAP,
@@ -60,7 +60,7 @@ def report(results: Results, given: Parameters) -> Report:
     """A row a map, then the criteria; the thesis tells of them in words and pictures alone."""
     maps, objects = maps_of(results), headline(HEADLINE, given)
     causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
-    findings = [about(name, maps[name], causes[name]) for name in maps]
+    findings = [row for name in maps for row in about(name, maps[name], causes[name])]
     somewhere = sum(maps[name].once.any() for name in objects)
     areas = {name: maps[name].area for name in objects}
     smallest = min(areas, key=lambda name: areas[name])
@@ -118,9 +118,9 @@ def _correlations(
 
 
 def _least(by_object: Mapping[str, float]) -> str:
-    """The least value, and all of them."""
-    parts = ", ".join(f"{name} {value:.2f}" for name, value in by_object.items())
-    return f"{min(by_object.values()):.2f} ({parts})"
+    """The least value, and whose it is."""
+    name = min(by_object, key=lambda name: by_object[name])
+    return f"{by_object[name]:.2f} ({name.replace('_', ' ')})"
 
 
 def _no_air(results: Results, objects: tuple[str, ...]) -> Finding:

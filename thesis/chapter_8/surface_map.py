@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grasp_strategies.sweep.drawing import draw_maps
+from softhand_trials.sweep.drawing import draw_maps
 from thesis.chapter_8.object_map import (
     ALL,
     MAIN,
@@ -62,7 +62,7 @@ def report(results: Results, given: Parameters) -> Report:
     rigid = tuple(name for name in objects if name not in YIELDING)
     causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
     wide = sum(int(maps[name].region.sum()) >= LEAST_CELLS for name in rigid)
-    findings = [about(name, maps[name], causes[name]) for name in maps]
+    findings = [row for name in maps for row in about(name, maps[name], causes[name])]
     findings += [
         Finding(
             f"rigid objects with a region of {LEAST_CELLS} cells or more",

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from grasp_strategies.sweep import SweepPlan, run_sweep
-from grasp_strategies.sweep.plan import SweptObject
-from grasp_strategies.sweep.report import wilson
-from grasp_strategies.sweep.success_map import Cells, finished, largest_share, overlap
-from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.scenes import Table, load_scene
+from softhand_common.documents.output_file import write_file
+from softhand_trials.sweep import SweepPlan, run_sweep
+from softhand_trials.sweep.plan import SweptObject
+from softhand_trials.sweep.report import wilson
+from softhand_trials.sweep.success_map import Cells, finished, largest_share, overlap
+from softhand_trials.trials import TrialSettings
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (8.0, 4.5)
@@ -53,7 +54,9 @@ class Parameters:
 
 
 def plan(given: Parameters, folder: Path) -> SweepPlan:
-    """Trials of each size at each distance; files of the cylinders are written to the folder."""
+    """Trials of each size at each distance; the files of the cylinders are written to the
+    folder.
+    """
     edge = table_with_edge().edge or 0.0
     objects = tuple(
         SweptObject(str(write_cylinder(folder, diameter)), (edge + diameter / 2, 0.0))
@@ -86,11 +89,10 @@ def write_cylinder(folder: Path, diameter: float) -> Path:
     """File of a cylinder that lies along the edge."""
     mass = DENSITY * math.pi / 4 * diameter**2 * LENGTH
     path = folder / "objects" / f"cylinder_{1e3 * diameter:g}.yaml"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(
+    write_file(
+        path,
         f"format: pneuflex-object/1\nshape: cylinder\ndiameter: {diameter}\nlength: {LENGTH}\n"
         f"mass: {mass:.6f}\nmaterial: cardboard\nrpy: [{math.pi / 2}, 0, 0]\n",
-        encoding="utf-8",
     )
     return path
 
@@ -99,12 +101,12 @@ def write_scene(folder: Path, rolling_resistance: float) -> Path:
     """File of the scene `edge` with another rolling resistance [m]."""
     scene, table = load_scene(SCENE), table_with_edge()
     path = folder / "objects" / f"edge_{1e3 * rolling_resistance:g}.yaml"
-    path.write_text(
+    write_file(
+        path,
         f"format: pneuflex-scene/1\ntable: {{material: {table.material}, "
         f"edge: {table.edge}, rolling_resistance: {rolling_resistance}}}\nobject: true\n"
         f"wrist: compliant\nwrist_position: {list(scene.wrist_position)}\n"
         f"wrist_rpy: {list(scene.wrist_rpy)}\n",
-        encoding="utf-8",
     )
     return path
 
@@ -155,7 +157,7 @@ def region_of(trials: Iterable[Mapping[str, Any]]) -> Cells:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """A row a size, then the criteria."""
+    """A row per size, then the criteria."""
     trials = results["sweeps"][MAIN]
     sizes, places, _ = shares(trials)
     region = region_of(trials)
@@ -203,13 +205,13 @@ def _row(size: float, trials: list[Mapping[str, Any]]) -> Finding:
 
 
 def _gaps(row: Cells) -> int:
-    """Cells without success between the first and the last with it."""
+    """Cells without success between the first and the last successful one."""
     found = np.flatnonzero(row)
     return int(found[-1] - found[0] + 1 - len(found)) if len(found) else 0
 
 
 def _farthest(sizes: list[float], places: list[float], region: Cells) -> Finding:
-    """Whether the largest distance does not grow with the diameter."""
+    """Whether the largest distance with success does not grow with the diameter."""
     held = [k for k in range(len(sizes)) if region[k].any()]
     ends = [places[int(np.flatnonzero(region[k])[-1])] for k in held]
     what = "largest distance over the diameter"

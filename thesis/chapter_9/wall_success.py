@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
-from grasp_strategies.sweep.plan import SweptObject
-from grasp_strategies.sweep.report import wilson
-from grasp_strategies.sweep.success_map import finished
-from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.scenes import load_scene
+from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
+from softhand_trials.sweep.plan import SweptObject
+from softhand_trials.sweep.report import wilson
+from softhand_trials.sweep.success_map import finished
+from softhand_trials.trials import TrialSettings
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 3.8)
@@ -42,7 +42,9 @@ class Parameters:
 
 
 def plan(given: Parameters) -> SweepPlan:
-    """Trials at each inclination, from each start; the object moves before a hand that does not."""
+    """Trials at each inclination, from each start; the hand's path is fixed, and the object is
+    moved.
+    """
     wall = load_scene(SCENE).wall
     if wall is None:
         raise ValueError(f"scene {SCENE}: expected a wall, got none")
@@ -105,7 +107,7 @@ def by(trials: Iterable[Mapping[str, Any]], key: str) -> dict[float, list[Mappin
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """A row an inclination, then the criteria."""
+    """A row per inclination, then the criteria."""
     trials = by(results["trials"], "inclination")
     counts = {angle: share(found) for angle, found in trials.items()}
     rates = {angle: held / count for angle, (held, count) in counts.items()}
@@ -152,7 +154,9 @@ def _apart(counts: Mapping[float, tuple[int, int]]) -> Finding:
 
 
 def _one_peak(counts: Mapping[float, tuple[int, int]]) -> Finding:
-    """Rises to one peak and falls from there, as far as the intervals can tell."""
+    """Whether the share of successes rises to one peak and falls from there, as far as the
+    intervals show.
+    """
     ends = [wilson(*found) for found in counts.values()]
     dips = [
         angle

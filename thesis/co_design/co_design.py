@@ -1,10 +1,10 @@
 """Co-design: hand and motion searched together, against either alone (5.1, 6.5, 9.2, 10.2).
 
-The thesis argues that body and motion should be improved together, and does not do it. Here three
+The thesis argues that body and motion should be improved together, but does not do it. Here three
 arms have equal numbers of trials: motions for the shipped hand, hands for the shipped motion, and
-both; beside them random search, the shipped pair, and two negative controls, which see shuffled
-scores and noise. What is run and how it is judged stands in `plan.py`, written before any run.
-Started again, a run goes on; a killed one loses no finished trial.
+both. They are compared with random search, the shipped pair, and two negative controls, which get
+shuffled scores and noise. `plan.py`, written before any run, defines what is run and how it is
+judged. A run that is started again goes on; a killed one loses no finished trial.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from grasp_strategies.sweep.line import Record
-from grasp_strategies.sweep.results import NAME, read_results
-from grasp_strategies.sweep.results import Results as ResultLines
-from grasp_strategies.sweep.run import workers
+from softhand_trials.sweep.results import RESULTS_FILE, read_results
+from softhand_trials.sweep.results import Results as ResultLines
+from softhand_trials.sweep.run import start_workers
+from softhand_trials.sweep.task import Record
 from thesis.co_design import figure as pictures
 from thesis.co_design.arms import ARMS, CO_DESIGN, NOISE, SHUFFLED, Arm
 from thesis.co_design.findings import BEST, SHIPPED_PAIR, findings, shares_of
-from thesis.co_design.halving import Crew, Tried, course, run_search
+from thesis.co_design.halving import Tried, Workers, learning_curve, run_search
 from thesis.co_design.judged import (
     best_designs,
     broke,
@@ -50,19 +50,21 @@ class Parameters:
 
     plan: str = option("night", "budget, seeds, worlds: night (two cores, 2 h) or small [-]")
     jobs: int = option(2, "processes [-]")
-    scheduler: str = option("", "address of a Dask scheduler instead, as tcp://node:8786 [-]")
+    scheduler: str = option("", "address of a Dask scheduler instead, as tls://node:8786 [-]")
 
     def __post_init__(self) -> None:
         if self.plan not in PLANS:
             raise ValueError(f"plan: expected one of {', '.join(PLANS)}, got {self.plan}")
 
     def continued(self, folder: Path) -> Self:
-        """The same: a run goes on with what is in its folder, which refuses another plan's."""
+        """The same parameters. A run goes on with the results in its folder, and refuses those of
+        another plan.
+        """
         return self
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """All searches, what their winners are worth, the best one at the fine step."""
+    """All searches, the evaluation of their winners, and the best one at the fine step."""
     return run_plan(PLANS[given.plan], job, given.jobs, given.scheduler or None)
 
 
@@ -70,7 +72,7 @@ def run_plan(plan: Plan, job: Job, jobs: int = 2, scheduler: str | None = None) 
     """The same for any plan."""
     begin, before = time.monotonic(), sum(1 for _ in _lines(job.folder))
     with (
-        workers(jobs, scheduler) as crew,
+        start_workers(jobs, scheduler) as workers,
         ResultLines(job.folder / "judged") as judged,
     ):
         searches, kept = {}, {}
@@ -78,19 +80,19 @@ def run_plan(plan: Plan, job: Job, jobs: int = 2, scheduler: str | None = None) 
         for count, (arm, seed) in enumerate(schedule):
             job.progress(f"{arm.name}, seed {seed}", 0.9 * count / len(schedule))
             name = f"{arm.name}-{seed}"
-            tried = run_search(crew, arm, seed, plan, job.folder / "searches" / name)
+            tried = run_search(workers, arm, seed, plan, job.folder / "searches" / name)
             kept[name] = tried
-            searches[name] = _searched(crew, arm, seed, plan, tried, judged, job.folder)
+            searches[name] = _searched(workers, arm, seed, plan, tried, judged, job.folder)
         job.progress("the shipped pair", 0.9)
         shipped = design_of({})
-        pair = [judge(crew, f"{SHIPPED_PAIR}-{s}", shipped, s, plan, judged) for s in plan.seeds]
+        pair = [judge(workers, f"{SHIPPED_PAIR}-{s}", shipped, s, plan, judged) for s in plan.seeds]
         job.progress("the fine step", 0.92)
         results = {
             "plan": asdict(plan),
             "budget": plan.budget,
             "searches": searches,
             SHIPPED_PAIR: pair,
-            **_confirmed(crew, searches, kept, plan, judged, job.folder),
+            **_confirmed(workers, searches, kept, plan, judged, job.folder),
         }
     spent = time.monotonic() - begin
     results["cost"] = _cost(list(_lines(job.folder)), before, spent, jobs)
@@ -98,7 +100,9 @@ def run_plan(plan: Plan, job: Job, jobs: int = 2, scheduler: str | None = None) 
 
 
 def _schedule(plan: Plan) -> Iterator[tuple[Arm, int]]:
-    """Searches seed by seed, so that a run that is stopped has all arms of the seeds it came to."""
+    """Searches in the order of seeds, so that an interrupted run has all arms of its finished
+    seeds.
+    """
     for seed in plan.seeds:
         yield from ((arm, seed) for arm in (*ARMS, NOISE))
         if seed in plan.control_seeds:
@@ -106,7 +110,7 @@ def _schedule(plan: Plan) -> Iterator[tuple[Arm, int]]:
 
 
 def _searched(
-    crew: Crew,
+    workers: Workers,
     arm: Arm,
     seed: int,
     plan: Plan,
@@ -114,7 +118,7 @@ def _searched(
     judged: ResultLines,
     folder: Path,
 ) -> dict[str, Any]:
-    """A search as plain data: its winner, and what that is worth."""
+    """A search as plain data: its winner, with the winner's evaluation."""
     name = f"{arm.name}-{seed}"
     winner, refused = first_castable(tried, plan.rungs[-1], folder / "winners" / name)
     design = design_of(winner.values)
@@ -124,24 +128,26 @@ def _searched(
         "trials": tried[-1].spent,
         "designs": len(tried),
         "infeasible": tried[-1].number + 1 - len(tried),
-        "course": course(tried, plan.rungs[-1]),
+        "course": learning_curve(tried, plan.rungs[-1]),
         "winner": dict(design),
         "number": winner.number,
         "told": winner.score,
         "refused": refused,
-        **judge(crew, name, design, seed, plan, judged),
+        **judge(workers, name, design, seed, plan, judged),
     }
 
 
 def _confirmed(
-    crew: Crew,
+    workers: Workers,
     searches: Mapping[str, Any],
     kept: Mapping[str, Sequence[Tried]],
     plan: Plan,
     judged: ResultLines,
     folder: Path,
 ) -> dict[str, Any]:
-    """The co-design arm's best hand by its training, its moulds, and the fine step."""
+    """The best hand of the co-design arm by its training: its moulds, and its trials at the fine
+    step.
+    """
     of_arm = {name: one for name, one in searches.items() if one["arm"] == CO_DESIGN.name}
     best = max(of_arm, key=lambda name: of_arm[name]["told"])
     seed, design = of_arm[best]["seed"], design_of(of_arm[best]["winner"])
@@ -152,13 +158,13 @@ def _confirmed(
         BEST: best,
         "moulds": refusals(folder / BEST / HAND),
         "postures": {name: postures(folder / name / HAND) for name in pairs},
-        "ranked": fine_scores(crew, best_designs(kept[best], plan), seed, plan, judged),
-        "fine": fine_held_out(crew, pairs, seed, plan, judged),
+        "ranked": fine_scores(workers, best_designs(kept[best], plan), seed, plan, judged),
+        "fine": fine_held_out(workers, pairs, seed, plan, judged),
     }
 
 
 def _lines(folder: Path) -> Iterator[Record]:
-    for path in sorted(folder.rglob(NAME)):
+    for path in sorted(folder.rglob(RESULTS_FILE)):
         yield from read_results(path)
 
 
@@ -183,7 +189,7 @@ def _cost(records: Sequence[Record], before: int, spent: float, jobs: int) -> di
 
 # ---------------------------------------------------------------- report
 def report(results: Results, given: Parameters) -> Report:
-    """What was spent, success of each arm, comparisons, confirmations, controls."""
+    """Trials spent, success of each arm, comparisons, confirmations, controls."""
     return Report(list(findings(results)), sentence(shares_of(results), results["budget"]))
 
 

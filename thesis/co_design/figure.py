@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softhand_common.documents.output_file import write_file
 from softhand_model.hand.hand import load_hand
 from thesis.co_design import hands
 from thesis.co_design.arms import ARMS
@@ -58,7 +59,7 @@ def draw_hands(figure: Figure, chosen: Mapping[str, Mapping[str, float]]) -> Non
         made = {}
         for name, values in chosen.items():
             path = Path(folder) / f"{name}.yaml"
-            path.write_text(hand_text(values), encoding="utf-8")
+            write_file(path, hand_text(values))
             made[name] = load_hand(path)
     axes = figure.subplots(1, 2 * len(made) + 1, width_ratios=[*WIDTHS * len(made), TABLE_WIDTH])
     draw_beside(axes[:-1], made)

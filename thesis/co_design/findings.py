@@ -1,4 +1,4 @@
-"""What is said of a co-design: each finding, with its target where there is one."""
+"""Findings of a co-design run, each with its target where there is one."""
 
 from __future__ import annotations
 
@@ -171,8 +171,8 @@ def _costs(cost: Mapping[str, float]) -> Iterator[Finding]:
 
 
 def _model(plan: Mapping[str, Any], searches: int) -> Finding:
-    """How busy a cluster would be if trials took equally long and dispatch no time: rungs wait for
-    the one before, so a search has no more trials at once than its widest rung.
+    """Model of the utilisation of a cluster if trials took equally long and dispatch no time. A
+    rung waits for the one before, so a search has no more simultaneous trials than its widest rung.
     """
     counts = (plan["generation"], *plan["kept"])
     more = np.diff([0, *plan["rungs"]])

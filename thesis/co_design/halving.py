@@ -1,9 +1,10 @@
-"""One search: generations of designs, of which the better ones are tried more often.
+"""One search: generations of designs, with successive halving, which tries the better ones more
+often.
 
-A sampler of the searches is asked for designs; those that cannot be built or cast cost no trial,
-and others are asked for in their place. Every trial is a line of `results.jsonl`, from which a
-search goes on; the sampler is told in order when a generation is done, so the same search tries the
-same designs on any number of workers.
+A sampler proposes designs. Those that cannot be built or cast cost no trial; others are proposed in
+their place. Every trial is a record in `results.jsonl`, from which an interrupted search goes on.
+The sampler gets the scores in order when a generation is done, so a search tries the same designs
+on any number of workers.
 """
 
 from __future__ import annotations
@@ -15,20 +16,19 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.search import SearchProblem
-from grasp_strategies.search.study import Study
-from grasp_strategies.sweep.cluster import Cluster
-from grasp_strategies.sweep.line import Line, Record
-from grasp_strategies.sweep.pool import Processes
-from grasp_strategies.sweep.results import Results
+from softhand_trials.search import SearchProblem
+from softhand_trials.search.halving import successive_halving
+from softhand_trials.search.study import Study
+from softhand_trials.sweep.results import Results
+from softhand_trials.sweep.run import Workers
+from softhand_trials.sweep.task import Record, Task
 from thesis.co_design.arms import Arm
 from thesis.co_design.hands import broken
 from thesis.co_design.plan import Plan
 from thesis.co_design.trials import SHIPPED, Design, design_of
 from thesis.co_design.worlds import HIGHEST, score, trials_of
 
-Crew = Processes | Cluster
-MakeTrials = Callable[[str, Design, Sequence[int]], Sequence[Line]]
+MakeTrials = Callable[[str, Design, Sequence[int]], Sequence[Task]]
 OBJECTIVE = "thesis.co_design:trials"  # names a search; it is not run as one of `softhand search`
 SPREAD = 0.08  # of designs around the shipped pair, after the first generation: share of a range
 MOST_ASKED = 1_000_000
@@ -36,8 +36,9 @@ MOST_ASKED = 1_000_000
 
 @dataclass(frozen=True)
 class Tried:
-    """A design with the score that its search was told, and how many trials that is of; `spent`:
-    trials of the search up to its generation's end; `design`: as it was given, by number.
+    """A design with the score that its search was given, and the number of trials in it. `spent`:
+    trials of the search up to the end of the design's generation; `design`: its numbers, by the
+    number of the proposal.
     """
 
     number: int
@@ -48,17 +49,17 @@ class Tried:
 
 
 def run_search(
-    crew: Crew,
+    workers: Workers,
     arm: Arm,
     seed: int,
     plan: Plan,
     folder: Path,
     make_trials: MakeTrials | None = None,
 ) -> list[Tried]:
-    """All designs of a search, in the order in which they were asked for.
+    """All designs of a search, in the order in which they were proposed.
 
     Args:
-        crew: who runs trials.
+        workers: who runs trials.
         arm: what is searched, and how.
         seed: of sampler and world.
         plan: budget and world.
@@ -76,7 +77,7 @@ def run_search(
             if arm.labels == "noise":
                 found = _noise(generation, seed)
             else:
-                found = _halved(crew, arm, seed, plan, generation, results, make)
+                found = _halved(workers, arm, seed, plan, generation, results, make)
             if arm.labels == "shuffled":
                 order = np.random.default_rng([seed, generation[0][0]]).permutation(len(found))
                 found = [found[k] for k in order]
@@ -98,11 +99,14 @@ def _problem(arm: Arm, seed: int, plan: Plan) -> SearchProblem:
         seed,
         {variable.name: SHIPPED[variable.name] for variable in arm.variables},
         spread=SPREAD if arm.sampler == "cma" else None,
+        allow_any=True,
     )
 
 
 def _feasible(study: Study, arm: Arm, count: int) -> list[tuple[int, dict[str, float]]]:
-    """The next designs that can be built and cast, by number; others are told as failed."""
+    """The next designs that can be built and cast, by number; the others are reported to the
+    sampler as failed.
+    """
     found: list[tuple[int, dict[str, float]]] = []
     while len(found) < count:
         for asked in study.ask(count - len(found)):
@@ -114,13 +118,13 @@ def _feasible(study: Study, arm: Arm, count: int) -> list[tuple[int, dict[str, f
 
 
 def _noise(generation: Sequence[tuple[int, Any]], seed: int) -> list[tuple[float, int]]:
-    """Scores that say nothing, without a trial; each counts as that of a whole course."""
+    """Random scores without trials; each counts as that of all trials of a design."""
     draws = [np.random.default_rng([seed, number]) for number, _ in generation]
     return [(float(draw.uniform(0.0, HIGHEST)), 0) for draw in draws]
 
 
 def _halved(
-    crew: Crew,
+    workers: Workers,
     arm: Arm,
     seed: int,
     plan: Plan,
@@ -129,19 +133,21 @@ def _halved(
     make: MakeTrials,
 ) -> list[tuple[float, int]]:
     """Scores of a generation's designs and how many trials they are of."""
-    left, begun = list(range(len(generation))), 0
-    records: list[list[Record]] = [[] for _ in generation]
-    for rung, kept in zip(plan.rungs, (*plan.kept, 0), strict=True):
-        numbers = range(begun, rung)
-        lines = {
-            k: make(_key(arm, seed, generation[k][0]), design_of(generation[k][1]), numbers)
-            for k in left
-        }
-        finish(crew, [line for some in lines.values() for line in some], results)
-        for k, some in lines.items():
-            records[k] += [results.records[line.key] for line in some]
-        left = sorted(left, key=lambda k: (-score(records[k]), k))[:kept]
-        begun = rung
+    rungs = [0, *plan.rungs]
+
+    def tasks(k: int, number: int) -> Sequence[Task]:
+        """Trials that a design has in a round."""
+        asked, values = generation[k]
+        numbers = range(rungs[number], rungs[number + 1])
+        return make(_key(arm, seed, asked), design_of(values), numbers)
+
+    def rank(k: int, records: Sequence[Record]) -> tuple[float, int]:
+        """The best score first, then the one asked for first."""
+        return -score(records), k
+
+    # an error stays one: what the search asked for next followed from it
+    counts = (len(generation), *plan.kept)
+    _, records = successive_halving(workers, results, counts, tasks, rank, again=False)
     return [(score(some), len(some)) for some in records]
 
 
@@ -149,23 +155,14 @@ def _key(arm: Arm, seed: int, number: int) -> str:
     return f"{arm.name}-{seed}/{number:04d}"
 
 
-def finish(crew: Crew, lines: Sequence[Line], results: Results) -> list[Record]:
-    """Run what has no result yet; the records of all of them. An error stays one when the run is
-    started again: what the search asked for next followed from it.
-    """
-    for record in crew.run(results.left(lines, again=False)):
-        results.append(record)
-    return [results.records[line.key] for line in lines]
-
-
 def best_first(tried: Iterable[Tried], most: int) -> list[Tried]:
-    """Designs whose score is of `most` trials, or of noise, the best first."""
+    """Designs whose score is of `most` trials, or is noise, best first."""
     whole = [one for one in tried if one.trials in (0, most)]
     return sorted(whole, key=lambda one: (-one.score, one.number))
 
 
-def course(tried: Iterable[Tried], most: int) -> list[tuple[int, float]]:
-    """Trials spent, and the best score of a whole course by then."""
+def learning_curve(tried: Iterable[Tried], most: int) -> list[tuple[int, float]]:
+    """Trials spent, and the best score of a fully tried design up to then."""
     found: dict[int, float] = {}
     best = -np.inf
     for one in tried:

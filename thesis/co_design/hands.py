@@ -1,7 +1,7 @@
-"""Hands by seven numbers: RBO Hand 2 with other fingers, spread, thumb and palm.
+"""Hands described by seven numbers: RBO Hand 2 with other fingers, spread, thumb and palm.
 
-The ranges are ours. A hand is a YAML file as any other: `hand_text` is what `softhand hand show`
-and `softhand hand mould` open. With the numbers SHIPPED it is RBO Hand 2.
+The ranges are our choice. A hand is an ordinary YAML file: `softhand hand show` and `softhand hand
+mould` open what `hand_text` returns. With the numbers SHIPPED it is RBO Hand 2.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ from typing import Any
 
 import yaml
 
-from grasp_strategies.search import Variable
-from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
-from pneuflex_sim.mould.parts import check_room
-from softhand_model.documents.yaml_document import Node, data_file
+from softhand_common.documents.yaml_document import Node
+from softhand_design.castable import LARGEST_TAPER
+from softhand_design.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_design.limits import pressure_limit
+from softhand_design.mould.parts import check_room
+from softhand_model.data_files import data_file
 from softhand_model.hand.actuator import Actuator, load_actuator, own_actuators
 from softhand_model.hand.hand import HandDescription, load_hand
-from softhand_model.hand.sizing import MOST_TAPER, pressure_limit
+from softhand_trials.search import Variable
 
 BASE = "rbo_hand_2"
 VARIABLES = (
@@ -58,16 +60,16 @@ def hand_text(values: Mapping[str, float], name: str = "designed_hand") -> str:
 
 
 def broken(values: Mapping[str, float]) -> list[str]:
-    """Constraints that a hand breaks, in words; empty for one that can be built and cast.
+    """Constraints that a hand violates, as sentences; empty for one that can be built and cast.
 
-    Cheap: nothing is meshed. That the moulds of those that pass this pass their own checks is
-    measured by `bench.design`.
+    Cheap: nothing is meshed. `bench.design` measures whether the moulds of hands that pass this
+    check pass their own checks.
     """
     return list(_broken(values))
 
 
 def _broken(values: Mapping[str, float]) -> Iterator[str]:
-    tip = values["finger_height"] * (1.0 - MOST_TAPER) ** values["taper"]
+    tip = values["finger_height"] * (1.0 - LARGEST_TAPER) ** values["taper"]
     for what, wall, height in (
         ("the finger's tip", values["finger_wall"], tip),
         ("the outer palm", values["palm_wall_ratio"] * INNER_WALL, _outer_height()),
@@ -96,8 +98,8 @@ def _types(values: Mapping[str, float]) -> dict[str, Any]:
     root, palm_wall = 1.0 / values["taper"], values["palm_wall_ratio"] * INNER_WALL
     finger = {
         "length": _rounded(values["finger_length"]),
-        "height": {"maximum": height, "taper": MOST_TAPER, "root": _rounded(root)},
-        "width": {"maximum": height, "taper": MOST_TAPER, "root": WIDTH_ROOT},
+        "height": {"maximum": height, "taper": LARGEST_TAPER, "root": _rounded(root)},
+        "width": {"maximum": height, "taper": LARGEST_TAPER, "root": WIDTH_ROOT},
         "circumference": {"maximum": 4.0 * height, "taper": 1.0, "root": _rounded(root)},
         "wall": wall,
         "side_wall": wall,
@@ -108,8 +110,8 @@ def _types(values: Mapping[str, float]) -> dict[str, Any]:
 
 
 def _limited(name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """An entry with the pressure that stretches the top to 0.3 of what its rubber bears, to whole
-    LIMIT_STEP.
+    """An entry with its pressure limit: the pressure that stretches the top to 0.3 of what the
+    rubber bears, rounded to LIMIT_STEP.
     """
     entry = dict(entry) | {"max_pressure": LIMIT_STEP}
     (actuator,) = own_actuators(Node(BASE, "types", {name: entry})).values()
@@ -123,7 +125,7 @@ def _rounded(value: float) -> float:
 
 
 def _hand(values: Mapping[str, float], name: str) -> dict[str, Any]:
-    """The document, beginning with that of the shipped hand."""
+    """The document of a hand, based on that of the shipped one."""
     hand = copy.deepcopy(_base()) | {"name": name, "types": _types(values)}
     chains, spread = hand["chains"], values["spread"]
     for number, finger in enumerate(FINGERS):
@@ -144,7 +146,7 @@ def _actuators_mass(found: Mapping[str, Actuator]) -> float:
 
 @lru_cache(maxsize=1)
 def _shipped_rest() -> float:
-    """Mass [kg] of the shipped hand without what varies."""
+    """Mass [kg] of the parts of the shipped hand that do not vary."""
     shipped = {FINGER: load_actuator("P10.finger"), OUTER: load_actuator("P10.PalmOuter")}
     return load_hand(BASE).mass - _actuators_mass(shipped)
 
@@ -168,6 +170,6 @@ def _outer_height() -> float:
 
 
 def cast_kinds(hand: HandDescription) -> dict[str, Actuator]:
-    """The kinds of actuator of a hand, by name, each of which takes a mould."""
+    """The kinds of actuator of a hand that need a mould, by name."""
     parts = [part for chain in hand.chains for part in chain.actuators.values()]
     return {part.name: part for part in parts}

@@ -1,4 +1,4 @@
-"""What the designs that searches end with are worth: trials of their own, moulds, the fine step."""
+"""Evaluation of the designs that searches end with: held-out trials, moulds, the fine step."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.sweep.line import Record
-from grasp_strategies.sweep.results import Results
-from pneuflex_sim.mould.report import make_mould, refusal
 from pneuflex_sim.world import Diverged
+from softhand_design.mould.report import make_mould, refusal
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import load_hand
+from softhand_trials.sweep.results import Results
+from softhand_trials.sweep.run import finish
+from softhand_trials.sweep.task import Record
 from thesis.chapter_3_and_5.payload import DRIFT, GRASPS, JUDGED_HAND, drift, held_up
-from thesis.co_design.halving import Crew, Tried, best_first, finish
+from thesis.co_design.halving import Tried, Workers, best_first
 from thesis.co_design.hands import cast_kinds
 from thesis.co_design.plan import Plan
 from thesis.co_design.trials import HAND, SHIPPED, Design, design_of, write_design
@@ -28,7 +29,7 @@ HELD_OUT = 1000  # added to the seed of a search for that of its held-out trials
 
 
 def first_castable(tried: Iterable[Tried], most: int, folder: Path) -> tuple[Tried, list[str]]:
-    """The best design whose moulds pass all checks, written into a folder, and what was said of
+    """The best design whose moulds pass all checks, written into a folder, and the refusals of
     those before it. A hand that cannot be cast does not count.
 
     Raises ValueError where there is none.
@@ -51,7 +52,7 @@ def refusals(hand: Path) -> list[str]:
 
 @lru_cache
 def mould_refusal(actuator: Actuator) -> str:
-    """Why its mould fails, or nothing."""
+    """Why an actuator's mould fails its checks; empty when it passes."""
     try:
         made = make_mould(actuator)
     except ValueError as reason:
@@ -59,13 +60,15 @@ def mould_refusal(actuator: Actuator) -> str:
     return refusal(made) if made.failed else ""
 
 
-def judge(crew: Crew, name: str, design: Design, seed: int, plan: Plan, results: Results) -> Any:
+def judge(
+    workers: Workers, name: str, design: Design, seed: int, plan: Plan, results: Results
+) -> Any:
     """A design's trials in training and held out, as plain data."""
     kinds = {"training": (plan.training, seed), "held_out": (plan.held_out, seed + HELD_OUT)}
     found = {}
     for kind, (world, world_seed) in kinds.items():
         lines = trials_of(f"{name}/{kind}", design, world, world_seed)
-        found[kind] = summary(finish(crew, lines, results))
+        found[kind] = summary(finish(workers, lines, results, again=False))
     return found
 
 
@@ -87,7 +90,7 @@ def broke(record: Mapping[str, Any]) -> bool:
 
 
 def fine_scores(
-    crew: Crew, designs: Sequence[Design], seed: int, plan: Plan, results: Results
+    workers: Workers, designs: Sequence[Design], seed: int, plan: Plan, results: Results
 ) -> list[dict[str, float]]:
     """Scores of designs on the same training trials at the searches' step and at the fine one."""
     found = []
@@ -96,26 +99,26 @@ def fine_scores(
         for what, physics in {"coarse": USUAL, "fine": plan.fine}.items():
             key, numbers = f"fine/{number}/{what}", range(plan.fine_trials)
             lines = trials_of(key, design, plan.training, seed, numbers, physics)
-            scores[what] = score(finish(crew, lines, results))
+            scores[what] = score(finish(workers, lines, results, again=False))
         found.append(scores)
     return found
 
 
 def fine_held_out(
-    crew: Crew, designs: Mapping[str, Design], seed: int, plan: Plan, results: Results
+    workers: Workers, designs: Mapping[str, Design], seed: int, plan: Plan, results: Results
 ) -> dict[str, Any]:
     """Designs by name on the held-out trials of a seed at the fine step."""
     found = {}
     for name, design in designs.items():
         key, world_seed = f"fine/held_out/{name}", seed + HELD_OUT
         lines = trials_of(key, design, plan.held_out, world_seed, physics=plan.fine)
-        found[name] = summary(finish(crew, lines, results))
+        found[name] = summary(finish(workers, lines, results, again=False))
     return found
 
 
 def postures(hand: Path) -> int:
     """In how many of six postures a hand holds 0.5 kg, as in the experiment `payload`, at pressures
-    that it bears; none when its simulation diverges.
+    within its limits; 0 when its simulation diverges.
     """
     usual, limits = GRASPS[JUDGED_HAND], load_hand(hand).max_pressures()
     pressures = tuple(np.minimum(usual.pressures, limits).tolist())

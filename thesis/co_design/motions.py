@@ -1,9 +1,9 @@
-"""Motions by eleven numbers: the phases of `surface_constrained`, at a fixed place.
+"""Motions described by eleven numbers: the phases of `surface_constrained`, at a fixed place.
 
-They never look at the object: the hand goes to the reference place, and objects that lie beside it
-are what it has to bear. With the numbers SHIPPED, over a cylinder at the reference place, the
-course is that of the shipped strategy. The wrist begins as high as brings the ends of straight
-fingers CLEARANCE over the table, so that longer fingers do not begin inside of it.
+Motions do not depend on the object's pose: the hand moves to the reference place, and must cope
+with objects beside it. With the numbers SHIPPED, over a cylinder at the reference place, the path
+is that of the shipped strategy. The wrist starts so high that the ends of straight fingers are
+CLEARANCE above the table, so that longer fingers do not start inside it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from grasp_strategies.search import Variable
+from softhand_trials.search import Variable
 
 VARIABLES = (
     Variable("x", -0.070, 0.020),  # of the wrist before it goes down, from the reference [m]

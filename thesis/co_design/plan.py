@@ -1,13 +1,13 @@
-"""What is run, and by what it is judged: fixed before the night.
+"""Budget and criteria of the comparison, fixed before any run.
 
 NIGHT is sized for a short night on two cores: 21,200 trials of 0.45 to 0.85 s of processor time
-each (idle and loaded, with the building of hands and scenes) and 360 fine ones of 3 to 6 s are 3 to
-6 core-hours. SMALL, some 500 of them, takes four minutes.
+each (idle and loaded, including the construction of hands and scenes) and 360 fine ones of 3 to 6 s
+are 3 to 6 core-hours. SMALL, some 500 of them, takes four minutes.
 
-Criteria, all on the held-out trials of the seed at which an arm was run, which are the same for all
-arms: arms are compared by the difference of their shares of success, seed by seed, with the 95 %
-interval of Student's t over the seeds. Co-design helps if that interval lies above 0 against
-*both* single arms, and was not shown to help at this budget otherwise.
+All criteria are evaluated on the held-out trials of the seed at which an arm was run; these are the
+same for all arms. Arms are compared by the difference of their shares of success, seed by seed,
+with the 95 % interval of Student's t over the seeds. Co-design helps if that interval lies above 0
+against *both* single arms; otherwise it has not been shown to help at this budget.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ LEAST_CLAIM = 0.15  # by which the score that noise gives is above the true one
 
 @dataclass(frozen=True)
 class World:
-    """How trials differ from each other: objects, places an object; largest shift (x, y) [m], turn
-    [rad] and change of mass, as a share; factors on friction and on shear modulus: drawn from
-    between both ends, or the ends themselves.
+    """Distribution of the trials: objects, places per object; largest shift (x, y) [m], turn [rad]
+    and relative change of mass; factors on friction and on shear modulus, drawn between both ends
+    or the ends themselves.
     """
 
     objects: tuple[str, ...]
@@ -50,9 +50,9 @@ class World:
 class Plan:
     """Budget, seeds and worlds.
 
-    A generation of designs is tried on `rungs[0]` trials each; the best `kept[0]` go on to
-    `rungs[1]`, and so on. `control_seeds` are those with shuffled labels. At the `fine` physics
-    the `fine_designs` best of the co-design arm are run on `fine_trials` of their training.
+    Each design of a generation gets `rungs[0]` trials; the best `kept[0]` go on to `rungs[1]`, and
+    so on. `control_seeds` are those with shuffled labels. With the `fine` physics, the
+    `fine_designs` best of the co-design arm are run on `fine_trials` of their training.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5)

@@ -1,4 +1,4 @@
-"""What follows from held-out success at each seed: intervals, and the sentence of the result."""
+"""Statistics of held-out success over seeds: intervals, and the conclusion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Interval(NamedTuple):
         return f"{mean:+.0f} points ({low:+.0f} to {high:+.0f})"
 
     def share(self) -> str:
-        """As a share; the interval ends at 0 and 100 %.
+        """As a share; the interval is clipped to 0 and 100 %.
 
         >>> Interval(0.9, 0.75, 1.05).share()
         '90 % (75 to 100)'
@@ -41,7 +41,7 @@ class Interval(NamedTuple):
 
 
 def interval(values: Sequence[float]) -> Interval:
-    """Mean and Student's interval of CONFIDENCE; without end for a single value.
+    """Mean and Student's interval of CONFIDENCE; the interval of a single value is infinite.
 
     >>> [round(float(end), 3) for end in interval([0.4, 0.5, 0.6])]
     [0.5, 0.252, 0.748]
@@ -56,7 +56,7 @@ def interval(values: Sequence[float]) -> Interval:
 
 
 def gain(shares: Shares, other: str, arm: str = CO_DESIGN.name) -> Interval:
-    """How much better an arm is than another, seed by seed."""
+    """Difference of an arm's success from another's, seed by seed."""
     pairs = zip(shares[arm], shares[other], strict=True)
     return interval([one - two for one, two in pairs])
 
@@ -67,7 +67,7 @@ def helps(shares: Shares) -> bool:
 
 
 def sentence(shares: Shares, budget: int) -> str:
-    """What came out, in a line."""
+    """The conclusion, in one sentence."""
     verdict = "helps" if helps(shares) else "was not shown to help"
     better = [arm.name for arm in SINGLE if gain(shares, arm.name).high < 0.0]
     worse = f" It was worse than {' and '.join(better)} alone." if better else ""

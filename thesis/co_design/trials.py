@@ -1,4 +1,4 @@
-"""One trial of a hand with a motion: a line of results, a pure function of plain data."""
+"""One trial of a hand with a motion: a record of results that depends on plain data alone."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from grasp_strategies.sweep.line import DIGITS, Record
-from grasp_strategies.trials import Placement, StartedScene, TrialSettings
+from softhand_common.documents.output_file import write_files
+from softhand_trials.sweep.task import DIGEST_DIGITS, Record
+from softhand_trials.trials import Placement, StartedScene, TrialSettings
 from thesis.co_design import hands, motions
 
 SHIPPED = hands.SHIPPED | motions.SHIPPED
@@ -25,7 +26,7 @@ Design = tuple[tuple[str, float], ...]  # numbers of hand and motion by name
 
 @dataclass(frozen=True)
 class Physics:
-    """How finely a trial is simulated: step [s], segments an actuator, whether neighbouring fingers
+    """Resolution of a simulation: step [s], segments per actuator, whether neighbouring fingers
     touch.
     """
 
@@ -35,7 +36,7 @@ class Physics:
 
 
 class Shared(NamedTuple):
-    """What trials share that need one scene."""
+    """Data shared by all trials of one scene."""
 
     design: Design
     object: str
@@ -45,7 +46,7 @@ class Shared(NamedTuple):
 
 @dataclass(frozen=True)
 class DesignTrial:
-    """A design on an object that lies somewhere; `key` names it in the results."""
+    """A trial of a design with an object at some place; `key` names it in the results."""
 
     key: str
     shared: Shared
@@ -53,14 +54,15 @@ class DesignTrial:
 
     @property
     def settings(self) -> Shared:
-        """Workers stay with a scene."""
+        """Settings of the scene; a worker keeps the scene for trials with equal settings."""
         return self.shared
 
     @property
     def digest(self) -> str:
         """Hash of design with its files, object, physics and placement."""
         plain = [self._plain(), *_texts(self.shared.design)]
-        return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()[:DIGITS]
+        text = json.dumps(plain, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:DIGEST_DIGITS]
 
     def _plain(self) -> dict[str, Any]:
         shared = self.shared
@@ -73,11 +75,11 @@ class DesignTrial:
         }
 
     def describe(self) -> Record:
-        """What the line of its result says of it."""
+        """Description of the trial in the record of its result."""
         return {"key": self.key, "digest": self.digest, **self._plain()}
 
     def result(self) -> Record:
-        """What came of the trial."""
+        """Run the trial; its outcome as plain data."""
         try:
             found = asdict(_started(self.shared).scene.run(self.placement))
         except Exception:
@@ -91,13 +93,15 @@ def _number(value: Any) -> Any:
 
 
 class _Blind(StartedScene):
-    """Without the course of the empty hand: a design is tried too rarely for what that takes."""
+    """A scene without the path of the empty hand: a design has too few trials to pay for computing
+    it.
+    """
 
     empty_course = None
 
 
 class _Started:
-    """The scene of a design on an object, with the design's files as long as it lives."""
+    """The scene of a design and an object; the design's files exist as long as it does."""
 
     def __init__(self, shared: Shared) -> None:
         self._folder = TemporaryDirectory(prefix="softhand-design-")
@@ -133,13 +137,11 @@ def _texts(design: Design) -> tuple[str, ...]:
 
 def write_design(values: Mapping[str, float], folder: Path) -> list[Path]:
     """Write hand and strategy of a design, over earlier ones."""
-    folder.mkdir(parents=True, exist_ok=True)
-    texts = files_of(values)
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return [folder / name for name in texts]
+    texts = {folder / name: text for name, text in files_of(values).items()}
+    write_files(texts)
+    return list(texts)
 
 
 def design_of(values: Mapping[str, float]) -> Design:
-    """All numbers of a design, those that are not given as shipped."""
+    """All numbers of a design; those that are not given are the shipped ones."""
     return tuple((SHIPPED | dict(values)).items())

@@ -1,6 +1,6 @@
-"""The trials of a design: which object lies where, and the score of what came of them.
+"""The trials of a design (objects and their placement), and the score of their results.
 
-They follow from the seed alone, so that all designs of all arms at a seed meet the same world.
+They follow from the seed alone, so that all designs of all arms at a seed have the same trials.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.judging.judge import GRIPPED, LOST
-from grasp_strategies.trials import Placement
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED, OUTCOME_LOST
+from softhand_trials.trials import Placement
 from thesis.co_design.plan import World
 from thesis.co_design.trials import Design, DesignTrial, Physics, Shared
 
@@ -30,15 +30,15 @@ def trials_of(
     numbers: Sequence[int] | None = None,
     physics: Physics = USUAL,
 ) -> list[DesignTrial]:
-    """Trials of a design, those of one scene after each other.
+    """Trials of a design; those of one scene follow each other.
 
     Args:
         name: first part of their keys.
         design: hand and motion.
         world: objects and how they are placed.
         seed: of the draws.
-        numbers: which of the trials, whose objects take turns; all by default.
-        physics: how finely they are simulated.
+        numbers: which of the trials, whose objects alternate; all by default.
+        physics: resolution of the simulation.
     """
     chosen = range(world.trials) if numbers is None else numbers
     made = [_trial(name, design, world, seed, number, physics) for number in chosen]
@@ -74,12 +74,12 @@ def _trial(
 
 def success(records: Iterable[Mapping[str, Any]]) -> float:
     """Share of trials that gripped; one that ended in an error is a failure."""
-    return float(np.mean([record.get("outcome") == GRIPPED for record in records]))
+    return float(np.mean([record.get("outcome") == OUTCOME_GRIPPED for record in records]))
 
 
 def score(records: Sequence[Mapping[str, Any]]) -> float:
-    """What a search makes large: mean success, a quarter of the mean of the worst quarter of the
-    objects, and LOST_COUNTS of the share of objects that were lost again.
+    """Score that a search maximises: mean success, plus a quarter of the mean of the worst quarter
+    of the objects, plus LOST_COUNTS times the share of objects that were lost again.
 
     >>> held, none = {"object": "a", "outcome": "gripped"}, {"object": "b", "outcome": "none"}
     >>> score([held, held, none, none]), score([held])
@@ -89,12 +89,14 @@ def score(records: Sequence[Mapping[str, Any]]) -> float:
     for record in records:
         by_object.setdefault(record["object"], []).append(record)
     shares = sorted(map(success, by_object.values()))
-    lost = float(np.mean([record.get("outcome") == LOST for record in records]))
+    lost = float(np.mean([record.get("outcome") == OUTCOME_LOST for record in records]))
     return success(records) + WEIGHT * _worst(shares) + LOST_COUNTS * lost
 
 
 def _worst(shares: Sequence[float]) -> float:
-    """Mean of the lowest WORST of sorted shares; of a part of one counts that part."""
+    """Mean of the lowest share WORST of sorted values; a value that lies partly in it counts in
+    part.
+    """
     counted = WORST * len(shares)
     weights = np.clip(counted - np.arange(len(shares)), 0.0, 1.0)
     return float(weights @ np.array(shares) / counted)

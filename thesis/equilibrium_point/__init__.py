@@ -1,3 +1,5 @@
-"""Section 4.2: equilibrium-point control, what a push on a finger does under each controller."""
+"""Section 4.2: equilibrium-point control, and the response of a pressed finger to each
+controller.
+"""
 
 STYLE = {"savefig.dpi": 110}

@@ -17,7 +17,7 @@ import numpy as np
 
 from softhand_bringup.processes.waiting import Interrupted
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
-from thesis.equilibrium_point.course import Course, Push, read_courses
+from thesis.equilibrium_point.recording import Push, Recording, read_recordings
 from thesis.equilibrium_point.session import MODES, Session
 from thesis.frame import Array, Axes, Figure, Finding, Job, Report, Results, option
 
@@ -47,12 +47,12 @@ class Parameters:
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """Push once under every controller; the pushes, and what was recorded over them."""
+    """Push once under every controller; the pushes and their recordings."""
     with stopped_by_signals() as stopped:
         session = Session(job.folder, given.seed, job.progress, given.modes, stopped)
         shutil.rmtree(session.bag, ignore_errors=True)  # of the run that this one replaces
         try:
-            return as_results(read_courses(session.bag, session.run()))
+            return as_results(read_recordings(session.bag, session.run()))
         except Interrupted:
             raise KeyboardInterrupt from None
 
@@ -70,31 +70,36 @@ def stopped_by_signals() -> Iterator[Event]:
             signal.signal(number, handler)
 
 
-def as_results(courses: Sequence[Course]) -> Results:
-    """Courses as they are kept."""
-    results: Results = {"pushes": [asdict(course.push) for course in courses]}
-    for course in courses:
-        results |= {f"{course.push.mode}_{key}": getattr(course, key) for key in RECORDED}
+def as_results(recordings: Sequence[Recording]) -> Results:
+    """Recordings as plain results."""
+    results: Results = {"pushes": [asdict(recording.push) for recording in recordings]}
+    for recording in recordings:
+        results |= {f"{recording.push.mode}_{key}": getattr(recording, key) for key in RECORDED}
     return results
 
 
-def courses_of(results: Results) -> list[Course]:
-    """Courses as they were kept."""
+def recordings_of(results: Results) -> list[Recording]:
+    """Recordings from plain results."""
     pushes = [Push(**entry) for entry in results["pushes"]]
-    return [Course(push, *(results[f"{push.mode}_{key}"] for key in RECORDED)) for push in pushes]
+    return [
+        Recording(push, *(results[f"{push.mode}_{key}"] for key in RECORDED)) for push in pushes
+    ]
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """What each controller did; mass control alone may leave the valves closed."""
+    """Behaviour of each controller; only mass control should leave the valves closed."""
     findings, told = [], []
-    for course in courses_of(results):
-        mode, count = course.push.mode, len(course.openings)
+    for recording in recordings_of(results):
+        mode, count = recording.push.mode, len(recording.openings)
         opened, line, same = EXPECTED["mass" if mode == "mass" else "others"]
-        pressure, volume = 1e-3 * looks(course, course.pressure), 1e6 * looks(course, course.volume)
-        change, left = 1e6 * enclosed_changes(course)
+        pressure, volume = (
+            1e-3 * looks(recording, recording.pressure),
+            1e6 * looks(recording, recording.volume),
+        )
+        change, left = 1e6 * enclosed_changes(recording)
         shown = ", ".join(f"{value:.1f}" for value in pressure) + " kPa; "
         shown += ", ".join(f"{value:.2f}" for value in volume) + " cm3; "
-        shown += f"pressed with {course.pressed(course.force):.2f} N"
+        shown += f"pressed with {recording.pressed(recording.force):.2f} N"
         met = (count == 0) == (mode == "mass")
         more = f"{mode} control: more air than before, by pressure and shape"
         findings += [
@@ -110,30 +115,30 @@ def report(results: Results, given: Parameters) -> Report:
     return Report(findings, f"{words[0].upper()}{words[1:]}.")
 
 
-def looks(course: Course, values: Array) -> Array:
-    """Means before the push, pressed, and after it (3,)."""
-    return np.array([course.before(values), course.pressed(values), course.after(values)])
+def looks(recording: Recording, values: Array) -> Array:
+    """Means (3,) before the push, pressed, and after it."""
+    return np.array([recording.before(values), recording.pressed(values), recording.after(values)])
 
 
-def enclosed_changes(course: Course) -> Array:
-    """How much more air is in the pressed finger than before, and after the push, by pressure and
-    shape (2,) [kg]: nothing under mass control.
+def enclosed_changes(recording: Recording) -> Array:
+    """Change of the enclosed air (2,) [kg], by pressure and shape: in the pressed finger, and after
+    the push, relative to before; 0 under mass control.
     """
-    before, pressed, after = looks(course, course.enclosed)
+    before, pressed, after = looks(recording, recording.enclosed)
     return np.array([pressed - before, after - before])
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
     """Pushes over lines of equal air mass as in Figs 4.1 and 4.2, and over time."""
-    courses = courses_of(results)
+    recordings = recordings_of(results)
     panels = figure.subplots(
-        5, len(courses), sharey="row", squeeze=False, height_ratios=(5, 2, 2, 2, 2)
+        5, len(recordings), sharey="row", squeeze=False, height_ratios=(5, 2, 2, 2, 2)
     )
-    for column, course in enumerate(courses):
-        _draw_plane(panels[0, column], course)
-        _draw_course(list(panels[1:, column]), course)
+    for column, recording in enumerate(recordings):
+        _draw_plane(panels[0, column], recording)
+        _draw_recording(list(panels[1:, column]), recording)
     for panel in panels[0]:
-        panel.set_xlim(*_span(np.concatenate([1e6 * course.volume for course in courses])))
+        panel.set_xlim(*_span(np.concatenate([1e6 * recording.volume for recording in recordings])))
         _draw_lines(panel)
     for panel, label in zip(panels[:, 0], LABELS, strict=True):
         panel.set_ylabel(label)
@@ -145,22 +150,24 @@ def _span(values: Array) -> tuple[float, float]:
     return float(values.min()) - margin, float(values.max()) + margin
 
 
-def _draw_plane(panel: Axes, course: Course) -> None:
-    colour = COLOURS[course.push.mode]
-    volume, pressure = 1e6 * course.volume, 1e-3 * course.pressure
+def _draw_plane(panel: Axes, recording: Recording) -> None:
+    colour = COLOURS[recording.push.mode]
+    volume, pressure = 1e6 * recording.volume, 1e-3 * recording.pressure
     panel.plot(volume, pressure, color=colour, linewidth=0.6, alpha=0.5)
-    for word, look in (("free", course.before), ("pressed", course.pressed)):
-        place = (1e6 * look(course.volume), 1e-3 * look(course.pressure))
+    for word, look in (("free", recording.before), ("pressed", recording.pressed)):
+        place = (1e6 * look(recording.volume), 1e-3 * look(recording.pressure))
         panel.plot(*place, "o", color=colour, markersize=6)
         panel.annotate(word, place, textcoords="offset points", xytext=(6, 4), fontsize=9)
-    count = len(course.openings)
+    count = len(recording.openings)
     times = {0: "no valve opened", 1: "a valve opened once"}.get(count, f"{count} valve openings")
-    panel.set_title(f"{course.push.mode} control: {times}", fontsize=10)
+    panel.set_title(f"{recording.push.mode} control: {times}", fontsize=10)
     panel.set_xlabel("volume of the bent finger [cm3]")
 
 
 def _draw_lines(panel: Axes) -> None:
-    """Lines of equal air mass, on which closed valves leave the finger (violet in Fig. 4.2)."""
+    """Lines of equal air mass, on which the finger stays while its valves are closed (violet in
+    Fig. 4.2).
+    """
     low, high = panel.get_xlim()
     bottom, top = panel.get_ylim()
     volume = 1e-6 * np.linspace(low, high, 50)
@@ -174,15 +181,20 @@ def _draw_lines(panel: Axes) -> None:
     panel.set_ylim(bottom, top)
 
 
-def _draw_course(panels: Sequence[Axes], course: Course) -> None:
-    colour, push = COLOURS[course.push.mode], course.push
-    rows = (1e-3 * course.pressure, 1e6 * course.volume, 1e6 * course.mass, course.force)
+def _draw_recording(panels: Sequence[Axes], recording: Recording) -> None:
+    colour, push = COLOURS[recording.push.mode], recording.push
+    rows = (
+        1e-3 * recording.pressure,
+        1e6 * recording.volume,
+        1e6 * recording.mass,
+        recording.force,
+    )
     for panel, values in zip(panels, rows, strict=True):
         panel.axvspan(push.pressed - push.start, push.released - push.start, color="0.92")
-        for opening in course.openings:
+        for opening in recording.openings:
             panel.axvline(opening, color="black", linewidth=0.8, linestyle=":")
-        panel.plot(course.time, values, color=colour, linewidth=1)
-    middle = 1e6 * course.before(course.mass)
-    span = max(AIR_SPAN, 1.1 * float(np.abs(1e6 * course.mass - middle).max()))
+        panel.plot(recording.time, values, color=colour, linewidth=1)
+    middle = 1e6 * recording.before(recording.mass)
+    span = max(AIR_SPAN, 1.1 * float(np.abs(1e6 * recording.mass - middle).max()))
     panels[AIR].set_ylim(middle - span, middle + span)
     panels[-1].set_xlabel("time [s]")

@@ -1,4 +1,6 @@
-"""A finger pressed on a table under mass, pressure and volume control: nodes up, all in one bag."""
+"""A finger pressed on a table under mass, pressure and volume control: starts the nodes, records a
+bag.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +13,13 @@ from typing import TYPE_CHECKING
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher
 from softhand_bringup.processes.suite import node_environment
-from softhand_bringup.processes.waiting import Patience
+from softhand_bringup.processes.waiting import Waits
 from softhand_model.hand.hand import load_hand
-from thesis.equilibrium_point.course import HAND, JOINTS, STATE, VALVES, WRENCH, Push
+from thesis.equilibrium_point.recording import HAND, JOINTS, STATE, VALVES, WRENCH, Push
 from thesis.frame import Progress
 
 if TYPE_CHECKING:
-    from thesis.equilibrium_point.ros.press_bench import PressBench
+    from thesis.equilibrium_point.ros.press_rig import PressRig
 
 SCENE = "press"
 MODES = ("mass", "pressure", "volume")
@@ -61,57 +63,67 @@ class Session:
         Raises:
             RunFailed: something did not start, was refused, or simulated time stands still.
             NodeDied: a process ended by itself.
+            DomainTaken: other nodes run in the ROS domain.
             Interrupted: `stopped` was set.
         """
-        options = suite.SuiteOptions(hand=HAND, scene=SCENE, seed=self.seed, step=STEP)
-        log = self.folder / "log"
-        with Launcher(log, node_environment(log)) as launcher:
+        # imported late: with --help nobody should wait for ROS
+        from softhand_bringup.ros.run_domain import run_domain, run_enclave
+        from thesis.equilibrium_point.ros.press_rig import PressRig
+
+        log, channel = self.folder / "log", load_hand(HAND).channels[0]
+        with (
+            run_domain(lambda line: self.progress(line, 0.0)) as domain,
+            Launcher(log, node_environment(log, domain)) as launcher,
+        ):
+            enclave = run_enclave(domain)
+            options = suite.SuiteOptions(
+                hand=HAND, scene=SCENE, seed=self.seed, step=STEP, enclave=enclave
+            )
             launcher.start(suite.recorder(self.bag, RECORDED))
             launcher.start(suite.simulator(options))
-            launcher.start(suite.driver(options))
-            return self._play(launcher)
+            launcher.start(suite.driver(options, command_timeout=0.0))
+            with PressRig(channel, RECORDED, domain, enclave) as rig:
+                return self._play(rig, Waits(launcher, rig, self.stopped))
 
-    def _play(self, launcher: Launcher) -> list[Push]:
-        # imported late: with --help nobody should wait for ROS
-        from thesis.equilibrium_point.ros.press_bench import PressBench
+    def _play(self, rig: PressRig, patience: Waits) -> list[Push]:
+        from softhand_bringup.ros.run_domain import refuse_strangers
 
-        with PressBench(load_hand(HAND).channels[0], RECORDED) as bench:
-            patience = Patience(launcher, bench, self.stopped)
-            patience.wait_for_nodes()
-            pushes: list[Push] = []
-            for mode in self.modes:
-                self.progress(f"push under {mode} control", len(pushes) / len(self.modes))
-                pushes.append(self._push(bench, patience, mode))
-            return pushes
+        patience.wait_for_nodes()
+        refuse_strangers(rig)
+        pushes: list[Push] = []
+        for mode in self.modes:
+            self.progress(f"push under {mode} control", len(pushes) / len(self.modes))
+            pushes.append(self._push(rig, patience, mode))
+        return pushes
 
-    def _push(self, bench: PressBench, patience: Patience, mode: str) -> Push:
+    def _push(self, rig: PressRig, patience: Waits, mode: str) -> Push:
         """Fill the finger by mass, hand it over to the controller, push and let go."""
-        bench.control("mass")
-        bench.hold_at(ABOVE)
+        rig.control("mass")
+        rig.hold_at(ABOVE)
         patience.let_pass(SETTLE)
         patience.tare()
-        bench.command([(RISE, AIR)])
+        rig.command([(RISE, AIR)])
         patience.let_pass(RISE + SETTLE)
-        bench.control(mode)
+        rig.control(mode)
         patience.let_pass(SETTLE)
-        start = bench.simulated_time
-        self._move(bench, patience, ABOVE, PRESSED)
-        pressed = bench.simulated_time
+        start = rig.simulated_time
+        self._move(rig, patience, ABOVE, PRESSED)
+        pressed = rig.simulated_time
         patience.let_pass(HOLD)
-        released = bench.simulated_time
-        self._move(bench, patience, PRESSED, ABOVE)
-        free = bench.simulated_time
+        released = rig.simulated_time
+        self._move(rig, patience, PRESSED, ABOVE)
+        free = rig.simulated_time
         patience.let_pass(HOLD)
-        push = Push(mode, start, pressed, released, free, bench.simulated_time)
-        bench.control("mass")
-        bench.command([(0.0, 0.0)])
+        push = Push(mode, start, pressed, released, free, rig.simulated_time)
+        rig.control("mass")
+        rig.command([(0.0, 0.0)])
         patience.let_pass(EMPTY)
         return push
 
-    def _move(self, bench: PressBench, patience: Patience, start: float, goal: float) -> None:
-        """Let the wrist go from height to height [m] in a straight line, within PUSH."""
-        begin = bench.simulated_time
-        while (share := (bench.simulated_time - begin) / PUSH) < 1.0:
-            bench.hold_at(start + share * (goal - start))
+    def _move(self, rig: PressRig, patience: Waits, start: float, goal: float) -> None:
+        """Move the wrist linearly from one height to another [m] within PUSH."""
+        begin = rig.simulated_time
+        while (share := (rig.simulated_time - begin) / PUSH) < 1.0:
+            rig.hold_at(start + share * (goal - start))
             patience.let_pass(0.01)
-        bench.hold_at(goal)
+        rig.hold_at(goal)

@@ -1,1 +1,1 @@
-"""What a P5, the actuator of RBO Hand 1, lacks in the model (sections 7.2 and 8.1.2)."""
+"""Causes of the difference between a P5, the actuator of RBO Hand 1, and its model (7.2, 8.1.2)."""

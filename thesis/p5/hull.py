@@ -1,10 +1,11 @@
-"""A thick rubber hull all around its chamber, bent by pressure: which pressure holds a curvature.
+"""A thick rubber hull all around its chamber, bent by pressure: the pressure that holds a
+curvature.
 
 The base model has one wall on top at the strain of the outer face, and a factor for the side walls
-(eq. 3.35). Here all the rubber of the section counts, side walls and passive layer too, where it
-lies. In a section of constant outer size the pressure does the work p*z*h**2/2 for each curvature
-(eq. 3.17), whatever the rubber does within, so p = 2/(z*h**2)*dU/dkappa with U the elastic energy
-per length of the passive layer [J/m].
+(eq. 3.35). Here all rubber of the section counts, including side walls and passive layer, at its
+own place. In a section of constant outer size, pressure does the work p*z*h**2/2 per curvature (eq.
+3.17), whatever happens in the rubber. So p = 2/(z*h**2)*dU/dkappa with U the elastic energy per
+length of the passive layer [J/m].
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ HIGHEST = 12.0  # kappa*h up to which a curvature is sought
 
 @dataclass(frozen=True)
 class Rubber:
-    """Yeoh's law of two terms: modulus [Pa] and c2 [-] as of `yeoh_stiffening`; 0 is neo-Hooke."""
+    """Yeoh's law with two terms: modulus [Pa], and c2 [-] as in `yeoh_stiffening`; c2 = 0 is
+    neo-Hookean.
+    """
 
     modulus: float
     c2: float = 0.0
@@ -61,7 +64,7 @@ class Hull:
         return float(np.sqrt(self.chamber / np.pi))
 
     def layered_pressure(self, curvature: float, modulus: float) -> float:
-        """Pressure [Pa] while every part of a neo-Hookean section keeps its depth and is in pure
+        """Pressure [Pa] if every part of a neo-Hookean section keeps its depth and is in pure
         shear: the integral of y*q(1 + kappa*y) over the section.
         """
         h, d, t = self.height, self.wall, self.floor
@@ -77,8 +80,8 @@ class Hull:
         return float(2.0 * modulus * moment / h**3)
 
     def ring_pressure(self, curvature: float, rubber: Rubber) -> float:
-        """Pressure [Pa] while the rubber moves outwards as it thins, as the thread lets it: the
-        section as a ring of the same areas.
+        """Pressure [Pa] if the rubber moves outwards as it thins, within the thread: the section as
+        a ring of the same areas.
         """
         step = DIFFERENCE / self.height
         rise = self.ring_energy(curvature + step, rubber) - self.ring_energy(
@@ -114,11 +117,11 @@ class Hull:
 def ring_invariant(
     curvature: float, radius: Array, angle: Array, outer_radius: float, middle: float
 ) -> Array:
-    """Invariant J1 [-] of the rubber that lay at a radius [m] and an angle [rad] (from sideways)
-    around the chamber, whose middle is `middle` [m] above the mesh, at a curvature [1/m].
+    """Invariant J1 [-], at a curvature [1/m], of rubber that lay at a radius [m] and an angle [rad]
+    (from sideways) around the chamber, whose centre is `middle` [m] above the mesh.
 
-    The thread holds the outer radius [m], and rubber keeps its volume while it moves along its own
-    radius; as in section 3.4.5, which takes the passive layer for the middle of the circles.
+    The thread keeps the outer radius [m] constant, and rubber keeps its volume while it moves along
+    its own radius. As in section 3.4.5, the passive layer is taken as the centre of the circles.
     """
     along, slope = 1.0 + curvature * middle, curvature * np.sin(angle)
     moved = radius + 0.0 * angle

@@ -1,8 +1,8 @@
 """What keeps a P5 at 210 kPa wider than the marker, candidate by candidate (8.1.2).
 
 The marker is thinner than the inner diameter of the fully flexed fingers, and fingers are inflated
-to 210 kPa: 2/kappa > 17 mm. Each candidate acts alone on the bare model, with a size from the text
-or from data; then the best-founded together.
+to 210 kPa: 2/kappa > 17 mm. Each candidate cause is added alone to the base model, with a size from
+the text or from data; then the best supported ones are combined.
 """
 
 from __future__ import annotations
@@ -73,13 +73,13 @@ class Parameters:
 
 
 def floor() -> float:
-    """Rubber [m] of the passive layer that leaves the stated volume of the chamber."""
+    """Thickness [m] of rubber on the passive layer that gives the chamber its stated volume."""
     height = float(P5.height(0.0))
     return height - WALL - CHAMBER / (height - 2.0 * WALL) / P5.length
 
 
 def by_model(model: Model, actuator: Actuator = P5) -> Callable[[float], float]:
-    """Curvature [1/m] over pressure [Pa], as the simulator has it."""
+    """Curvature [1/m] over pressure [Pa], as in the simulator."""
     chain = replace(load_hand("rbo_hand_1").chain("middle"), actuators={"one": actuator}, web=None)
     finger = discretise(chain, 1, model)
     return lambda pressure: float(finger.free_rotation(0.0, [pressure])[0, 1] / actuator.length)
@@ -96,19 +96,19 @@ def by_scale(scale: float, actuator: Actuator = P5) -> Callable[[float], float]:
 
 
 def by_ring(rubber: Rubber) -> Callable[[float], float]:
-    """Curvature with all the rubber around the chamber, moving outwards as it thins."""
+    """Curvature if all rubber around the chamber moves outwards as it thins."""
     return lambda pressure: hull_of(P5, floor()).ring_curvature(pressure, rubber)
 
 
 def at_own_depth(pressure: float) -> float:
-    """Curvature [1/m] with all the rubber around the chamber in pure shear at its own depth."""
+    """Curvature [1/m] if all rubber around the chamber is in pure shear at its own depth."""
     hull = hull_of(P5, floor())
     return _inverted(lambda kappa: hull.layered_pressure(kappa, NOMINAL), pressure)
 
 
 def with_mesh(pressure: float) -> float:
-    """Curvature [1/m] with the mesh stretched by all of the pressure's force, and its bending
-    stiffness and that of the common sheet beside the actuator added.
+    """Curvature [1/m] if the mesh is stretched by the whole force of the pressure, and the bending
+    stiffness of mesh and common sheet beside the actuator is added.
     """
     height, bare = float(P5.height(0.0)), by_scale(1.0)(pressure)
     stiff = np.pi * MESH_THREAD**4 / 64.0 * POLYESTER / MESH_PITCH * (height + GAP)
@@ -121,21 +121,23 @@ def with_mesh(pressure: float) -> float:
 
 
 def _inverted(pressure_of: Callable[[float], float], pressure: float) -> float:
-    """Curvature [1/m] at which a growing function gives a pressure [Pa]."""
+    """Curvature [1/m] at which an increasing function equals a pressure [Pa]."""
     highest = HIGHEST / float(P5.height(0.0))
     return float(brentq(lambda kappa: pressure_of(kappa) - pressure, 0.0, highest))
 
 
 def ring_modulus(c2: float) -> float:
-    """Modulus [Pa] of the ring that bends the finger with the thinnest wall as the base model does
-    with the thesis's fit, for a rubber of a c2 [-].
+    """Modulus [Pa] of the ring, for a rubber of a given c2 [-], with which the finger with the
+    thinnest wall bends as in the base model with the thesis's fit.
     """
     ring, base = wall_pressures(WALLS[0], Rubber(1.0, c2))
     return float(ring @ base / (ring @ ring))
 
 
 def left_over(c2: float, pressure: float) -> float:
-    """Factor on that modulus with which a pressure [Pa] bends the ring to the marker [-]."""
+    """Factor [-] on that modulus with which a pressure [Pa] bends the ring to the marker's
+    diameter.
+    """
     rubber = Rubber(ring_modulus(c2), c2)
     return pressure / hull_of(P5, floor()).ring_pressure(2.0 / MARKER, rubber)
 
@@ -152,7 +154,7 @@ def wall_pressures(wall: float, rubber: Rubber) -> tuple[Array, Array]:
 
 
 def candidates() -> dict[str, tuple[str, Callable[[float], float]]]:
-    """By name: where the size is from, and curvature [1/m] over pressure [Pa]."""
+    """Candidates by name: source of the size, and curvature [1/m] over pressure [Pa]."""
     ring, ring_yeoh = ring_modulus(0.0), ring_modulus(STIFFENING)
     thick = replace(P5, wall=ConstantProfile(WALL + COAT))
     found = {
@@ -203,7 +205,7 @@ def candidates() -> dict[str, tuple[str, Callable[[float], float]]]:
 
 
 def _shorter_lever(pressure: float) -> float:
-    """The pressure works on the part within the thread: z*(h**2 - t**2)/2 for each curvature."""
+    """The pressure acts on the part within the thread only: z*(h**2 - t**2)/2 per curvature."""
     share = 1.0 - (floor() / float(P5.height(0.0))) ** 2
     return by_scale(1.0)(share * pressure)
 
@@ -282,7 +284,7 @@ def softer_than_p10() -> tuple[float, float, float]:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """The inner diameter by each candidate, and what supports the ones that are kept."""
+    """The inner diameter for each candidate, and the support of those that are kept."""
     findings = []
     for name, entry in results["candidates"].items():
         kappa = entry["curvature"]
@@ -321,7 +323,7 @@ def report(results: Results, given: Parameters) -> Report:
 
 
 def conclude(results: Results) -> str:
-    """What came out."""
+    """The conclusion of the report."""
     wide = {name: 2e3 / entry["curvature"] for name, entry in results["candidates"].items()}
     alone = [wide[name] for name in wide if name.startswith(WITH_OWN)]
     return (

@@ -1,8 +1,8 @@
-"""The scene contract on a simulation in the same process, for trials in batches.
+"""The scene interface on a simulation in the same process, for trials in batches.
 
-The only file of this package that imports pneuflex_sim. `ImposedAir` stands in for the driver: the
-chokes limit the rate, the smallest pulse is the grain of what can be commanded, and a channel above
-its pressure limit is relieved.
+The only file of this package that imports pneuflex_sim. `ImposedAir` replaces the driver: the
+chokes limit the flow, the smallest pulse is the resolution of a command, and a channel above its
+pressure limit is relieved.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from grasp_strategies.scene import Array, Observation, SceneError, hand_body_nam
 from pneuflex_sim.hand.skin_places import SkinPlace, SkinPlaces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import (
     AMBIENT_PRESSURE,
     air_mass,
     line_conductance,
     orifice_conductance,
 )
-from softhand_model.numerics.compiled import compiled
 from softhand_model.pneumatics.air_flow import series_flow
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
@@ -35,12 +35,12 @@ RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again
 
 
 class ImposedAir:
-    """Air masses (channels,) [kg above the fill at rest] on their way to what is commanded: masses,
-    or gauge pressures, which are kept from then on.
+    """Air masses (channels,) [kg above the fill at rest] that follow commands: masses, or gauge
+    pressures, which are then kept.
 
     A command is met to the nearest whole pulse. Until then a channel fills from the supply or
-    empties to ambient through its choke and tube (mean of their tolerances). As the driver does, it
-    empties a channel above its limit until the pressure is 3 % below, and does not fill it again
+    empties to ambient through its choke and tube, at the mean of their tolerances. Like the driver,
+    it empties a channel above its limit until the pressure is 3 % below, and does not fill it again
     before the next command.
 
     Args:
@@ -129,10 +129,10 @@ def _masses_after(
     outer: tuple[float, float],
     conductances: tuple[float, float, float],
 ) -> Array:
-    """`ImposedAir.advance` on its arrays, of which it changes goals and states.
+    """`ImposedAir.advance` on its arrays; goals and states are changed in place.
 
-    Where a pressure is commanded, the air is wanted that it lacks, to the nearest whole pulse, as
-    if the channel's volume stayed what it is: no more than what is lacking, as it grows.
+    For a commanded pressure, the goal is the air that is missing, to the nearest whole pulse,
+    computed at the present volume of the channel: as the volume grows, no more air than is missing.
     """
     now, at_rest = masses
     goal, pressure_goal = goals
@@ -161,8 +161,8 @@ def _masses_after(
 
 @dataclass(frozen=True)
 class SkinContact:
-    """A contact point of two of the hand's fingers: where it is on either skin, and its normal
-    force [N].
+    """A contact point between two fingers of the hand: its place on each skin, and the normal force
+    [N].
     """
 
     places: tuple[SkinPlace, SkinPlace]
@@ -170,9 +170,7 @@ class SkinContact:
 
 
 class InProcessScene:
-    """`grasp_strategies.scene.Scene` over a `pneuflex_sim` simulation; strategies do not see what
-    runs behind it.
-    """
+    """`grasp_strategies.scene.Scene` on a `pneuflex_sim` simulation."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
@@ -210,7 +208,7 @@ class InProcessScene:
         self.simulation.hold_object(position, orientation)
 
     def release_object(self, duration: float) -> None:
-        """Let what holds the object fade within a duration [s]."""
+        """Let the spring that holds the object fade within a duration [s]."""
         self.simulation.release_object(duration)
 
     def vent(self) -> None:
@@ -219,7 +217,7 @@ class InProcessScene:
 
     @property
     def limited(self) -> tuple[str, ...]:
-        """Names of the channels that have been above their pressure limits, and were relieved."""
+        """Names of the channels that have exceeded their pressure limits and were relieved."""
         pairs = zip(self.channels, self._air.limited, strict=True)
         return tuple(name for name, limited in pairs if limited)
 
@@ -258,8 +256,8 @@ class InProcessScene:
         return SkinPlaces(self.simulation.shape)
 
     def finger_contacts(self) -> list[SkinContact]:
-        """Contact points of fingers and thumb with each other, with the sides that touch; there are
-        those of neighbours only with the field `finger_contact` of the simulation.
+        """Contact points of fingers and thumb with each other, with their places on both skins.
+        Contacts of neighbouring fingers need the field `finger_contact` of the simulation.
         """
         simulation, skin, q = self.simulation, self.skin, self.simulation.bodies.q
         position, orientation = simulation.wrist_pose()

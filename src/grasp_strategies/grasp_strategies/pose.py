@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.numerics.rotations import compose, rotate
+from softhand_common.numerics.rotations import compose, rotate
 
 Array = NDArray[np.float64]
 
-IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
+IDENTITY_QUATERNION = np.array([0.0, 0.0, 0.0, 1.0])
 _PARALLEL = 1.0 - 1e-9  # cosine above which slerp is a straight line to within rounding
 PEAK_TO_MEAN = 1.875  # greatest over mean speed of a minimum-jerk motion, at half its duration
 
@@ -30,11 +30,11 @@ def angle_between(first: Array, second: Array) -> float:
 
 
 def slerp(first: Array, second: Array, fraction: float) -> Array:
-    """Rotation a `fraction` of the shortest way from `first` to `second`, about one axis.
+    """Quaternion (4,) at a `fraction` [-] of the shortest rotation from `first` to `second`.
 
-    >>> from softhand_model.numerics.rotations import from_rpy
-    >>> half = slerp(IDENTITY, from_rpy([0.0, 0.0, 1.0]), 0.5)
-    >>> round(angle_between(IDENTITY, half), 6)
+    >>> from softhand_common.numerics.rotations import from_rpy
+    >>> half = slerp(IDENTITY_QUATERNION, from_rpy([0.0, 0.0, 1.0]), 0.5)
+    >>> round(angle_between(IDENTITY_QUATERNION, half), 6)
     0.5
     """
     cosine = float(first @ second)
@@ -49,13 +49,13 @@ def slerp(first: Array, second: Array, fraction: float) -> Array:
 
 
 def heading(quaternion: Array) -> Array:
-    """The part of a rotation about the vertical: q = heading * (rest without a vertical part).
+    """The rotation about the vertical in a unit quaternion (4,), q = heading * tilt (swing-twist).
 
-    A rotation that tips the object over by 180 deg has no heading; the identity is returned for it.
+    For a tilt of 180 deg the heading is undefined, and the identity is returned.
     """
     z, w = float(quaternion[2]), float(quaternion[3])
     norm = math.hypot(z, w)
-    return np.array([0.0, 0.0, z / norm, w / norm]) if norm > 1e-6 else IDENTITY
+    return np.array([0.0, 0.0, z / norm, w / norm]) if norm > 1e-6 else IDENTITY_QUATERNION
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,10 @@ class Pose:
 
 
 def minimum_jerk(fraction: float) -> float:
-    """Course of a rest-to-rest motion of least jerk, 10 s^3 - 15 s^4 + 6 s^5, held outside 0..1.
+    """Progress [-] of a rest-to-rest motion of least jerk, 10 s^3 - 15 s^4 + 6 s^5.
 
-    Source: Flash and Hogan, J. Neuroscience 5 (1985), 1688.
+    `fraction` s [-] is the share of the duration, clipped to 0..1. Source: Flash and Hogan,
+    J. Neuroscience 5 (1985), 1688.
 
     >>> [minimum_jerk(s) for s in (-1.0, 0.0, 0.5, 1.0, 2.0)]
     [0.0, 0.0, 0.5, 1.0, 1.0]
@@ -99,9 +100,10 @@ def minimum_jerk(fraction: float) -> float:
 
 @dataclass(frozen=True)
 class Motion:
-    """Minimum-jerk motion along a straight line and slerp along the same course, in `duration` [s];
-    it is the point `pivot` (3,) [m] in the moving frame's axes that goes straight, None for its
-    origin.
+    """Minimum-jerk motion from `start` to `goal` in `duration` [s].
+
+    The orientation follows a slerp with the same progress. The point that moves on a straight line
+    is `pivot` (3,) [m] in the moving frame's axes; None: the frame's origin.
     """
 
     start: Pose
@@ -111,20 +113,20 @@ class Motion:
 
     def at(self, elapsed: float) -> Pose:
         """Pose `elapsed` [s] after the start; the goal from `duration` on."""
-        course = minimum_jerk(elapsed / self.duration) if self.duration > 0 else 1.0
-        orientation = slerp(self.start.orientation, self.goal.orientation, course)
+        progress = minimum_jerk(elapsed / self.duration) if self.duration > 0 else 1.0
+        orientation = slerp(self.start.orientation, self.goal.orientation, progress)
         if self.pivot is None:
             first, last = self.start.position, self.goal.position
-            return Pose(first + course * (last - first), orientation)
+            return Pose(first + progress * (last - first), orientation)
         first, last = self.start.place(self.pivot), self.goal.place(self.pivot)
-        return Pose(first + course * (last - first), orientation).shifted(-self.pivot)
+        return Pose(first + progress * (last - first), orientation).shifted(-self.pivot)
 
 
 def duration_at_speed(
     start: Pose, goal: Pose, speed: float, turn_speed: float, pivot: Array | None = None
 ) -> float:
-    """Duration [s] in which the pivot (the frames' origin for None) exceeds neither a speed [m/s]
-    nor the motion a rate of rotation [rad/s] at its greatest.
+    """Duration [s] of a `Motion` whose peak speeds stay within limits: `speed` [m/s] of the pivot
+    (None: the frame's origin) and `turn_speed` [rad/s] of the rotation.
     """
     point = np.zeros(3) if pivot is None else pivot
     distance = float(sum((goal.place(point) - start.place(point)) ** 2) ** 0.5)

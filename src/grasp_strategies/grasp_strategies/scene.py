@@ -1,8 +1,8 @@
-"""The contract between a strategy and the place where it runs.
+"""The interface between a strategy and the scene in which it runs.
 
-A strategy commands the wrist and the air, lets time pass and observes; it never learns whether
-physics is computed in the same process or beyond ROS topics. Units are SI, poses are in the frame
-`world` (z up), quaternions (x, y, z, w).
+A strategy commands wrist and air, lets time pass and observes. It does not depend on whether the
+physics is computed in the same process or behind ROS topics. Units are SI, poses are in the frame
+`world` (z up), quaternions are (x, y, z, w).
 """
 
 from __future__ import annotations
@@ -22,17 +22,23 @@ PALM_PLATE = "palm_plate"  # name in contacts of the rigid part of a hand
 
 
 class SceneError(RuntimeError):
-    """The scene cannot go on: a topic fell silent, time stands still, the simulation diverged."""
+    """The scene cannot go on: a topic has no messages, time stands still, the simulation
+    diverged.
+    """
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What a strategy may know at one instant.
+    """The state of the scene at one instant.
 
-    `time` [s] of the scene; wrist and object pose in `world` [m]; `wrist_force` (3,) [N] of the
-    hand on the wrist in world axes; `air_mass` [kg above the fill at rest and ambient] and
-    `pressure` [Pa gauge] per channel, in the order of `Scene.channels`; `touching`: names of the
-    bodies that press on the object.
+    Attributes:
+        time: of the scene [s].
+        wrist_position, object_position: (3,) [m] in `world`.
+        wrist_orientation, object_orientation: quaternions (4,) in `world`.
+        wrist_force: (3,) [N] of the hand on the wrist, in world axes.
+        air_mass: (channels,) [kg above the fill at rest and ambient pressure].
+        pressure: (channels,) [Pa], gauge.
+        touching: names of the bodies that press on the object.
     """
 
     time: float
@@ -57,7 +63,7 @@ class Observation:
 
 
 class Scene(Protocol):
-    """Where a strategy runs. Commands hold until the next one; nothing moves but in `step`."""
+    """Where a strategy runs. Commands hold until the next one; time advances in `step` only."""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -65,7 +71,9 @@ class Scene(Protocol):
 
     @property
     def hand_bodies(self) -> frozenset[str]:
-        """Names in `Observation.touching` that are parts of the hand; others surround it."""
+        """Names in `Observation.touching` that are parts of the hand; all others belong to the
+        surroundings.
+        """
 
     @property
     def time(self) -> float:
@@ -80,21 +88,21 @@ class Scene(Protocol):
         """
 
     def command_pressure(self, pressures: Array) -> None:
-        """Set the gauge pressures (channels,) [Pa] to reach and to keep, whatever air that takes;
-        NaN for a channel that keeps the command it has. A channel obeys the last of its commands,
-        be it of a mass or of a pressure.
+        """Set the gauge pressures (channels,) [Pa] to reach and keep, whatever air that takes; NaN
+        for a channel that keeps its command. The latest command of a channel counts, be it mass or
+        pressure.
         """
 
     def hold_object(self, position: Array, orientation: Array) -> None:
         """Put the object at a pose in the wrist frame, position (3,) [m] and quaternion (4,), and
-        have a spring hold it there until it is released; raises SceneError where nobody can.
+        hold it there by a spring until it is released; raises SceneError where that is impossible.
         """
 
     def release_object(self, duration: float) -> None:
-        """Let the spring that holds the object fade within a duration [s]."""
+        """Let the holding spring fade within a duration [s]."""
 
     def vent(self) -> None:
-        """Open every outlet; raises SceneError when it cannot be known that this happened."""
+        """Open every outlet; raises SceneError when that is not confirmed."""
 
     def step(self, duration: float) -> None:
         """Let `duration` [s] of scene time pass, less when interrupted.
@@ -107,8 +115,8 @@ class Scene(Protocol):
 
 
 class AirTarget(NamedTuple):
-    """What the channels shall contain: air `masses` (channels,) [kg above the fill at rest and
-    ambient] or gauge `pressures` (channels,) [Pa], NaN where the other is commanded.
+    """Target of the channels: air `masses` (channels,) [kg above the fill at rest and ambient
+    pressure] or gauge `pressures` (channels,) [Pa]; NaN where the other quantity is commanded.
     """
 
     masses: Array
@@ -130,8 +138,8 @@ class AirTarget(NamedTuple):
         return found
 
     def start(self, goal: AirTarget, seen: Observation) -> AirTarget:
-        """Where a ramp to `goal` begins: at this target, and where it commands the other quantity
-        at what is seen.
+        """Start of a ramp to `goal`: this target, or the measured value where `goal` commands the
+        other quantity.
         """
         measured = (seen.air_mass, seen.pressure)
         parts = (
@@ -141,10 +149,12 @@ class AirTarget(NamedTuple):
         return AirTarget(*parts)
 
     def towards(self, goal: AirTarget, share: float) -> AirTarget:
-        """The target a share of the way to `goal`, a target of the same quantities."""
+        """Linear interpolation to `goal`, a target of the same quantities, at a share [-] of the
+        way.
+        """
         return AirTarget(*(a + share * (b - a) for a, b in zip(self, goal, strict=True)))
 
 
 def hand_body_names(chains: Iterable[str]) -> frozenset[str]:
-    """Names in contacts that are parts of a hand with these chains."""
+    """Names by which contacts call the parts of a hand: its chains and its plate."""
     return frozenset(chains) | {PALM_PLATE}

@@ -1,4 +1,4 @@
-"""Runs a strategy on a scene: commands wrist and air, ends phases, heeds an abort, judges."""
+"""Runs a strategy on a scene: commands wrist and air, ends phases, handles an abort, judges."""
 
 from __future__ import annotations
 
@@ -9,22 +9,31 @@ import numpy as np
 
 from grasp_strategies.judging.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
 from grasp_strategies.judging.judge import GraspResult
-from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
+from grasp_strategies.pose import (
+    IDENTITY_QUATERNION,
+    Motion,
+    Pose,
+    duration_at_speed,
+    heading,
+    inverse,
+)
 from grasp_strategies.scene import AirTarget, Array, Observation, Scene, SceneError
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
-from softhand_model.documents.quoted import listed, quoted, shortened
-from softhand_model.numerics.rotations import compose, from_rpy
+from softhand_common.documents.quoted import listed, quoted, shortened
+from softhand_common.numerics.rotations import compose, from_rpy
 
 CONTROL_STEP = 0.01  # [s]
 TIME_TOLERANCE = 1e-9  # [s]
-VENT, HOLD = "vent", "hold"
-ABORT_ACTIONS = (VENT, HOLD)
-OF_AIR = ("air_mass_error", "pressure_error", "pressure")  # count once the ramp is over
-DONE, FAILED = "done", "failed"  # what `on_phase` gets after the last phase; or ABORTED
+VENT_ACTION, HOLD_ACTION = "vent", "hold"
+ABORT_ACTIONS = (VENT_ACTION, HOLD_ACTION)
+AIR_QUANTITIES = ("air_mass_error", "pressure_error", "pressure")  # count once the ramp is over
+PHASE_DONE, PHASE_FAILED = "done", "failed"  # what `on_phase` gets after the last phase; or ABORTED
 
 
 class PhaseRun:
-    """One phase from where it begins: its motion, its ramp of the air and their times [s]."""
+    """One phase as it runs, from its first observation: its motion, its air ramp, and their times
+    [s].
+    """
 
     def __init__(
         self,
@@ -47,7 +56,7 @@ class PhaseRun:
 
     @property
     def ramp(self) -> float:
-        """Time that the air takes to its goal [s]."""
+        """Duration of the air ramp [s]."""
         return self.phase.air_ramp
 
     @property
@@ -75,18 +84,18 @@ def goal_pose(
     commanded: Pose,
     object_rpy: tuple[float, float, float] | None,
 ) -> Pose:
-    """Pose of the wrist in the world at a waypoint, by what is seen and commanded when its phase
-    begins.
+    """Pose of the wrist in the world at a waypoint, given the observation and the commanded pose at
+    the start of its phase.
     """
     pivot = np.array(waypoint.pivot)
     commanded = commanded.shifted(pivot)
     frames = {
-        "environment": Pose(np.zeros(3), IDENTITY),
+        "environment": Pose(np.zeros(3), IDENTITY_QUATERNION),
         "wrist": commanded,
-        "wrist_level": Pose(commanded.position, IDENTITY),
+        "wrist_level": Pose(commanded.position, IDENTITY_QUATERNION),
         "object": Pose(seen.object_position, _object_heading(seen.object_orientation, object_rpy)),
     }
-    orientation = IDENTITY if waypoint.rpy is None else from_rpy(waypoint.rpy)
+    orientation = IDENTITY_QUATERNION if waypoint.rpy is None else from_rpy(waypoint.rpy)
     goal = frames[waypoint.frame].compose(Pose(np.array(waypoint.position), orientation))
     if waypoint.rpy is None:
         goal = Pose(goal.position, commanded.orientation)
@@ -94,9 +103,9 @@ def goal_pose(
 
 
 def _object_heading(orientation: Array, object_rpy: tuple[float, float, float] | None) -> Array:
-    """Rotation about the vertical from the orientation that waypoints suppose to the object's."""
+    """Rotation about the vertical from the orientation that waypoints assume to the object's."""
     if object_rpy is None:
-        return IDENTITY
+        return IDENTITY_QUATERNION
     return heading(compose(orientation, inverse(from_rpy(object_rpy))))
 
 
@@ -105,22 +114,28 @@ class _Aborted(Exception):
 
 
 class _PhaseTimedOut(Exception):
-    """No end condition of a phase came true in time."""
+    """No end condition of a phase became true in time."""
 
 
 class _Decided(Exception):
-    """What is still to come would not change the verdict."""
+    """The remaining phases cannot change the verdict."""
 
 
 class Sequencer:
     """One run of one strategy.
 
-    `options` switches optional phases on; `control_step` [s] is the time between two commands;
-    `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
-    be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
-    opens every outlet, `hold` keeps what the channels contain. `decided` is asked after each
-    control step and ends the run early by a reason. Raises ValueError for an unknown option,
-    channel, action or a control step that is not positive.
+    Args:
+        scene: where it runs.
+        strategy: what is run.
+        options: names of the optional phases to run.
+        control_step: time between two commands [s].
+        on_phase: called with each phase's name, and at the end with `done`, `aborted` or `failed`.
+        abort: may be set by any thread at any time.
+        abort_action: what an abort does with the air: `vent` opens every outlet, `hold` keeps it.
+        decided: called after each control step; a text ends the run early, for that reason.
+
+    Raises:
+        ValueError: an unknown option, channel or action, or a control step that is not positive.
     """
 
     def __init__(
@@ -132,7 +147,7 @@ class Sequencer:
         control_step: float = CONTROL_STEP,
         on_phase: Callable[[str], None] = lambda name: None,
         abort: threading.Event | None = None,
-        abort_action: str = VENT,
+        abort_action: str = VENT_ACTION,
         decided: Callable[[GraspWatch], str] | None = None,
     ) -> None:
         self._decided = decided
@@ -174,11 +189,21 @@ class Sequencer:
             )
 
     def run(self) -> GraspResult:
-        """Run all phases and judge; an abort, a time-out or a failing scene ends the run early."""
+        """Run all phases and judge; an abort, a time-out or a failing scene ends the run early.
+
+        An abort is obeyed even where the run ended by itself before it noticed the abort.
+        """
+        result = self._begin_and_run()
+        if result.cause == ABORTED or not self._abort.is_set():
+            return result
+        done, safe = abort_scene(self._scene, self._abort_action)
+        return result.stopped(f"{result.reason}; aborted: {done}", safe, self._phase, ABORTED)
+
+    def _begin_and_run(self) -> GraspResult:
         try:
             first = self._scene.observe()
         except SceneError as error:
-            self._on_phase(FAILED)
+            self._on_phase(PHASE_FAILED)
             return GraspResult.not_begun(str(error))
         self._grasp = GraspWatch(self._strategy, self._scene.hand_bodies, first)
         self._observed = first
@@ -196,19 +221,19 @@ class Sequencer:
             reason = f"aborted in phase {self._phase}: {reason}"
             return self._stop(ABORTED, reason, ABORTED, safe)
         except _PhaseTimedOut as timed_out:
-            return self._stop(FAILED, str(timed_out), TIMED_OUT)
+            return self._stop(PHASE_FAILED, str(timed_out), TIMED_OUT)
         except _Decided as sure:
             if not self._grasp.result().gripped:
-                return self._stop(FAILED, f"phase {self._phase}: {sure}")
+                return self._stop(PHASE_FAILED, f"phase {self._phase}: {sure}")
         except SceneError as error:
             # in process and over ROS alike it is the simulator's sentence that tells
             cause = DIVERGED if DIVERGED in str(error) else SCENE_FAILED
-            return self._stop(FAILED, f"phase {self._phase}: {error}", cause)
-        self._on_phase(DONE)
+            return self._stop(PHASE_FAILED, f"phase {self._phase}: {error}", cause)
+        self._on_phase(PHASE_DONE)
         return self._grasp.result()
 
     def _stop(self, ending: str, reason: str, cause: str = "", safe: bool = True) -> GraspResult:
-        """The result of a run that ended early; without a cause, that of what was seen."""
+        """The result of a run that ended early; without a cause, the judge's."""
         self._on_phase(ending)
         return self._grasp.result().stopped(reason, safe, self._phase, cause)
 
@@ -241,7 +266,7 @@ class Sequencer:
         self._finish(run)
 
     def _hand_over(self, phase: Phase) -> None:
-        """Have the object held out to the hand, or let go."""
+        """Hold the object out to the hand, or release it, as the phase says."""
         if phase.held_out is not None:
             held = phase.held_out
             self._scene.hold_object(np.array(held.position), np.array(held.orientation))
@@ -249,8 +274,8 @@ class Sequencer:
             self._scene.release_object(phase.release)
 
     def _finish(self, run: PhaseRun) -> None:
-        """Command the goals themselves, however long the last step was; of a phase that a condition
-        ended, those of the air whose ramp is over.
+        """Command the exact goals, however long the last step was; after a phase that a condition
+        ended, only the air goal if its ramp is over.
         """
         if not run.phase.conditional:
             self._command_wrist(run, run.least_duration)
@@ -292,7 +317,7 @@ class Sequencer:
         quantities = self._quantities(run)
         ramp_over = elapsed > run.ramp - TIME_TOLERANCE
         for condition in phase.until:
-            counts = ramp_over or condition.quantity not in OF_AIR
+            counts = ramp_over or condition.quantity not in AIR_QUANTITIES
             if counts and condition.holds(quantities[condition.quantity]):
                 return True
         if phase.until_touching and phase.until_touching <= self._observed.touching:
@@ -320,7 +345,7 @@ def _same(first: Array, second: Array) -> bool:
 
 
 def _largest_error(goal: Array, seen: Array) -> float:
-    """Greatest distance of the channels that have a goal; 0 without one."""
+    """Greatest deviation of the channels that have a goal; 0 without one."""
     return float(np.max(np.abs(goal - seen)[~np.isnan(goal)], initial=0.0))
 
 
@@ -339,12 +364,12 @@ def _time_out_sentence(phase: Phase, quantities: dict[str, float], touching: fro
 
 
 def abort_scene(scene: Scene, action: str) -> tuple[str, bool]:
-    """Vent, or hold the air as it is; the wrist stays where it was commanded.
+    """Vent, or hold the air as it is; the wrist stays at its commanded pose.
 
-    Returns a text about it and whether it was done.
+    Returns a text for the user, and whether the action was carried out.
     """
     try:
-        if action == VENT:
+        if action == VENT_ACTION:
             scene.vent()
             return "vented", True
         scene.command_air(scene.observe().air_mass)

@@ -4,13 +4,11 @@ With `backend:=topic` (the default) the simulator owns valves, tubes and hand. W
 `hardware` the driver has its own plant, and the simulator is not started. An argument that is given
 wins over `params_file`; what neither of them says is the node's own default.
 
-With `grasp_type:=N` the simulator has what the stored grasp of that type needs, its object first of
-all, and `ros2 service call /grasp/feix std_srvs/srv/Trigger` replays it.
+With `strategy:=feix/03` the simulator has what that stored grasp of the Feix taxonomy needs, its
+object first of all; `ros2 service call /grasp/surface_constrained std_srvs/srv/Trigger` runs it.
 
 Two hands: launch twice, with `namespace:=left`, and with `namespace:=right publish_clock:=false`.
 """
-
-from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -18,8 +16,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from grasp_strategies.dexterity.patterns import FILE
-from grasp_strategies.dexterity.replay import simulator_settings
+from grasp_strategies.strategy import load_strategy
+from grasp_strategies.strategy.fitting import simulator_parameters
 
 ARGUMENTS = {
     "namespace": ("", "of all nodes; empty: the root"),
@@ -29,11 +27,6 @@ ARGUMENTS = {
     "scene": ("", "scene, by name or path; empty: table"),
     "object": ("", "object, by name or path; empty: cylinder"),
     "strategy": ("", "what grasp/surface_constrained runs; empty: the strategy of that name"),
-    "grasp_type": (
-        "",
-        "type of the Feix taxonomy that grasp/feix replays, with its object; empty: none",
-    ),
-    "grasp_patterns": ("", "file of stored grasps; empty: the shipped one"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
     "allow_effect_files": ("", "run the Python files that the model names; empty: false"),
     "step": ("", "physics step [s]; empty: 0.002"),
@@ -52,9 +45,8 @@ ARGUMENTS = {
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
 SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files", "finger_contact")
-TYPES = dict.fromkeys(SWITCHES, bool) | dict.fromkeys(("grasp_type", "segments"), int)
+TYPES = dict.fromkeys(SWITCHES, bool) | {"segments": int}
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
-LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
 SIMULATOR = {
     "hand": "hand",
@@ -79,8 +71,6 @@ DRIVER = {
 SEQUENCER = {
     "hand": "hand",
     "strategy.surface_constrained": "strategy",
-    "grasp_type": "grasp_type",
-    "grasp_patterns": "grasp_patterns",
     "use_sim_time": "use_sim_time",
 }
 
@@ -98,12 +88,9 @@ def parameters(given, taken):
     return [*file, *([values] if values else [])]
 
 
-def replayed(given):
-    """Parameters of a simulator that can replay the stored grasp of a type, if one is given."""
-    if not given["grasp_type"]:
-        return []
-    stored = Path(given["grasp_patterns"] or FILE)
-    return [simulator_settings(int(given["grasp_type"]), stored)]
+def needed(given):
+    """Parameters that the simulator needs for a strategy that holds its object out."""
+    return [simulator_parameters(load_strategy(given["strategy"]))] if given["strategy"] else []
 
 
 def nodes(context):
@@ -122,11 +109,11 @@ def nodes(context):
         )
 
     started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, LETS_GO),
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":
-        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *replayed(given)))
+        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *needed(given)))
     if given["record"]:
         recorder = {"package": "softhand_bringup", "executable": "recorder", "name": "recorder"}
         started.append(Node(**recorder, arguments=[given["record"]], **common))

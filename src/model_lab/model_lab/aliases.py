@@ -13,8 +13,8 @@ Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 Tell = Callable[[str, int, int], None]
-"""Is told what long work is at: what is done now, its number from 1, of how many (0: unknown)."""
+"""Progress callback: what is done now, its number from 1, of how many (0: unknown)."""
 
 
 def tell_nobody(step: str, number: int, total: int) -> None:
-    """What long work tells where nobody listens."""
+    """A progress callback that does nothing."""

@@ -1,4 +1,4 @@
-"""URDF of a hand: every spherical joint as three revolute joints (x, then y, then z), boxes as
+"""URDF of a hand: every spherical joint as three revolute joints (x, then y, then z), with boxes as
 visuals.
 """
 
@@ -12,13 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.layout import HandLayout
 
-AXES = ("x", "y", "z")
-MATERIALS = {"rubber": "0.93 0.55 0.25 1", "scaffold": "0.35 0.38 0.45 1"}  # rgba
+AXIS_NAMES = ("x", "y", "z")
+URDF_COLORS = {"rubber": "0.93 0.55 0.25 1", "scaffold": "0.35 0.38 0.45 1"}  # rgba
 
 
 def joint_names(layout: HandLayout) -> list[str]:
-    """Names of the revolute joints, three a spherical joint, in the order of `joint_positions`."""
-    return [f"{name}_{axis}" for name in layout.names for axis in AXES]
+    """Names of the revolute joints, three per spherical joint, in the order of
+    `joint_positions`.
+    """
+    return [f"{name}_{axis}" for name in layout.names for axis in AXIS_NAMES]
 
 
 def joint_positions(q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -36,7 +38,7 @@ def joint_orientations(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 def write_urdf(layout: HandLayout) -> str:
     """URDF text with the root link `wrist`; masses [kg], lengths [m]."""
     robot = ElementTree.Element("robot", name=layout.description.name)
-    for name, color in MATERIALS.items():
+    for name, color in URDF_COLORS.items():
         material = ElementTree.SubElement(robot, "material", name=name)
         ElementTree.SubElement(material, "color", rgba=color)
     wrist, plate = ElementTree.SubElement(robot, "link", name="wrist"), layout.description.plate
@@ -56,7 +58,7 @@ def write_urdf(layout: HandLayout) -> str:
 def _segment(robot: ElementTree.Element, layout: HandLayout, joint: int, parent: str) -> str:
     """Three revolute joints and the link they carry; returns the name of the link."""
     name = layout.names[joint]
-    for k, axis in enumerate(AXES):
+    for k, axis in enumerate(AXIS_NAMES):
         child = name if k == 2 else f"{name}_{axis}_link"
         link = ElementTree.SubElement(robot, "link", name=child)
         place = layout.offset[joint] if k == 0 else np.zeros(3)
@@ -104,7 +106,7 @@ def _box(
     size: NDArray[np.float64],
     material: str | None = None,
 ) -> None:
-    """Append a box to what is seen of a link (`visual`) or touches (`collision`)."""
+    """Append a box to the `visual` or `collision` elements of a link."""
     element = ElementTree.SubElement(link, kind)
     ElementTree.SubElement(element, "origin", xyz=_text(center), rpy="0 0 0")
     ElementTree.SubElement(ElementTree.SubElement(element, "geometry"), "box", size=_text(size))

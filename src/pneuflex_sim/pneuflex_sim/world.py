@@ -3,7 +3,7 @@
 The thesis' solver stops at a precision (1e-2, 1e-4, 1e-5) or after a number of iterations (100,
 500, 2000) and over-relaxes (1.5, 1.3, 1.0). PyBullet's stops at a residual of velocities or after
 its iterations, and does not over-relax; it starts from the impulses of the step before, so it needs
-fewer. docs/understand/simulator.md tabulates what the settings do to a grasp.
+fewer. docs/understand/simulator-steps.md tabulates what the settings do to a grasp.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 
 class Diverged(RuntimeError):
-    """Something in the world moves faster than anything can; only a reset brings it back."""
+    """A body moves impossibly fast or is not at a finite place; the simulation needs a reset."""
 
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """Iterations a step at most, and the residual [m/s, squared and summed] that ends them early.
+    """Largest number of iterations per step, and the residual that ends them early: the sum of
+    squared velocities [m2/s2].
 
     Raises ValueError for fewer than one iteration or a residual below zero.
     """
@@ -36,7 +37,7 @@ class SolverSettings:
             raise ValueError(f"residual: expected 0 or more, got {self.residual}")
 
 
-SETTINGS = {
+SOLVER_SETTINGS = {
     "fast": SolverSettings(15, 1e-4),
     "default": SolverSettings(),
     "stable": SolverSettings(100, 0.0),
@@ -44,14 +45,14 @@ SETTINGS = {
 
 
 def solver_settings(name: str) -> SolverSettings:
-    """The settings of a name; raises ValueError that lists the names there are.
+    """The settings of that name; raises ValueError listing the available names.
 
     >>> solver_settings("stable").iterations
     100
     """
-    if name not in SETTINGS:
-        raise ValueError(f"solver: expected one of {', '.join(SETTINGS)}; got {name!r}")
-    return SETTINGS[name]
+    if name not in SOLVER_SETTINGS:
+        raise ValueError(f"solver: expected one of {', '.join(SOLVER_SETTINGS)}; got {name!r}")
+    return SOLVER_SETTINGS[name]
 
 
 class BulletState:
@@ -71,10 +72,10 @@ class BulletState:
 
 
 class World:
-    """One physics client; every call names it, so several worlds can live in one process.
+    """One physics client. Every call names the client, so several worlds can live in one process.
 
-    Friction is that of a cone, or of a pyramid around it: the cone lets light fingertips of rigid
-    skin diverge when they jam, the pyramid knows no resistance to twisting.
+    Friction is limited by a cone (`cone`) or by a pyramid around it: with the cone, light
+    fingertips of rigid skin diverge when they jam; the pyramid has no resistance to twisting.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class World:
     ) -> None:
         settings = settings or SolverSettings()
         self.step_size = step
-        self.broken = False  # what is no number stays in the engine's search for contacts
+        self.broken = False  # NaN stays in the engine's collision detection, even after a reset
         self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         self.closed = False
         if self.client < 0:
@@ -111,12 +112,14 @@ class World:
         )
 
     def diverged(self, reason: str) -> Diverged:
-        """The error to raise; a world that has diverged serves no more, also after a reset."""
+        """The error to raise. A world that has diverged cannot be used any more, even after a
+        reset.
+        """
         self.broken = True
         return Diverged(reason)
 
     def _look_at_the_hand(self) -> None:
-        """Bring the window's camera near, without PyBullet's own panels."""
+        """Move the window's camera close to the hand, and hide PyBullet's own panels."""
         pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self.client)
         pybullet.resetDebugVisualizerCamera(
             cameraDistance=0.45,

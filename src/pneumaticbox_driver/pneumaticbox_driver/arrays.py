@@ -1,4 +1,4 @@
-"""Types of arrays with one entry a channel (n,)."""
+"""Types of arrays with one entry per channel (n,)."""
 
 import numpy as np
 from numpy.typing import NDArray

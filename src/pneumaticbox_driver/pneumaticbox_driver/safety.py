@@ -1,29 +1,40 @@
-"""Safety of the box: pressure limits, silence of the sensors and the latched vent."""
+"""Safety of the box: pressure limits, missing sensor samples and the latched vent."""
 
 import math
 
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
-from softhand_model.documents.quoted import shortened
+from softhand_common.documents.quoted import shortened
 
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
 BURST_MARGIN = 1.2  # of the limit; above it relief has failed
-SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]
-WALL_SILENCE_LIMIT = 2.0  # the same in wall time, unless the simulation is paused [s]
+SAMPLE_SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]
+WALL_SILENCE_LIMIT = 2.0  # likewise in wall time, without a simulation [s]
+
+
+def text_of(error: BaseException) -> str:
+    """Text of an error; of one whose text cannot be had, its type.
+
+    Errors of boards are not ours: a `__str__` that raises must end no thread.
+    """
+    try:
+        return str(error)
+    except BaseException:  # noqa: BLE001 whatever it is, the error itself is what matters
+        return f"{type(error).__name__} without a text"
 
 
 def one_line(error: BaseException) -> str:
-    """Type and text of an error, cut at 200 characters.
+    """Type and text of an error, shortened to 200 characters.
 
     >>> one_line(OSError("no such device"))
     'OSError: no such device'
     """
-    return f"{type(error).__name__}: {shortened(str(error))}"
+    return f"{type(error).__name__}: {shortened(text_of(error))}"
 
 
 class VentLatch:
-    """Remembers why the outlets must stay open, until `release`.
+    """Stores the reasons for which the outlets must stay open, until `release`.
 
     >>> latch = VentLatch()
     >>> latch.set("no sensors"); latch.set("no sensors"); latch.reasons
@@ -34,12 +45,12 @@ class VentLatch:
         self.reasons: list[str] = []
 
     def set(self, reason: str) -> None:
-        """Latch for one more reason; the first ten are kept."""
+        """Add a reason; the first ten are kept."""
         if reason not in self.reasons and len(self.reasons) < 10:
             self.reasons.append(reason)
 
     def release(self) -> None:
-        """Leave the safe state; only the user's reset may do this."""
+        """Clear all reasons; only a reset by the user may do this."""
         self.reasons.clear()
 
     def __bool__(self) -> bool:
@@ -47,11 +58,11 @@ class VentLatch:
 
 
 class PressureGuard:
-    """Holds each channel below its pressure limit.
+    """Keeps each channel below its pressure limit.
 
-    Above the limit the outlet opens until the pressure is 3 % below, and the channel is not
+    Above the limit the outlet opens until the pressure is 3 % below it, and the channel is not
     inflated again before it gets a lower setpoint or a new command: otherwise control and relief
-    would take turns. 20 % above the limit relief has failed and everything vents.
+    would alternate. At 20 % above the limit the relief has failed, and the box vents.
 
     Args:
         limits: gauge pressure limits (n,) [Pa].
@@ -62,14 +73,14 @@ class PressureGuard:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what has been relieved: the user has reset the box."""
+        """Clear all marks after a reset of the box."""
         n = len(self.limits)
         self.relieving: Flags = np.zeros(n, dtype=bool)
         self.blocked: Flags = np.zeros(n, dtype=bool)
         self._blocked_at: Floats = np.full(n, np.nan)  # setpoint that led over the limit
 
     def apply(self, pressures: Floats, setpoints: Floats, valves: Valves) -> Valves:
-        """Return `valves` (n,) with what the limits forbid replaced.
+        """Return `valves` (n,), changed where the limits require it.
 
         Args:
             pressures: channel pressures (n,) [Pa].
@@ -89,47 +100,49 @@ class PressureGuard:
         return np.where(self.relieving, -1, held).astype(np.int8)
 
     def burst(self, pressures: Floats) -> int | None:
-        """Index of the first channel whose relief has failed, None if all is well."""
+        """Index of the first channel whose relief has failed; None for none."""
         beyond = pressures > BURST_MARGIN * self.limits
         return int(np.argmax(beyond)) if beyond.any() else None
 
     def unblock(self, channels: tuple[int, ...]) -> None:
-        """Let new commands inflate these channels again."""
+        """Allow these channels, which have new commands, to be inflated again."""
         self.blocked[list(channels)] = self.relieving[list(channels)]
 
 
 class SampleWatch:
-    """Notices that the sensors have fallen silent; the first sample starts the watch."""
+    """Detects that sensor samples are missing, after the first sample."""
 
     def __init__(self) -> None:
         self._node_time = self._wall_time = math.nan  # of the last sample [s]
 
-    def heard(self, node_time: float, wall_time: float) -> None:
+    def note(self, node_time: float, wall_time: float) -> None:
         """Note a sample at this node time [s] and monotonic wall time [s].
 
-        A node time of 0 means that simulated time has not come yet: its first tick is no silence.
+        A node time of 0 means that no tick of simulated time has arrived; the jump to the first
+        tick is not taken for missing samples.
         """
         self._node_time = node_time if node_time > 0 else math.nan
         self._wall_time = wall_time
 
     @property
     def started(self) -> bool:
-        """Whether there has been a sample at all."""
+        """Whether there has been a sample."""
         return not math.isnan(self._wall_time)
 
-    def silence(self, node_time: float, wall_time: float, paused: bool) -> str | None:
-        """Say what is wrong at these times [s], None if nothing is.
+    def silence(self, node_time: float, wall_time: float, simulated: bool) -> str | None:
+        """The error at these times [s] if samples are missing, else None.
 
         Args:
             node_time: of the node's clock, simulated or not.
             wall_time: monotonic.
-            paused: the simulation is known to stand still.
+            simulated: whether node time is that of a simulation, which may be paused or slow
+                without a fault.
         """
         if not self.started:
             return None
         silent, wall = node_time - self._node_time, wall_time - self._wall_time
-        if silent > SILENCE_LIMIT:
-            return f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms"
-        if wall > WALL_SILENCE_LIMIT and not paused:
+        if silent > SAMPLE_SILENCE_LIMIT:
+            return f"no sensor sample for {SAMPLE_SILENCE_LIMIT * 1e3:.0f} ms"
+        if wall > WALL_SILENCE_LIMIT and not simulated:
             return f"no sensor sample for {WALL_SILENCE_LIMIT:.0f} s of wall time"
         return None

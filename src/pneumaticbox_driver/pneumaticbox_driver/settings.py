@@ -1,11 +1,11 @@
-"""Settings of the box, checked when they are made."""
+"""Settings of the box, checked by their constructor."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pneumaticbox_driver.modes import check_mode
-from softhand_model.documents.quoted import quoted
+from softhand_common.documents.quoted import quoted
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
@@ -24,17 +24,16 @@ VOLUME_MODELS = ("hand", "fixed")
 class BoxSettings:
     """Settings of the box.
 
-    `channels` are names in the order of the outlets, `rest_volumes` [m3] what they enclose at
-    rest with their tubes, `pressure_limits` gauge [Pa], `control_modes` one per channel.
-    `command_timeout` [s] vents after that silence of commands, 0 holds the last target. A command
-    may begin `command_lead` [s] ahead of now, and lasts `command_span` [s] at most.
-    `shortest_pulse` and `shortest_pause` [s] are what the valves can follow, `zero_band` [Pa] is
-    the largest reading that can be a sensor's offset at ambient pressure. `volume_model` says what
-    volumes do under pressure: "fixed" for bottles, or "hand" for the actuators of `hand`, a name
-    or a file; mode volume is for a hand alone.
+    `channels` are names in the order of the outlets, `rest_volumes` [m3] those at rest with the
+    tubes, `pressure_limits` gauge [Pa], `control_modes` one per channel. `command_timeout` [s] is
+    the time without a command after which the box vents, 0 to hold the last target. A command may
+    begin up to `command_lead` [s] ahead of now and last up to `command_span` [s]. `shortest_pulse`
+    and `shortest_pause` [s] are those of the valves, `zero_band` [Pa] is the largest offset of a
+    sensor. `volume_model` is "fixed" for bottles, or "hand" for the actuators of `hand`, a name or
+    a file; mode volume requires a hand.
 
     Raises:
-        ValueError: naming the setting, what was expected and what was found.
+        ValueError: names the setting, what was expected and what was found.
     """
 
     channels: tuple[str, ...]
@@ -60,12 +59,12 @@ class BoxSettings:
             raise ValueError(f"channels must be {expected}, got {quoted(list(self.channels))}")
         if not all(name and name.isidentifier() for name in self.channels):
             got = quoted(list(self.channels))
-            raise ValueError(f"channels must be letters, digits and _, got {got}")
+            raise ValueError(f"channels must be names of letters, digits and _, got {got}")
         for name in ("rest_volumes", "pressure_limits"):
             _check_positive(name, getattr(self, name), n)
         if self.volume_model not in VOLUME_MODELS:
-            expected, got = list(VOLUME_MODELS), self.volume_model
-            raise ValueError(f"volume_model must be one of {expected}, got {quoted(got)}")
+            models, got = list(VOLUME_MODELS), self.volume_model
+            raise ValueError(f"volume_model must be one of {models}, got {quoted(got)}")
         self.check_modes(self.control_modes)
         for name in NOT_NEGATIVE:
             value = getattr(self, name)
@@ -73,10 +72,10 @@ class BoxSettings:
                 raise ValueError(f"{name} must be 0 or above, got {value}")
 
     def check_modes(self, modes: Sequence[str]) -> None:
-        """Check that the channels can be put into these modes (n,).
+        """Check that the channels can have these modes (n,).
 
         Raises:
-            ValueError: another number of modes, one that does not exist, or volume on bottles.
+            ValueError: wrong number of modes, an unknown mode, or mode volume with bottles.
         """
         n = len(self.channels)
         if len(modes) != n:
@@ -85,23 +84,23 @@ class BoxSettings:
             check_mode(mode)
         if "volume" in modes and self.volume_model == "fixed":
             raise ValueError(
-                "control_mode 'volume' expects volume_model 'hand', got 'fixed': "
-                "the volume of a bottle cannot be controlled"
+                "control_mode 'volume' expects volume_model 'hand', got 'fixed': the volume of "
+                "rigid bottles cannot be controlled"
             )
 
 
 def _check_positive(name: str, values: Sequence[float], n: int) -> None:
     if len(values) != n:
-        raise ValueError(f"{name} must have {n} values, one a channel, got {len(values)}")
+        raise ValueError(f"{name} must have {n} values, one per channel, got {len(values)}")
     if not all(math.isfinite(value) and value > 0 for value in values):
         raise ValueError(f"{name} must be above 0, got {quoted(list(values))}")
 
 
 def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ...]:
-    """Spread a setting with one entry over all channels.
+    """Repeat a setting with one entry for all channels.
 
     Raises:
-        ValueError: neither one entry nor one a channel.
+        ValueError: neither one entry nor one per channel.
 
     >>> per_channel("control_mode", ["mass"], 3)
     ('mass', 'mass', 'mass')
@@ -112,10 +111,10 @@ def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ..
 
 
 def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
-    """Outlets of the channels, from 1; a single 0 stands for all in order.
+    """Outlets of the channels, from 1; a single 0 means all in order.
 
     Raises:
-        ValueError: not one a channel, or below 1.
+        ValueError: not one per channel, or below 1.
 
     >>> outlet_numbers([0], 3), outlet_numbers([2, 1], 2)
     ((1, 2, 3), (2, 1))
@@ -123,6 +122,6 @@ def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
     if list(given) == [0]:
         return tuple(range(1, channels + 1))
     if len(given) != channels or min(given) < 1:
-        expected = f"{channels} numbers from 1, one a channel"
+        expected = f"{channels} numbers from 1, one per channel"
         raise ValueError(f"outlets must be {expected}, got {quoted(list(given))}")
     return tuple(given)

@@ -1,6 +1,6 @@
-"""RViz and what it needs beside a running simulator: `ros2 launch softhand_bringup view.launch.py`.
+"""RViz for a running simulator: `ros2 launch softhand_bringup view.launch.py`.
 
-`hand`, `segments` and `namespace` are those of the simulator.
+`hand`, `segments` and `namespace` must be those of the simulator.
 """
 
 from launch import LaunchDescription
@@ -12,13 +12,13 @@ from launch_ros.substitutions import FindPackageShare
 
 ARGUMENTS = {
     "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
-    "segments": ("5", "segments an actuator"),
-    "namespace": ("", "of the nodes, and of the frames; empty: the root"),
+    "segments": ("5", "segments of each actuator"),
+    "namespace": ("", "of the nodes and of the frames; empty: the root"),
 }
 
 
 def robot_state_publisher(context):
-    """The links of the URDF as frames, by the simulator's joint states, in its namespace."""
+    """Publishes the links of the URDF as frames, from the simulator's joint states."""
     namespace = LaunchConfiguration("namespace").perform(context).strip("/")
     hand, segments = LaunchConfiguration("hand"), LaunchConfiguration("segments")
     urdf = Command(["ros2 run pneuflex_sim hand urdf ", hand, " --segments ", segments])

@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command `softhand`: every command of the suite as a subcommand, and its nodes without ROS.
+"""The command `softhand`: all commands of the suite as subcommands, and its nodes by `run`.
 
 Completion in the shell: `eval "$(register-python-argcomplete softhand)"`.
 """
@@ -12,24 +12,33 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 import argcomplete
+
+from softhand_common.standard_output import with_checked_output
 
 COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "grasp": {
         "demo": ("softhand_bringup.ros.demo", "three nodes grasp and lift an object (ROS)"),
-        "trials": ("grasp_strategies.trials", "grasps in process, from seeds, as JSON"),
-        "sweep": ("grasp_strategies.sweep.command", "trials of a plan, as lines to go on from"),
-        "search": ("grasp_strategies.search.command", "values with the least cost, by a budget"),
+        "trials": ("softhand_trials.trials", "grasps in process, from seeds, as JSON"),
+        "sweep": ("softhand_trials.sweep.command", "trials of a plan, as lines to go on from"),
+        "search": ("softhand_trials.search.command", "values with the least cost, by a budget"),
         "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
         "failures": ("softhand_bringup.film.failures", "pictures of a sweep's typical failures"),
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
     },
     "build": {
-        "hand": ("pneuflex_sim.commands.hand", "design an actuator, its mould; draw a hand, URDF"),
+        "hand": (
+            "softhand_design.commands.hand",
+            "design an actuator, its mould; draw a hand, URDF",
+        ),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
-        "materials": ("pneuflex_sim.commands.materials", "rubbers, fibres, and which rubber suits"),
+        "materials": (
+            "softhand_design.commands.materials",
+            "rubbers, fibres, and which rubber suits",
+        ),
     },
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
@@ -39,13 +48,13 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "box": {
         "calibrate": (
             "pneumaticbox_driver.calibration.command",
-            "calibrate the pretended box; a real one by its service",
+            "calibrate the simulated box; a real one by its service",
         ),
         "hardware": ("pneumaticbox_driver.backends.hardware.__main__", "read, pulse, vent a box"),
     },
     "record": {
         "record": ("softhand_bringup.ros.recorder", "write all topics to a bag (ROS)"),
-        "repair-bag": ("softhand_bringup.bags.repair", "mend a bag whose recorder was killed"),
+        "repair-bag": ("softhand_bringup.bags.repair", "repair a bag whose recorder was killed"),
     },
 }
 NODES = {
@@ -59,7 +68,7 @@ USAGE = "usage: softhand COMMAND [OPTIONS]    (softhand COMMAND --help: its opti
 
 
 def overview() -> str:
-    """The whole suite in one screen."""
+    """The help text: all commands and nodes of the suite."""
     lines = [USAGE, "", "Grasping with pneumatic soft hands: simulator, driver, strategies, lab."]
     for group, commands in COMMANDS.items():
         lines += ["", f"{group}:"]
@@ -70,13 +79,16 @@ def overview() -> str:
 
 
 def modules() -> dict[str, str]:
-    """Module of each command; those of the nodes under `run NODE`."""
+    """Module of each command; nodes have the names `run NODE`."""
     found = {name: module for group in COMMANDS.values() for name, (module, _) in group.items()}
     return found | {f"{RUN} {name}": module for name, (module, _) in NODES.items()}
 
 
+@with_checked_output("softhand")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Hand the arguments on to a command; its exit status, or 2 for a name that is none."""
+    """Hand the arguments on to a command; its exit status, or 2 for a name that is none, 74 for a
+    standard output that cannot be written.
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if "_ARGCOMPLETE" in os.environ:
         return _complete()
@@ -88,14 +100,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if name not in modules():
         return _refuse(name)
     if taken == 2:
-        return _start(name, rest)
+        _start(name, rest)
     return int(importlib.import_module(modules()[name]).main(rest) or 0)
 
 
-def _start(name: str, arguments: list[str]) -> int:
-    """Run a node in this process, with its arguments where rclpy looks for them."""
-    sys.argv = [f"softhand {name}", *arguments]
-    return int(importlib.import_module(modules()[name]).main() or 0)
+def _start(name: str, arguments: list[str]) -> NoReturn:
+    """Replace this process by that of a node, which imports its modules itself."""
+    os.execv(sys.executable, [sys.executable, "-m", modules()[name], *arguments])
 
 
 def _refuse(name: str) -> int:
@@ -106,11 +117,11 @@ def _refuse(name: str) -> int:
 
 
 def _complete() -> int:
-    """Answer the shell: names of commands, then the options of the one that stands there."""
+    """Complete the command line for the shell: names of commands, then options of a command."""
     words = os.environ.get("COMP_LINE", "").split()
     name = words[1] if len(words) > 1 else ""
     if name in modules() and not os.environ["COMP_LINE"].endswith(name):
-        # the command parses its arguments first of all; then its parser answers and ends
+        # a command first parses its arguments; instead of that its parser then completes and exits
         os.environ["_ARGCOMPLETE"] = str(int(os.environ["_ARGCOMPLETE"]) + 1)
         argparse.ArgumentParser.parse_args = (  # type: ignore[method-assign]
             lambda self, *_, **__: argcomplete.autocomplete(self)  # type: ignore[assignment]

@@ -1,4 +1,4 @@
-"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet."""
+"""The two pictures of a grasp, drawn from its bag: quantities over time, and a contact sheet."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from softhand_bringup.bags.reading import Bag, Command, latest_index
+from softhand_common.documents.output_file import save_figure
 
 matplotlib.use("Agg")  # also without a display
 if TYPE_CHECKING:  # PyBullet talks to the terminal when it is imported
@@ -30,22 +31,22 @@ JOINTS_TOPIC = "/hand/joint_states"
 PHASE_TOPIC = "/grasp/phase"
 BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and after a grasp
 
-HAND_LENGTH = 0.2  # [m], upright in the air
+HAND_LENGTH = 0.2  # of an upright hand [m]
 FRAME_COUNT = 8
 FRAME_SIZE = (560, 420)  # [pixels]
-MARGIN = 0.5  # [s] shown before the first and after the last phase
+PHASE_MARGIN = 0.5  # [s] shown before the first and after the last phase
 
 
 def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time: Array) -> Array:
     """Commanded air mass of every channel (k, n) [kg] at the times (k,) [s].
 
-    A command replaces what was scheduled from its start on; its points are joined by straight lines
-    that begin at the value then commanded, and the last point is held. Before the first command the
-    value is zero, the fill at rest.
+    A command replaces earlier ones from its start on. Between its points the mass is interpolated
+    linearly, beginning with the value commanded before; the last point is held. Before the first
+    command the mass is zero, the filling at rest.
 
     Args:
-        commands: in the order in which they came; positions in [kg].
-        channels: order of the columns; a channel that a command does not name keeps its schedule.
+        commands: in order of reception; positions in [kg].
+        channels: order of the columns; channels not named by a command keep the earlier ones.
         time: rising times [s].
     """
     masses = np.zeros((len(time), len(channels)))
@@ -68,7 +69,7 @@ def _follow(command: Command, points: Array, begin: float, time: Array) -> Array
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of the strategy and when it began and ended [s]."""
+    """A phase of the strategy with its start and end [s]."""
 
     name: str
     start: float
@@ -87,10 +88,11 @@ def phases(texts: Sequence[tuple[float, str]], end: float) -> list[Phase]:
 
 
 def draw_grasp(bag: Bag, path: Path) -> None:
-    """Commanded and contained air mass, gauge pressure and object height over time, phases marked.
+    """Draw commanded and contained air mass, gauge pressure and object height over time, with the
+    phases.
 
     Raises:
-        ValueError: a topic that is drawn has no messages.
+        ValueError: a required topic has no messages.
     """
     state, height = bag.joints(STATE_TOPIC), bag.poses(OBJECT_TOPIC)
     marks = phases(bag.texts(PHASE_TOPIC), float(state.time[-1]))
@@ -110,7 +112,7 @@ def draw_grasp(bag: Bag, path: Path) -> None:
     lift.set_xlabel("simulated time [s]")
     air.legend(title="channel", loc="center left")
     _mark_phases((air, pressure, lift), marks)
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
     plt.close(figure)
 
 
@@ -129,14 +131,14 @@ def _mark_phases(axes: Sequence[Axes], marks: Sequence[Phase]) -> None:
             annotation_clip=False,
         )
     if marks:
-        axes[0].set_xlim(max(0.0, marks[0].start - MARGIN), marks[-1].end)
+        axes[0].set_xlim(max(0.0, marks[0].start - PHASE_MARGIN), marks[-1].end)
 
 
 def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -> Array:
-    """Times of the pictures (count,) [s]: the ends of the phases, less or more to make the count.
+    """Times of the pictures (count,) [s]: the ends of the phases, fewer or more to get `count`.
 
-    Ends that follow closely on another go first, or the longest gaps are filled first, so that no
-    part of the grasp is left out.
+    If there are too many, ends closest to the one before are left out; if there are too few, the
+    longest gaps are halved.
 
     >>> frame_times([Phase("a", 0.0, 1.0), Phase("b", 1.0, 4.0)], 4.0, 4).tolist()
     [1.0, 1.75, 2.5, 4.0]
@@ -160,11 +162,16 @@ def draw_frames(
     scene: str,
     wall_inclination: float | None = None,
 ) -> None:
-    """A contact sheet of rendered states of the grasp, each with its phase and time; the wall as
-    the scene has it, or at another inclination [deg].
+    """Draw a contact sheet of rendered states of the grasp, each with its phase and time.
+
+    Args:
+        bag: of the grasp.
+        path: of the picture.
+        hand, object_name, scene: with which it was recorded.
+        wall_inclination: of the scene's wall [deg]; None: as in the scene.
 
     Raises:
-        ValueError: a topic that is drawn has no messages, or a name does not exist.
+        ValueError: a required topic has no messages, or a name does not exist.
     """
     from pneuflex_sim.pictures.render import Camera, Renderer
     from pneuflex_sim.scene.scenes import load_scene
@@ -175,7 +182,7 @@ def draw_frames(
     segments = recorded_segments(hand, joints.names)
     shown = load_scene(scene).inclined(wall_inclination)
     yaw = 62.0 if shown.wall is None else -62.0  # on the free side of a wall
-    if shown.table is None:  # the object is held out to a hand in the air
+    if shown.table is None:  # the object is held in the air
         target = _middle(bag.poses(WRIST_TOPIC).position, HAND_LENGTH / 2)
     else:
         target = _centre(bag.poses(OBJECT_TOPIC).position)
@@ -186,10 +193,10 @@ def draw_frames(
 
 
 def recorded_states(bag: Bag, times: Array) -> list[HandState]:
-    """What was to be seen at these times (k,) [s]: the last that had been told by then.
+    """The latest recorded state at each of these times (k,) [s].
 
     Raises:
-        ValueError: a topic that is drawn has no messages.
+        ValueError: a required topic has no messages.
     """
     from pneuflex_sim.pictures.render import HandState
     from pneuflex_sim.urdf import joint_orientations
@@ -209,20 +216,23 @@ def recorded_states(bag: Bag, times: Array) -> list[HandState]:
 
 
 def _centre(path: Array) -> tuple[float, float, float]:
-    """Point to look at [m] in all pictures, so that the lift is seen: the middle of the way up."""
+    """The camera's target [m] in all pictures: the start, at half the height of the lift."""
     x, y, _ = path[0].tolist()
     _, _, z = _middle(path, 0.04)
     return x, y, z
 
 
 def _middle(path: Array, above: float) -> tuple[float, float, float]:
-    """The middle of a path (k, 3) [m], moved up."""
+    """Center of the bounding box of a path (k, 3) [m], moved up by `above` [m]."""
     x, y, z = (0.5 * (path.min(axis=0) + path.max(axis=0))).tolist()
     return x, y, z + above
 
 
 def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
-    """How many segments an actuator had in the recorded run, told from the number of joints."""
+    """Number of segments of each actuator in a recorded run, found from the names of its joints.
+
+    Raises ValueError when no number of segments gives these joints.
+    """
     from pneuflex_sim.hand.layout import build_layout
     from pneuflex_sim.urdf import joint_names as names_of
     from softhand_model.hand.hand import load_hand
@@ -252,7 +262,7 @@ def _save_sheet(frames: Sequence[NDArray[np.uint8]], captions: Sequence[str], pa
     for axis, frame, caption in zip(axes.flat, frames, captions, strict=False):
         axis.imshow(frame)
         axis.set_title(caption, fontsize=9)
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
     plt.close(figure)
 
 

@@ -1,4 +1,4 @@
-"""Verdict of a demo: what the sequencer says of a grasp, in one line and as result.json."""
+"""Verdict of a demo: the sequencer's result of a grasp, in one line and as result.json."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from softhand_common.documents.output_file import write_file
 
 REPORTED_PACKAGES = (
     "softhand_model",
@@ -29,15 +31,15 @@ class Verdict:
     """Outcome of one grasp in SI units.
 
     Args:
-        gripped: lifted by 100 mm and held for 1 s with nothing but the hand touching the object.
+        gripped: whether it was lifted by 100 mm and held for 1 s, touched by the hand only.
         reason: the sequencer's sentence.
         lift_height: of the object above its start [m].
-        slip: motion of the object in the hand while it was held [m]; None if it never was.
+        slip: translation of the object in the hand during the hold [m]; None without a hold.
         duration: of the grasp in simulated time [s].
         real_time_factor: simulated over wall time during the grasp.
         seed: of the run.
-        turn: rotation of the object in the hand while it was held [rad]; None if it never was.
-        phase, cause: where and of what it failed; empty if it did not.
+        turn: rotation of the object in the hand during the hold [rad]; None without a hold.
+        phase, cause: of a failure; empty for a success.
     """
 
     gripped: bool
@@ -52,7 +54,7 @@ class Verdict:
     cause: str = ""
 
     def line(self, folder: Path) -> str:
-        """The one line at the end of the demo."""
+        """The line printed at the end of the demo."""
         cause = f", {self.cause}" if self.cause else ""
         word = "gripped" if self.gripped else f"not gripped{cause} ({self.reason})"
         slip = "never held" if self.slip is None else f"slip {1e3 * self.slip:.2f} mm in the hold"
@@ -63,8 +65,9 @@ class Verdict:
         )
 
     def write(self, path: Path) -> None:
-        """Write `result.json`, with the versions that took part."""
-        path.write_text(json.dumps({**asdict(self), "versions": versions()}, indent=2) + "\n")
+        """Write `result.json`, with the versions of the packages."""
+        content = {**asdict(self), "versions": versions()}
+        write_file(path, json.dumps(content, indent=2) + "\n")
 
 
 def verdict_from(
@@ -73,12 +76,14 @@ def verdict_from(
     """Verdict from the key-value pairs of `grasp/result` and the answer of the service.
 
     Args:
-        values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
-            it was never held), `duration` [s]; and `turn` [rad], `phase`, `cause`, if there.
-        success, reason: the service's answer.
+        values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan without a
+            hold), `duration` [s]; optionally `turn` [rad], `phase`, `cause`.
+        success, reason: answer of the service.
+        real_time_factor: simulated over wall time.
+        seed: of the run.
 
     Raises:
-        ValueError: a value is missing or no number.
+        ValueError: a value is missing or is not a number.
     """
     numbers = {}
     for key in ("lift_height", "slip", "duration", "turn"):
@@ -106,7 +111,7 @@ def _seen(number: float) -> float | None:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that decide a result; `absent` if not installed."""
+    """Versions of Python and of the packages that affect a result; `absent` if not installed."""
     found = {"python": platform.python_version()}
     for name in REPORTED_PACKAGES:
         try:

@@ -7,7 +7,7 @@ absolute; flow is positive from `pressure_in_abs` to `pressure_out_abs`.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.numerics.arrays import Array
+from softhand_common.numerics.arrays import Array
 
 GAS_CONSTANT = 287.05  # of dry air [J/(kg K)]
 ROOM_TEMPERATURE = 293.15  # the 20 degrees Celsius of the thesis [K]

@@ -15,13 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from softhand_model.documents.yaml_document import (
-    DocumentError,
-    Node,
-    find_document,
-    read_document,
-    shipped_names,
-)
+from softhand_common.documents.yaml_document import DocumentError, Node, read_document
+from softhand_model.data_files import find_document, shipped_names
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.pipeline import in_order
@@ -31,11 +26,11 @@ from softhand_model.hand.joint_stiffness import SpringModel, read_springs
 FORMAT = "softhand-model/1"
 ALLOW_EFFECT_FILES = "--allow-effect-files"  # option of the commands that take a model file
 ALLOW_HELP = "run the Python files that model files name; only for files that you trust"
-FREE = "free"
+FREE_VALUE = "free"
 MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
 
 
-BOUNDS = {
+CALIBRATION_BOUNDS = {
     "modulus_scale": MODULUS_BOUNDS,
     "modulus": (plausible.SHEAR_MODULUS.low, plausible.SHEAR_MODULUS.high),
 }
@@ -161,8 +156,8 @@ def _calibration(node: Node) -> tuple[dict[str, float | Mapping[str, float]], bo
     calibration: dict[str, float | Mapping[str, float]] = {}
     free = False
     for key, value in node.mapping().items():
-        bounds = BOUNDS.get(key, (-float("inf"), float("inf")))
-        if key == "modulus" and value.value == FREE:
+        bounds = CALIBRATION_BOUNDS.get(key, (-float("inf"), float("inf")))
+        if key == "modulus" and value.value == FREE_VALUE:
             free = True
             continue
         if isinstance(value.value, dict):

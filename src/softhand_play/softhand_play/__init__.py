@@ -1,1 +1,1 @@
-"""A page in the browser to see hands, to move them, and to look at what was recorded."""
+"""A page in the browser to see hands, to move them, and to view recordings."""

@@ -1,7 +1,6 @@
-"""Files that are dropped onto the page: kept in a folder, told apart by what they say they are.
+"""Files dropped onto the page: stored in a temporary folder and opened by suffix and `format`.
 
-Nothing of them is run: Python files that a model names are refused, as everywhere without being
-asked to.
+No code of them is run: Python files that a model names are refused.
 """
 
 from __future__ import annotations
@@ -13,68 +12,82 @@ from pathlib import Path
 
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.strategy.description import FORMAT as STRATEGY
-from pneuflex_sim.scene.mesh import SUFFIXES
-from pneuflex_sim.scene.objects import FORMAT as OBJECT
-from pneuflex_sim.scene.scenes import FORMAT as SCENE
+from pneuflex_sim.scene.mesh import MESH_SUFFIXES
+from pneuflex_sim.scene.objects import OBJECT_FORMAT as OBJECT
+from pneuflex_sim.scene.scenes import SCENE_FORMAT as SCENE
 from softhand_bringup.bags.repair import repair
-from softhand_model.documents.quoted import quoted
-from softhand_model.documents.yaml_document import read_document
+from softhand_common.documents.output_file import write_file
+from softhand_common.documents.quoted import quoted, shortened
+from softhand_common.documents.yaml_document import read_document
 from softhand_model.hand.hand import FORMAT as HAND
 from softhand_model.model_file import FORMAT as MODEL
-from softhand_play.board import Board
+from softhand_play.files import YAML
+from softhand_play.page_context import PageContext
 from softhand_play.strategy_tab import tried_world
 
-LARGEST = 500e6  # [bytes]
 SETTING = {HAND: "hand", OBJECT: "object", SCENE: "scene", MODEL: "model"}
-KINDS = (
+MEASUREMENTS = (".csv", ".tsv", ".txt", ".xlsx")
+ACCEPTED_FILES = (
     "a mesh (.stl, .obj), a YAML file of a hand, an object, a scene, a model or a strategy, "
-    "a bag (.mcap) or results of a sweep (.jsonl)"
+    "a bag (.mcap), results of a sweep (.jsonl) or measurements (.csv, .tsv, .txt, .xlsx)"
 )
 
-# hands what is dropped anywhere to the button that opens files
-DROP = """
+# passes files that are dropped anywhere, or several that are chosen, one by one to the button
+DROP_SCRIPT = """
 if (!window.softhandDrop) {
   window.softhandDrop = true;
+  const find = () => document.querySelector("input[type=file]");
+  const give = files => [...files].forEach(file => {
+    const one = new DataTransfer(), input = find();
+    one.items.add(file);
+    input.files = one.files;
+    input.dispatchEvent(new Event("change", {bubbles: true}));
+  });
   addEventListener("dragover", event => event.preventDefault());
   addEventListener("drop", event => {
     event.preventDefault();
-    const input = document.querySelector("input[type=file]");
-    if (!input || !event.dataTransfer.files.length) return;
-    input.files = event.dataTransfer.files;
-    input.dispatchEvent(new Event("change", {bubbles: true}));
+    if (find()) give(event.dataTransfer.files);
   });
+  addEventListener("click", () => { if (find()) find().multiple = true; }, true);
+  addEventListener("change", event => {
+    if (event.target !== find() || event.target.files.length < 2) return;
+    event.stopImmediatePropagation();
+    give([...event.target.files]);
+  }, true);
 }
 """
 
 
 class Dropped:
-    """Opens files by what they are, on a page."""
+    """Opens dropped files on a page, each according to its kind."""
 
-    def __init__(self, page: Board) -> None:
+    def __init__(self, page: PageContext) -> None:
         self._page = page
         self._folder = tempfile.TemporaryDirectory(prefix="softhand-play-")
 
     def open(self, name: str, content: bytes) -> None:
-        """Open a file of this name; raises ValueError that says what is wrong with it."""
-        if len(content) > LARGEST:
-            raise ValueError(f"{name}: expected at most {LARGEST / 1e6:g} MB, got {len(content)}")
+        """Open a file of this name; raises ValueError for a file that cannot be used."""
+        safe = re.sub(r"[^\w.-]", "_", Path(name).name)
+        suffix = Path(safe).suffix.lower()
+        if suffix not in (*MESH_SUFFIXES, *YAML, *MEASUREMENTS, ".jsonl", ".mcap"):
+            raise ValueError(f"{shortened(name)}: expected {ACCEPTED_FILES}")
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        path = folder / re.sub(r"[^\w.-]", "_", Path(name).name)
-        path.write_bytes(content)
-        suffix = path.suffix.lower()
-        if suffix in SUFFIXES:
+        path = folder / safe
+        write_file(path, content)
+        if suffix in MESH_SUFFIXES:
             self._set("object", path)
-        elif suffix in (".yaml", ".yml"):
+        elif suffix in YAML:
             self._open_yaml(path)
+        elif suffix in MEASUREMENTS:
+            self._page.lab.take(path)
         elif suffix == ".jsonl":
             self._page.results.open_map(path)
-        elif suffix == ".mcap":
+        else:
             repair(folder)
             self._page.results.open_bag(folder)
-        else:
-            raise ValueError(f"{name}: expected {KINDS}")
 
     def _open_yaml(self, path: Path) -> None:
+        self._page.files.check_document(path)
         found = read_document(path).mapping().get("format")
         kind = None if found is None else found.value
         if kind == STRATEGY:
@@ -83,11 +96,13 @@ class Dropped:
         elif kind in SETTING:
             self._set(SETTING[kind], path)
         else:
-            raise ValueError(f"{path.name}: format: expected {KINDS}; got {quoted(kind)}")
+            raise ValueError(f"{path.name}: format: expected {ACCEPTED_FILES}; got {quoted(kind)}")
 
     def _set(self, what: str, path: Path) -> None:
-        """The world of now with another part; raises ValueError for an object without a place."""
-        scene = self._page.player.now.stage.scene
+        """Replace one part of the current world; raises ValueError for an object in a scene that
+        has none.
+        """
+        scene = self._page.player.now.static_scene.scene
         if what == "object" and not scene.has_object:
             raise ValueError(f"{path.name}: expected a scene with an object, got {scene.name}")
         world = self._page.player.world

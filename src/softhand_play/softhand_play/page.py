@@ -1,158 +1,192 @@
-"""The page: what is simulated in the middle, tabs to act on it, and a line that tells."""
+"""The page: a view of the hand, tabs to command it, and a line of messages."""
 
 from __future__ import annotations
 
-import html
 import re
+import sys
 import threading
 import time
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import viser
 from rosbags.rosbag2 import WriterError
-from viser._messages import RunJavascriptMessage
 
-from softhand_play.dropped import DROP, Dropped
+from softhand_play.dropped import DROP_SCRIPT, Dropped
+from softhand_play.files import AllowedFiles
+from softhand_play.frames import Frame, StaticScene, Track
 from softhand_play.hand_tab import HandTab
+from softhand_play.lab_tab import LabTab
+from softhand_play.messages import Look, Report, status_html
+from softhand_play.page_layout import layout_script
+from softhand_play.page_server import PageServer
+from softhand_play.player import INPUT_ERRORS
 from softhand_play.results_tab import ResultsTab
 from softhand_play.scene_tab import SceneTab
-from softhand_play.shots import Shot, Stage, Track
 from softhand_play.strategy_tab import StrategyTab
 from softhand_play.view import HandView
 
-RATE = 10.0  # pictures a second that are sent
-REFRESHED = 1.0  # time between updates of plots and words [s]
-# over the picture, where it moves no button; words stay words, whatever a file puts into them
-HEAD = """<div style="position: fixed; left: 5em; bottom: 0.8em; max-width: calc(100vw - 28em);
-padding: 0.3em 0.7em; border-radius: 0.4em; background: rgba(255, 255, 255, 0.85);
-color: black; line-height: 1.3; pointer-events: none">
-<div>{}</div><div style="font-weight: bold">{}</div></div>"""
-Tell = Callable[[str], None]
+FRAME_RATE = 10.0  # frames sent to browsers [1/s]
+REFRESH_PERIOD = 1.0  # time between updates of plots and status line [s]
 
 OWN_FOLDER = re.compile(r"\S*softhand-play-\w+/(?:\w+/)?")
-TITLE = "softhand play"
-CAMERA, LOOK_AT = (0.5, -0.5, 0.4), (0.0, 0.0, 0.16)  # at the start [m]
+TITLE = "Softhand Play"
+CAMERA_POSITION, LOOK_AT = (0.5, -0.5, 0.4), (0.0, 0.0, 0.16)  # of the initial view [m]
 VIEW_ANGLE = 0.8  # vertical [rad]
 
 
 class Page:
-    """Serves a player's simulation.
+    """The page that shows and commands a `Source`.
 
     Args:
-        host, port: that the server listens on.
-        source: makes what is shown, given what tells a sentence.
-        live: nodes run by themselves: there is nothing to choose but commands.
+        host, port: on which the server listens.
+        source: makes the source of the frames; gets the function that shows a sentence.
+        live: whether the source is running nodes, so that only the tab `Hand` is shown.
+        folders: whose files the page may open, besides `out`.
+
+    Raises the errors of `PageServer`.
     """
 
     def __init__(
-        self, host: str, port: int, source: Callable[[Tell], Any], live: bool = False
+        self,
+        host: str,
+        port: int,
+        source: Callable[[Report], Any],
+        live: bool = False,
+        folders: Iterable[Path] = (),
     ) -> None:
-        self.server = server = viser.ViserServer(host, port, label=TITLE, verbose=False)
-        server.gui.configure_theme(show_share_button=False)  # it would open a way in from outside
+        self.message = self._refusal = ""
+        self.look = Look.PLAIN  # of the message
+        self.server = server = PageServer(host, port, TITLE, self._refuse, self._accept)
+        self.files = AllowedFiles(folders)
+        server.gui.configure_theme(show_share_button=False)  # sharing would give others access
         server.gui.main_panel.dock_right()
-        server.initial_camera.position, server.initial_camera.look_at = CAMERA, LOOK_AT
+        server.initial_camera.position, server.initial_camera.look_at = CAMERA_POSITION, LOOK_AT
         self._sees_wall = False
         server.initial_camera.fov = VIEW_ANGLE
         _light(server)
         self._head = server.gui.add_html("")
-        self.told = ""
-        self.player = source(self.tell)
+        server.run_script(layout_script(TITLE))
+        self.player = source(self.report)
+        self.player.is_watched = lambda: bool(server.get_clients())
         self._view: HandView | None = None
         self._drawn: Track | None = None
         self._refreshed = 0.0
-        self._words = "starting ..."
-        self.seen: Shot | None = None
+        self._status = "starting ..."
+        self.seen: Frame | None = None
         self._closing = threading.Event()
-        self.drawing = threading.Lock()  # held while widgets follow what is played
+        self.drawing = threading.Lock()  # held while the widgets are updated
         tabs = server.gui.add_tab_group() if live else self._take_files()
+        self.live = live
         self.hand = HandTab(self, tabs.add_tab("Hand"))
-        self._live = live
         if not live:
             self.scene = SceneTab(self, tabs.add_tab("Scene"))
             self.strategies = StrategyTab(self, tabs.add_tab("Strategies"))
             self.results = ResultsTab(self, tabs.add_tab("Results"))
+            self.lab = LabTab(self, tabs.add_tab("Lab"))
 
     def _take_files(self) -> viser.GuiTabGroupHandle:
-        """The button that opens files; what is dropped anywhere goes there."""
-        self.dropped = Dropped(self)
-        button = self.server.gui.add_upload_button("open a file, or drop it anywhere")
-        button.on_upload(
-            lambda event: self.attempt(
-                lambda: self.dropped.open(event.target.value.name, event.target.value.content)
-            )
-        )
-        # no public call does this; add_plotly sends its script the same way
-        self.server._websock_server.queue_message(RunJavascriptMessage(source=DROP))
+        """Add the button that opens files, which also gets files dropped anywhere on the page."""
+        self.dropped, self._opening = Dropped(self), ThreadPoolExecutor(1)
+        self.server.gui.add_upload_button("open a file, or drop it anywhere")
+        self.server.uploaded = self._open
+        self.server.run_script(DROP_SCRIPT)
         return self.server.gui.add_tab_group()
 
-    def tell(self, sentence: str) -> None:
-        """Show a sentence, without the folders that dropped files are kept in."""
-        self.told = OWN_FOLDER.sub("", sentence)
+    def _open(self, file: viser.UploadedFile) -> None:
+        """Open a file after those that came before it, in a thread."""
+        self._opening.submit(self.attempt, lambda: self.dropped.open(file.name, file.content))
+
+    def report(self, sentence: str, look: Look = Look.PLAIN) -> None:
+        """Show a sentence; paths of the temporary folders of dropped files are left out."""
+        self.message, self.look = OWN_FOLDER.sub("", sentence), look
 
     def attempt(self, act: Callable[[], None]) -> None:
-        """Do something that the user asked for; what cannot be is told."""
-        self.tell("")
+        """Carry out a request of the user; when it fails, the error is shown."""
+        self.report("")
         try:
             act()
-        except (ValueError, TypeError, KeyError, RuntimeError, OSError, WriterError) as error:
-            self.tell(str(error))
+        except (*INPUT_ERRORS, WriterError) as error:
+            self.report(str(error), Look.ERROR)
+
+    def _refuse(self, sentence: str) -> None:
+        """Show and log why a message of a browser was refused."""
+        self._refusal = sentence
+        self.report(sentence, Look.ERROR)
+        print(f"softhand-play: refused: {sentence}", file=sys.stderr, flush=True)
+
+    def _accept(self) -> None:
+        """A value has been accepted: remove the message about a refused one."""
+        if self._refusal and self.message == self._refusal:
+            self.report("")
 
     def run(self) -> None:
-        """Serve until the page is closed."""
-        while not self._closing.wait(1.0 / RATE):
+        """Serve until the page is closed; repeated errors of drawing are shown and logged once."""
+        failed = ""
+        while not self._closing.wait(1.0 / FRAME_RATE):
             with self.drawing:
-                self.refresh()
+                try:
+                    self.refresh()
+                except INPUT_ERRORS as error:  # other parts of the page still work
+                    sentence = f"cannot be shown: {type(error).__name__}: {error}"
+                    if sentence != failed:
+                        failed = sentence
+                        traceback.print_exc()
+                        self.report(sentence, Look.ERROR)
 
     def refresh(self) -> None:
-        """Bring what is shown up to date."""
+        """Show the newest frame, or the chosen one of a recorded run."""
         now = self.player.now
         if now is not None:
             if now is not self._drawn:
                 self._drawn = now
-                self._stage()
-            recorded = None if self._live else self.strategies.seen()
-            shot, stage = recorded or (now.shots[-1], now.stage)
-            self._draw(shot, stage)
-            if time.monotonic() > self._refreshed + REFRESHED:
+                self._show_world()
+            recorded = None if self.live else self.strategies.seen()
+            frame, static_scene = recorded or (now.frames[-1], now.static_scene)
+            self._draw(frame, static_scene)
+            if time.monotonic() > self._refreshed + REFRESH_PERIOD:
                 self._refreshed = time.monotonic()
-                self._words = self._state(shot, recorded is not None)
+                self._status = self._status_of(frame, recorded is not None)
                 self.hand.refresh()
-        told = "building ..." if self.player.is_building else self.told
-        self._head.content = HEAD.format(html.escape(self._words), html.escape(told))
+        building = self.player.is_building
+        message, look = ("building ...", Look.PLAIN) if building else (self.message, self.look)
+        self._head.content = status_html(self._status, message, look)
 
-    def _stage(self) -> None:
-        """What depends on the world."""
-        self._look_past(self.player.now.stage.scene.wall is not None)
-        self.hand.stage()
-        if not self._live:
-            self.scene.stage()
-            self.strategies.stage()
+    def _show_world(self) -> None:
+        """Update everything that depends on the world."""
+        self._look_past(self.player.now.static_scene.scene.wall is not None)
+        self.hand.show_world()
+        if not self.live:
+            self.scene.show_world()
+            self.strategies.show_world()
 
     def _look_past(self, wall: bool) -> None:
-        """Look from the other side where a wall, which stands at +x, would hide the hand."""
+        """Put the camera on the other side if there is a wall, which at +x would hide the hand."""
         if wall != self._sees_wall:
             self._sees_wall = wall
-            place = (-CAMERA[0], *CAMERA[1:]) if wall else CAMERA
+            place = (-CAMERA_POSITION[0], *CAMERA_POSITION[1:]) if wall else CAMERA_POSITION
             self.server.initial_camera.position = place
             for client in self.server.get_clients().values():
                 client.camera.position, client.camera.look_at = place, LOOK_AT
 
-    def _draw(self, shot: Shot, stage: Stage) -> None:
-        if self._view is None or self._view.stage is not stage:
+    def _draw(self, frame: Frame, static_scene: StaticScene) -> None:
+        if self._view is None or self._view.static_scene is not static_scene:
             if self._view is not None:
                 self._view.remove()
-            self._view = HandView(self.server, stage)
-        if shot is not self.seen:
-            self._view.show(shot)
-            self.seen = shot
+            self._view = HandView(self.server, static_scene)
+        if frame is not self.seen:
+            self._view.show(frame)
+            self.seen = frame
 
-    def _state(self, shot: Shot, recorded: bool) -> str:
-        player, words = self.player, [f"{shot.time:.1f} s"]
+    def _status_of(self, frame: Frame, recorded: bool) -> str:
+        player, words = self.player, [f"{frame.time:.1f} s"]
         if recorded:
             words.append("recorded")
-        if shot.phase:
-            words.append(f"phase {shot.phase}")
+        if frame.phase:
+            words.append(f"phase {frame.phase}")
         if player.paused:
             words.append("paused")
         elif player.pace.is_slow:
@@ -164,14 +198,17 @@ class Page:
     def close(self) -> None:
         """End simulation and server."""
         self._closing.set()
+        if not self.live:
+            self._opening.shutdown()
+            self.lab.close()
         self.player.close()
         with self.drawing:
             self.server.stop()
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Two plain lights: viser's own and its surroundings that mirror cost half the frames where
-    the browser draws by software.
+    """Two plain lights: viser's default lights and environment map halve the frame rate in a
+    browser that renders without a graphics card.
     """
     server.scene.configure_default_lights(enabled=False, cast_shadow=False)
     server.scene.configure_environment_map(hdri=None)

@@ -1,4 +1,4 @@
-"""Recorded runs as files: a bag to and from them, and a film."""
+"""Recorded runs as files: written and read as bags, written as films."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pneuflex_sim.pictures.render import HandState, Renderer
 from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.urdf import joint_names, joint_positions
-from softhand_bringup.bags.course import Course, write_course
-from softhand_bringup.bags.reading import Bag, latest_index
+from softhand_bringup.bags.reading import Bag, JointSeries, latest_index
+from softhand_bringup.bags.states import HandStates, write_states
 from softhand_bringup.figures import (
     JOINTS_TOPIC,
     OBJECT_TOPIC,
@@ -27,50 +27,51 @@ from softhand_bringup.figures import (
 from softhand_bringup.film.command import camera_of, draw
 from softhand_bringup.film.recording import Recording
 from softhand_bringup.film.writing import open_film
+from softhand_common.documents.quoted import listed
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
-from softhand_play.shots import INTERVAL, NO_ARROWS, Shot, Stage, Track
+from softhand_play.frames import INTERVAL, NO_ARROWS, Frame, StaticScene, Track
 
 Array = NDArray[np.float64]
 
 FILM_SIZE = (640, 480)  # [pixels]
+LONGEST_RUN = 3600.0  # read from a bag [s]
 
 
-def film(track: Track, path: Path, told: Callable[[str, int, int], None]) -> None:
-    """Write a run as an MP4 or GIF; `told` gets what, how many are done, of how many.
+def film(track: Track, path: Path, progress: Callable[[str, int, int], None]) -> None:
+    """Write a run as an MP4 or GIF; `progress` gets the step, its number and the number of steps.
 
-    Raises ValueError for a path that is taken or a kind that is none.
+    Raises ValueError for a path that exists or has another suffix.
     """
-    stage = track.stage
-    renderer = Renderer(stage.layout.description, None, stage.scene, stage.layout.segments)
-    renderer.object = stage.object
-    states = [shot.state for shot in track.shots]
-    pressures = np.array([shot.pressures for shot in track.shots])
+    static_scene = track.static_scene
+    renderer = Renderer(
+        static_scene.layout.description, None, static_scene.scene, static_scene.layout.segments
+    )
+    renderer.object = static_scene.object
+    states = [frame.state for frame in track.frames]
+    pressures = np.array([frame.pressures for frame in track.frames])
     recording = Recording(states, pressures, INTERVAL, renderer, track.ending)
     view = argparse.Namespace(view="oblique", camera=None, size=FILM_SIZE, distance=None)
-    written = open_film(path, 1.0 / INTERVAL, FILM_SIZE)
-    try:
-        draw(recording, written, FILM_SIZE, camera_of(view, recording), True, told)
-    finally:
-        written.close()
+    with open_film(path, 1.0 / INTERVAL, FILM_SIZE) as written:
+        draw(recording, written, FILM_SIZE, camera_of(view, recording), True, progress)
 
 
 def write_bag(track: Track, folder: Path) -> None:
-    """Write a run as a rosbag2 folder; raises what `write_course` does."""
-    shots, stage = track.shots, track.stage
-    states = [shot.state for shot in shots]
-    course = Course(
-        np.array([shot.time for shot in shots]),
-        joint_names(stage.layout),
+    """Write a run as a rosbag2 folder; raises the errors of `write_states`."""
+    frames, static_scene = track.frames, track.static_scene
+    states = [frame.state for frame in frames]
+    recorded = HandStates(
+        np.array([frame.time for frame in frames]),
+        joint_names(static_scene.layout),
         np.array([joint_positions(state.joints) for state in states]),
-        stage.channels,
-        np.array([shot.masses for shot in shots]),
-        np.array([shot.pressures for shot in shots]),
+        static_scene.channels,
+        np.array([frame.masses for frame in frames]),
+        np.array([frame.pressures for frame in frames]),
         _poses(states, "wrist"),
-        None if stage.object is None else _poses(states, "object"),
-        [shot.phase for shot in shots],
+        None if static_scene.object is None else _poses(states, "object"),
+        [frame.phase for frame in frames],
     )
-    write_course(course, folder)
+    write_states(recorded, folder)
 
 
 def _poses(states: list[HandState], what: str) -> Array:
@@ -80,25 +81,41 @@ def _poses(states: list[HandState], what: str) -> Array:
 
 
 def read_bag(folder: Path, hand: str, object_name: str, scene: SceneDescription) -> Track:
-    """A run from a bag; hand, object and scene are those that it was recorded with.
+    """Read a run from a bag that was recorded with this hand, object and scene.
 
-    Raises ValueError for a bag that cannot be read or lacks a topic, or for another hand.
+    Raises ValueError for a bag that cannot be read, lacks a topic or is of another hand.
     """
     with Bag(folder) as bag:
         joints, air = bag.joints(JOINTS_TOPIC), bag.joints(STATE_TOPIC)
         start = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0])
+        if not 0.0 < joints.time[-1] - start <= LONGEST_RUN:
+            span = joints.time[-1] - start
+            raise ValueError(f"{folder.name}: expected up to {LONGEST_RUN:g} s, got {span:g} s")
         times = np.arange(start, joints.time[-1] + 1e-9, INTERVAL)
         states, texts = recorded_states(bag, times), bag.texts(PHASE_TOPIC)
     segments = recorded_segments(hand, joints.names)
     layout = build_layout(load_hand(hand), segments, load_model(None))
-    stage = Stage(layout, load_object(object_name), scene)
+    static_scene = StaticScene(layout, load_object(object_name), scene)
+    _check_air(air, static_scene.channels)
     row = latest_index(air.time, times)
     began = np.array([time for time, _ in texts])
-    shots = []
+    frames = []
     for k, time in enumerate(times):
-        told = np.searchsorted(began, time + 1e-9, side="right") - 1
-        phase = texts[told][1] if told >= 0 else ""
+        latest = np.searchsorted(began, time + 1e-9, side="right") - 1
+        phase = texts[latest][1] if latest >= 0 else ""
         pressures, masses = air.effort[row[k]], air.position[row[k]]
-        volumes = stage.volumes(masses, pressures)
-        shots.append(Shot(float(time), states[k], pressures, masses, volumes, NO_ARROWS, phase))
-    return Track(shots, stage, "from a bag")
+        volumes = static_scene.volumes(masses, pressures)
+        frames.append(Frame(float(time), states[k], pressures, masses, volumes, NO_ARROWS, phase))
+    return Track(frames, static_scene, "from a bag")
+
+
+def _check_air(air: JointSeries, channels: tuple[str, ...]) -> None:
+    """Raise ValueError unless each state has a finite number for each channel of the hand."""
+    if air.names != channels:
+        raise ValueError(
+            f"{STATE_TOPIC}: expected the channels {listed(channels)}, got {listed(air.names)}"
+        )
+    for name in ("position", "effort"):
+        values = getattr(air, name)
+        if values.shape != (len(air.time), len(channels)) or not np.isfinite(values).all():
+            raise ValueError(f"{STATE_TOPIC}: {name}: expected finite numbers for each channel")

@@ -1,4 +1,4 @@
-"""The tab `Scene`: hand, surroundings, object, mass, friction, and the model with its effects."""
+"""The tab `Scene`: choice of hand, scene, object, mass, friction and model with effects."""
 
 from __future__ import annotations
 
@@ -10,42 +10,43 @@ from typing import Any
 import viser
 import yaml
 
-from grasp_strategies.trials import Placement
 from pneuflex_sim.scene.objects import load_objects
-from pneuflex_sim.scene.scenes import LEAST_INCLINATION, MOST_INCLINATION, load_scene, load_scenes
-from softhand_model.documents.yaml_document import find_document
+from pneuflex_sim.scene.scenes import MAX_INCLINATION, MIN_INCLINATION, load_scene, load_scenes
+from softhand_common.documents.output_file import write_file
+from softhand_model.data_files import find_document
 from softhand_model.effects import effect_classes
 from softhand_model.hand.hand import hand_names
 from softhand_model.model_file import model_names
-from softhand_play.board import Board
-from softhand_play.shots import World
+from softhand_play.frames import World
+from softhand_play.page_context import PageContext
+from softhand_trials.trials import Placement
 
 OF_STRATEGY = "of the strategy"
-NO_EFFECT, BASE = "none", "gravity"
-SHOWN = ("input", "load", "elastic", "structure")  # stages of effects that bend a finger
-FACTORS = (0.25, 4.0, 0.05)  # on mass and friction
-OFFSETS = (-0.2, 0.2, 0.005)  # of the object [m]
+NO_EFFECT, BASE_MODEL = "none", "gravity"
+BENDING_STAGES = ("input", "load", "elastic", "structure")  # stages of effects that bend a finger
+FACTOR_RANGE = (0.25, 4.0, 0.05)  # lowest, highest, step: of mass and friction
+OFFSET_RANGE = (-0.2, 0.2, 0.005)  # likewise, of the object [m]
 
 
 class SceneTab:
-    """Chooses the world of a page's player."""
+    """Chooses the world that a page's player simulates."""
 
-    def __init__(self, page: Board, tab: viser.GuiTabHandle) -> None:
+    def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, gui = page, page.server.gui
         self._folder = tempfile.TemporaryDirectory(prefix="softhand-play-")
-        self._made: set[str | None] = set()  # model files with an effect on top
+        self._made: set[str | None] = set()  # model files with an added effect
         with tab:
             self.hand = gui.add_dropdown("hand", (OF_STRATEGY, *hand_names()))
             self.scene = gui.add_dropdown("scene", tuple(load_scenes()))
             self.inclination = gui.add_slider(
-                "incline of the wall [deg]", LEAST_INCLINATION, MOST_INCLINATION, 5.0, 90.0
+                "incline of the wall [deg]", MIN_INCLINATION, MAX_INCLINATION, 5.0, 90.0
             )
             self.object = gui.add_dropdown("object", tuple(load_objects()))
-            self.x = gui.add_slider("object x [m]", *OFFSETS, 0.0)
-            self.y = gui.add_slider("object y [m]", *OFFSETS, 0.0)
-            self.mass = gui.add_slider("mass (factor)", *FACTORS, 1.0)
-            self.friction = gui.add_slider("friction (factor)", *FACTORS, 1.0)
-            self.model = gui.add_dropdown("model", tuple(model_names()), initial_value=BASE)
+            self.x = gui.add_slider("object x [m]", *OFFSET_RANGE, 0.0)
+            self.y = gui.add_slider("object y [m]", *OFFSET_RANGE, 0.0)
+            self.mass = gui.add_slider("mass (factor)", *FACTOR_RANGE, 1.0)
+            self.friction = gui.add_slider("friction (factor)", *FACTOR_RANGE, 1.0)
+            self.model = gui.add_dropdown("model", tuple(model_names()), initial_value=BASE_MODEL)
             self.effect = gui.add_dropdown("effect on top", (NO_EFFECT, *_effects()))
             self.share = gui.add_slider(
                 "its strength", 0.0, 1.0, 0.05, 0.8, hint="within its usual range"
@@ -56,19 +57,19 @@ class SceneTab:
         build.on_click(lambda _: page.attempt(lambda: page.player.play(self.wanted())))
 
     def _show_needed(self) -> None:
-        """Of what there is not, nothing can be chosen."""
+        """Show only the controls that matter for the chosen scene and effect."""
         self.inclination.visible = load_scene(self.scene.value).wall is not None
         self.share.visible = self.effect.value != NO_EFFECT
 
-    def stage(self) -> None:
-        """Show what is played."""
+    def show_world(self) -> None:
+        """Set the controls to the simulated world."""
         world = self._page.player.world
         settings, placement = world.settings, world.placement
         _choose(self.hand, settings.hand or OF_STRATEGY)
         _choose(self.scene, settings.scene)
         _choose(self.object, settings.object)
         if settings.model not in self._made:
-            _choose(self.model, settings.model or BASE)
+            _choose(self.model, settings.model or BASE_MODEL)
         wall = load_scene(settings.scene).inclined(settings.wall_inclination).wall
         if wall is not None:
             self.inclination.value = wall.inclination
@@ -77,7 +78,7 @@ class SceneTab:
         self._show_needed()
 
     def wanted(self) -> World:
-        """The world that is chosen; raises ValueError for what cannot be."""
+        """The chosen world; raises ValueError for a scene or a model that cannot be loaded."""
         world = self._page.player.world
         scene, hand = self.scene.value, self.hand.value
         walled = load_scene(scene).wall is not None
@@ -94,10 +95,12 @@ class SceneTab:
         return World(settings, placed)
 
     def _model_file(self) -> str | None:
-        """The model, with an effect on top as a file of its own."""
+        """Name of the model, or path of a new model file with the added effect; None: the default
+        model.
+        """
         name, effect = self.model.value, self.effect.value
         if effect == NO_EFFECT:
-            return None if name == BASE else name
+            return None if name == BASE_MODEL else name
         base = find_document(name, "models", "model")
         content = yaml.safe_load(base.read_text())
         share, known = self.share.value, effect_classes()[effect].parameters
@@ -105,22 +108,25 @@ class SceneTab:
         others = [each for each in content.get("effects", []) if each["name"] != effect]
         content["effects"] = [*others, {"name": effect, "parameters": values}]
         path = Path(self._folder.name) / f"{base.stem}_{effect}_{share:.2f}.yaml"
-        path.write_text(yaml.safe_dump(content))
+        write_file(path, yaml.safe_dump(content))
         self._made.add(str(path))
         return str(path)
 
 
 def _choose(dropdown: viser.GuiDropdownHandle, value: Any) -> None:
-    """Show a value, which may be a file that is none of the shipped names."""
+    """Select a value, which becomes an option if it is none of the shipped names."""
     if value not in dropdown.options:
         dropdown.options = (*dropdown.options, value)
     dropdown.value = value
 
 
 def _effects() -> list[str]:
-    """Names of the effects that the simulator knows and that bend a finger otherwise."""
+    """Names of the effects that the simulator supports and that change the bending of a finger."""
     return sorted(
         name
         for name, kind in effect_classes().items()
-        if kind.stage in SHOWN and kind.physical and not kind.not_simulated and not kind.axes
+        if kind.stage in BENDING_STAGES
+        and kind.physical
+        and not kind.not_simulated
+        and not kind.axes
     )

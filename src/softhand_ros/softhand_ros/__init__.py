@@ -1,1 +1,1 @@
-"""What the suite's nodes share; it knows rclpy and messages, and none of the other packages."""
+"""Common parts of the suite's nodes; depends on rclpy and messages, on no other package."""

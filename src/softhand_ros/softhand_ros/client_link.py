@@ -1,4 +1,4 @@
-"""Client link: a node in a context of its own, which hears others only while it waits."""
+"""Client link: a node in a context of its own, which receives messages only while it waits."""
 
 from __future__ import annotations
 
@@ -18,27 +18,38 @@ from rosgraph_msgs.msg import Clock
 
 from softhand_ros.middleware import set_up_middleware
 from softhand_ros.parameters import SIM_TIME
+from softhand_ros.services import MANY_CALLS
+from softhand_ros.strangers import strangers
 from softhand_ros.topics import NEWEST, seconds, subscribe_by_hand, take
 
-LOOK_PERIOD = 0.05  # wall time between two looks at what is waited for [s]
+WAIT_STEP = 0.05  # wall time between two checks of a condition that is waited for [s]
 
 
 class ClientLink:
-    """Waits, listens and calls, with a limit to each. A context manager; use it from one thread.
+    """A client of other nodes whose waits and calls have a time limit.
+
+    A context manager, for use from a single thread.
 
     Args:
-        name: of the node.
+        name: of its node.
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
-        namespace: of the nodes that it talks to; empty: the root.
+        namespace: of its own node and of the nodes it talks to; empty: the root.
+        enclave: ROS enclave that it shares with the nodes of its suite; empty: none.
     """
 
-    def __init__(self, name: str, domain: int | None = None, namespace: str = "") -> None:
-        self._heard = 0  # messages so far
+    def __init__(
+        self, name: str, domain: int | None = None, namespace: str = "", enclave: str = ""
+    ) -> None:
+        self._received = 0  # messages so far
         self._context = Context()
         set_up_middleware()
         rclpy.init(
-            context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+            args=["--ros-args", "--enclave", enclave] if enclave else None,
+            context=self._context,
+            domain_id=domain,
+            signal_handler_options=SignalHandlerOptions.NO,
         )
+        self.domain, self._enclave = self._context.get_domain_id(), enclave
         self.node = Node(
             name,
             context=self._context,
@@ -69,27 +80,27 @@ class ClientLink:
         return float(self.node.get_clock().now().nanoseconds * 1e-9)
 
     def follow_simulated_time(self, follow: bool) -> None:
-        """Let the node's clock follow /clock, or not."""
+        """Have the node's clock follow /clock (True) or the system time (False)."""
         self.node.set_parameters([Parameter(SIM_TIME, value=follow)])
 
     def listen(
         self, kind: Any, topic: str, callback: Callable[[Any], None], depth: int = 10
     ) -> None:
-        """Have `callback` called with each message of a topic; `depth` of them may wait."""
+        """Subscribe to a topic: `callback` gets each message; the queue holds `depth` of them."""
 
-        def hear(message: Any) -> None:
-            self._heard += 1
+        def receive(message: Any) -> None:
+            self._received += 1
             callback(message)
 
-        self.node.create_subscription(kind, topic, hear, depth)
+        self.node.create_subscription(kind, topic, receive, depth)
 
-    def hear_clock(self) -> None:
-        """Have `simulated_time` follow /clock, whose hundred ticks a second wake nobody."""
+    def subscribe_clock(self) -> None:
+        """Subscribe to /clock for `simulated_time`, without a wake-up for each of its ticks."""
         self._clock = subscribe_by_hand(self.node, Clock, "/clock", NEWEST)
 
     @property
     def simulated_time(self) -> float:
-        """Latest tick since `hear_clock` [s]; 0 before the first."""
+        """Latest tick of /clock since `subscribe_clock` [s]; 0 before the first."""
         tick = take(self._clock) if self._clock is not None else None
         if tick is not None:
             self._simulated_time = seconds(tick.clock)
@@ -97,37 +108,45 @@ class ClientLink:
 
     @property
     def has_ticked(self) -> bool:
-        """Whether there has been a tick since `hear_clock`."""
+        """Whether a tick has come since `subscribe_clock`."""
         return self.simulated_time > 0.0 or self._simulated_time is not None
 
     def spin(self, duration: float) -> None:
-        """Listen for so much wall time [s]."""
+        """Receive messages for this wall time [s]."""
         end = time.monotonic() + duration
         while (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
 
     def drain(self) -> None:
-        """Hear what waits already."""
+        """Receive the messages that are already in the queues."""
         before = -1
-        while before != self._heard:
-            before = self._heard
+        while before != self._received:
+            before = self._received
             self._executor.spin_once(timeout_sec=0.0)
 
     def wait(self, condition: Callable[[], Any], limit: float) -> bool:
-        """Listen until the condition holds; False when it did not within `limit` [s]."""
+        """Receive messages until a condition holds; False when it did not within `limit` [s]."""
         end = time.monotonic() + limit
         while not condition():
             if time.monotonic() > end:
                 return False
-            self._executor.spin_once(timeout_sec=LOOK_PERIOD)
+            self._executor.spin_once(timeout_sec=WAIT_STEP)
         return True
 
+    def client(self, kind: Any, service: str) -> Client:
+        """A client of a service, with a queue for the answers to many callers."""
+        return self.node.create_client(kind, service, qos_profile=MANY_CALLS)
+
     def ask(self, client: Client, request: Any, limit: float) -> Any:
-        """Answer of a service, None when it has not answered within `limit` [s]."""
+        """Answer of a service; None when it has not answered within `limit` [s]."""
         future = client.call_async(request)
         return future.result() if self.wait(future.done, limit) else None
 
-    def is_heard_by(self, topic: str, node: str) -> bool:
-        """Whether a node of that name has subscribed to a topic."""
+    def strangers(self) -> list[str]:
+        """Nodes of the suite in the domain that are not of the enclave; see `strangers`."""
+        return strangers(self.node, self._enclave)
+
+    def is_subscribed(self, node: str, topic: str) -> bool:
+        """Whether a node of this name has subscribed to a topic."""
         subscribers = self.node.get_subscriptions_info_by_topic(topic)
         return any(info.node_name == node for info in subscribers)

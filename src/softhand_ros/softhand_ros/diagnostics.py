@@ -1,4 +1,4 @@
-"""Diagnostics: reports of a node as REP-107 asks for them."""
+"""Diagnostics: status reports of a node according to REP-107."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from softhand_ros.topics import RELIABLE, full_name
 
 REPORT_PERIOD = 1.0  # wall time between reports (REP-107) [s]
 OK, WARN, ERROR = 0, 1, 2
-PREPARING = "preparing"  # key of a report whose node does not serve yet
-QUOTED = 200  # characters of what is quoted from outside
+PREPARING = "preparing"  # key in the report of a node that is not ready yet
+QUOTED = 200  # characters of a quoted text
 
 
 def cut(text: str) -> str:
-    """What is quoted from outside, short enough for the log and for /diagnostics.
+    """A text from outside, shortened for the log and for /diagnostics.
 
     >>> len(cut("x" * 10_000_000))
     200
@@ -30,7 +30,7 @@ def cut(text: str) -> str:
 
 
 class Status(Protocol):
-    """What is reported: its name, a level of REP-107, a sentence, and figures with units."""
+    """A status to report: name, level of REP-107, sentence, and figures with units."""
 
     @property
     def name(self) -> str:
@@ -38,7 +38,7 @@ class Status(Protocol):
 
     @property
     def level(self) -> int:
-        """0 well, 1 warning, 2 error, 3 stale."""
+        """0 OK, 1 warning, 2 error, 3 stale."""
 
     @property
     def message(self) -> str:
@@ -51,7 +51,7 @@ class Status(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """A status with errors and warnings, which are its sentence; without any it is `well`."""
+    """A status whose sentence lists errors and warnings; without any the sentence is `well`."""
 
     name: str
     well: str
@@ -61,12 +61,12 @@ class Report:
 
     @property
     def level(self) -> int:
-        """ERROR when there is an error, WARN when there is a warning."""
+        """ERROR when there is an error, else WARN when there is a warning, else OK."""
         return ERROR if any(self.errors) else WARN if any(self.warnings) else OK
 
     @property
     def message(self) -> str:
-        """The errors and the warnings, else that all is well."""
+        """The errors and the warnings, or `well` without any."""
         return "; ".join(filter(None, (*self.errors, *self.warnings))) or self.well
 
 
@@ -74,10 +74,10 @@ class Diagnostics:
     """A topic of diagnostic arrays.
 
     Args:
-        node: whose it is.
-        name: of the node, before the names of its parts.
-        hardware: what the reports are about. Both get the node's namespace in front.
-        topic, qos: where they are published.
+        node: the node that publishes.
+        name: of the node, written before the names of its parts.
+        hardware: identifier of the device. Both get the node's namespace as a prefix.
+        topic, qos: of the publisher.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, topic, qos)
 
     def publish(self, reports: Iterable[Status], stamp: Time | None = None) -> None:
-        """Publish reports, with the node's time unless they have a stamp of their own."""
+        """Publish reports in one message, stamped with the node's time if `stamp` is None."""
         message = DiagnosticArray(status=[self._status(report) for report in reports])
         message.header.stamp = stamp or self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
@@ -109,15 +109,15 @@ class Diagnostics:
 
 
 class Preparation:
-    """Tells in the log and in /diagnostics what keeps a node from its work; a context.
+    """Reports in the log and in /diagnostics why a node is not ready yet; a context manager.
 
-    Call it with a sentence: until the context ends a thread reports it once a second, as the
-    node's own is busy.
+    Call it with a sentence: a thread reports it once a second until the context ends, as the
+    node's own thread is busy.
 
     Args:
-        node: whose log it is.
+        node: the node; its log gets the sentence.
         diagnostics: of the node.
-        part: of the node that is prepared.
+        part: of the node that is being prepared.
     """
 
     def __init__(self, node: Node, diagnostics: Diagnostics, part: str) -> None:
@@ -126,16 +126,16 @@ class Preparation:
         self._thread: Thread | None = None
 
     def __call__(self, sentence: str) -> None:
-        """Begin to tell it."""
+        """Begin to report the sentence."""
         self._node.get_logger().info(sentence)
         report = Report(self._part, "", [sentence], {PREPARING: "yes"})
 
-        def tell() -> None:
+        def publish() -> None:
             self._diagnostics.publish([report])
             while not self._ready.wait(REPORT_PERIOD):
                 self._diagnostics.publish([report])
 
-        self._thread = Thread(target=tell, name="preparation")
+        self._thread = Thread(target=publish, name="preparation")
         self._thread.start()
 
     def __enter__(self) -> Self:

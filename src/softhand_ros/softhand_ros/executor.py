@@ -1,13 +1,15 @@
 """Executor that serves subscriptions and services round robin, for a short time at each call.
 
-rclpy's own makes a wait set of all of them at each look, which takes 1 ms on a busy machine: half a
-control step of the driver. Asking each for a message takes 2 us, and a storm of messages can be
-left in the middle. rclpy's EventsExecutor takes three times as long for a look that finds nothing,
-and a quarter of the time for a burst (`make bench ARGS=executors`).
+rclpy's SingleThreadedExecutor builds a wait set of all entities each time it looks for work, which
+takes 1 ms on a busy machine: half a control step of the driver. Asking each entity for a message
+takes 2 us, and the work on a burst of messages can be interrupted. Compared with this executor,
+rclpy's EventsExecutor takes three times as long when no message waits, and a quarter of the time
+for a burst.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable
 from typing import Any
@@ -16,47 +18,48 @@ from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from softhand_ros.services import ANSWER_PERIOD
 from softhand_ros.topics import TakenByHand
 
-SERVICE_PERIOD = 0.005  # wall time between two looks at services that find nothing [s]
+SERVICE_PERIOD = 0.005  # wall time between two checks of the services [s]
 
 
 class RoundRobin:
-    """Takes one message of each subscription, and of each service, after the other.
+    """Takes one message of each subscription, and of each service, in turn.
 
-    A look at the dozen services that a node has costs more than one at its subscriptions, and calls
-    are rare: without one, services wait `SERVICE_PERIOD`.
+    Checking the dozen services of a node costs more than checking its subscriptions, and calls are
+    rare: services are checked every SERVICE_PERIOD. Each answers at most one call in ANSWER_PERIOD;
+    further calls wait.
 
     Args:
-        node: whose they are; those of a group `TakenByHand` are left to their owner.
+        node: the node that is served; entities of a group `TakenByHand` are left to their owner.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._subscriptions, self._services = _Turns(), _Turns()
+        self._subscriptions, self._services = _Turns(), _Calls()
         self._services_due = 0.0
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
 
     def serve(self, budget: float) -> bool:
-        """Serve what waits, one message at least, and end after `budget` [s].
+        """Serve waiting services and messages, at least one, and end after `budget` [s].
 
         Returns:
-            Whether more may wait.
+            Whether more messages of subscriptions may be waiting.
         """
         now = time.monotonic()
-        more = False
         if now >= self._services_due:
-            more = self._services.serve(self._node.services, now + budget)
-            self._services_due = now if more else now + SERVICE_PERIOD
-        return self.serve_messages(budget) or more
+            self._services.serve(self._node.services, now + budget)
+            self._services_due = now + SERVICE_PERIOD
+        return self.serve_messages(budget)
 
     def serve_messages(self, budget: float) -> bool:
-        """As `serve`, but for the services."""
+        """As `serve`, without the services."""
         return self._subscriptions.serve(self._node.subscriptions, time.monotonic() + budget)
 
     def serve_rest(self) -> None:
-        """Serve once what is neither of the two, as events of the quality of service."""
+        """Serve one entity of another kind, such as a timer or an event of quality of service."""
         try:
             task, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=0)
         except TimeoutException:
@@ -67,19 +70,19 @@ class RoundRobin:
             raise error
 
     def close(self) -> None:
-        """Let the node go."""
+        """Release the node."""
         self._executor.shutdown()
 
 
 class _Turns:
-    """Whose turn it is among entities of a kind; a change of parameters may add to them."""
+    """Serves entities of one kind in turn; their number may change."""
 
     def __init__(self) -> None:
         self._next = 0
 
     def serve(self, entities: Iterable[Any], end: float) -> bool:
-        """Serve one message of each after the other until none waits or the time `end` [s] is
-        past; whether more may wait.
+        """Serve one message of each entity in turn until none waits or the time `end` [s] has
+        passed; returns whether more may be waiting.
         """
         served = [e for e in entities if not isinstance(e.callback_group, TakenByHand)]
         quiet = 0
@@ -91,8 +94,29 @@ class _Turns:
         return False
 
 
+class _Calls:
+    """Serves calls of services; first comes the service whose last answer is the oldest."""
+
+    def __init__(self) -> None:
+        self._answered: dict[Any, float] = {}  # wall time of its last answer, by service [s]
+
+    def serve(self, services: Iterable[Any], end: float) -> None:
+        """Answer one call of each service that may answer by now, until the time `end` [s]."""
+        for service in sorted(services, key=self._last):
+            now = time.monotonic()
+            if now - self._last(service) < ANSWER_PERIOD:
+                return
+            if _serve(service):
+                self._answered[service] = now
+                if time.monotonic() > end:
+                    return
+
+    def _last(self, service: Any) -> float:
+        return self._answered.get(service, -math.inf)
+
+
 def _serve(entity: Any) -> bool:
-    """Answer one message of a subscription or service; False when there is none."""
+    """Serve one message of a subscription or one call of a service; False when none waits."""
     if isinstance(entity, Subscription):
         taken = entity.handle.take_message(entity.msg_type, entity.raw)
         if taken is None:

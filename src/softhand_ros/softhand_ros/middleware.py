@@ -1,7 +1,7 @@
-"""Set-up of Fast DDS and of the heap: late joiners are found soon, and memory is given back.
+"""Settings of Fast DDS and of the heap: quick discovery of late nodes, and freed memory returned.
 
-Fast DDS keeps buffers as large as the largest message there was, and glibc keeps what was freed
-from its heaps, unless they are told otherwise.
+By default Fast DDS keeps buffers of the size of the largest message so far, and glibc keeps freed
+memory in its heaps.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ import os
 from pathlib import Path
 
 PROFILE = Path(__file__).parent / "fast_dds.xml"
-PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 MMAP_THRESHOLD, ARENA_MAX = -3, -8  # of mallopt(3)
-LARGE = 128 * 1024  # [bytes]; larger blocks are mapped, and unmapped when they are freed
+MAPPED_BLOCK = 128 * 1024  # [bytes]; larger blocks are mapped, and unmapped when they are freed
 
 
 def set_up_middleware() -> None:
-    """Set up this process before rclpy.init; a profile of Fast DDS that the user has set stands."""
-    if not any(name in os.environ for name in PROFILES):
-        os.environ[PROFILES[-1]] = str(PROFILE)
+    """Set up this process; call it before rclpy.init. A Fast DDS profile of the user is kept."""
+    if not any(name in os.environ for name in PROFILE_VARIABLES):
+        os.environ[PROFILE_VARIABLES[-1]] = str(PROFILE)
         os.environ["RMW_FASTRTPS_USE_QOS_FROM_XML"] = "1"
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # of glibc
     if mallopt is not None:
-        mallopt(MMAP_THRESHOLD, LARGE)
+        mallopt(MMAP_THRESHOLD, MAPPED_BLOCK)
         mallopt(ARENA_MAX, 1)

@@ -1,17 +1,22 @@
-"""Node parameters: one table a node, for the declaration, the help and the documentation.
+"""Node parameters: one table for each node, for declaration, help text and documentation.
 
-The help tells of topics and services, too.
+The help text also lists topics and services.
 """
 
 from __future__ import annotations
 
+import difflib
 import json
 import reprlib
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import rclpy
+import yaml
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -21,6 +26,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 
 SIM_TIME = "use_sim_time"
+OF_ROS = ("qos_overrides.",)  # prefixes of parameters that ROS declares later
 
 
 @dataclass(frozen=True)
@@ -28,12 +34,12 @@ class Parameter:
     """One parameter of a node.
 
     Args:
-        name, default: as ROS has them.
-        description: what it is; what stands behind a semicolon tells of special values.
-        unit: of the value, or of each in a list.
-        bounds: the least and the greatest value of a number, None for no range.
-        choices: the values that a text, or each in a list, can have; empty for any.
-        read_only: whether it cannot change while the node runs.
+        name, default: as in ROS.
+        description: meaning; the part behind a semicolon explains special values.
+        unit: of the value, or of each value of a list.
+        bounds: smallest and largest value of a number; None for no limits.
+        choices: allowed values of a text, or of each text of a list; empty for any.
+        read_only: whether it cannot be changed while the node runs.
 
     >>> Parameter("hold", 1.0, "time in the air; 0: none", "s", (0.0, 9.0)).text
     'time in the air [s]; 0: none'
@@ -55,14 +61,14 @@ class Parameter:
 
     @property
     def domain(self) -> str:
-        """Which values it can have, in words; empty when any of its type will do."""
+        """The allowed values in words; empty when any value of its type is allowed."""
         if self.bounds:
             low, high = self.bounds
             return f"{low:.10g} to {high:.10g}"
         return ", ".join(choice or '""' for choice in self.choices)
 
     def refusal(self, value: Any) -> str:
-        """Why a value is none of the choices; empty when it is. Ranges ROS checks itself.
+        """Message for a value that is none of the choices, else empty; ROS itself checks bounds.
 
         >>> Parameter("action", "vent", "of abort", choices=("vent", "hold")).refusal("drop")
         "action: expected one of vent, hold, got 'drop'"
@@ -74,7 +80,7 @@ class Parameter:
         return f"{self.name}: expected one of {self.domain}, got {reprlib.repr(wrong[0])}"
 
     def descriptor(self) -> ParameterDescriptor:
-        """What `ros2 param describe` tells."""
+        """The descriptor that `ros2 param describe` shows."""
         made = ParameterDescriptor(
             description=self.text,
             read_only=self.read_only,
@@ -94,8 +100,8 @@ Table = Sequence[Parameter]
 
 
 class Offer(NamedTuple):
-    """A topic or a service of a node: way (pub, sub or srv), name, kind of message as ROS writes
-    it, and what it means. <channel> in a name stands for each of the hand's.
+    """A topic or a service of a node: way (pub, sub or srv), name, ROS type and meaning. <channel>
+    in a name stands for each channel of the hand.
     """
 
     way: str
@@ -105,11 +111,17 @@ class Offer(NamedTuple):
 
 
 def declare(node: Node, table: Table) -> dict[str, Any]:
-    """Declare the parameters of a table on `node`; their values by name.
+    """Declare the parameters of a table on `node`; returns their values by name.
+
+    An integer is accepted for a parameter whose default is a float. Later changes to a value that
+    is none of the choices are refused.
 
     Raises:
-        ValueError: a value that is none of the choices; later changes to such are refused.
+        ValueError: a parameter was given that the node does not have, or a value that is none of
+            the choices.
     """
+    refuse_unknown(node, table, given_to_all(sys.argv))
+    _take_whole_numbers(node, table)
     values = {
         row.name: node.declare_parameter(row.name, row.default, row.descriptor()).value
         for row in table
@@ -126,6 +138,72 @@ def declare(node: Node, table: Table) -> dict[str, Any]:
     return values
 
 
+def refuse_unknown(node: Node, table: Table, shared: Collection[str]) -> None:
+    """Refuse parameters that were given at the start and are not in the table.
+
+    ROS would ignore a misspelled parameter, and the hand would not move as intended. For a
+    parameter in `shared`, which a file gives to all nodes, there is only a warning.
+
+    Raises:
+        ValueError: names each unknown parameter and the most similar known one.
+    """
+    known = [row.name for row in table]
+    refused = []
+    for name in node._parameter_overrides:
+        if name in known or node.has_parameter(name) or name.startswith(OF_ROS):
+            continue
+        near = difflib.get_close_matches(name, known, 1)
+        text = f"no parameter {name}" + (f", did you mean {near[0]}?" if near else "")
+        if name in shared:
+            node.get_logger().warning(f"{text} (given to all nodes by a file: ignored)")
+        else:
+            refused.append(text)
+    if refused:
+        raise ValueError(f"{'; '.join(refused)} (--help lists the parameters)")
+
+
+def given_to_all(words: Sequence[str]) -> set[str]:
+    """Names of parameters that the parameter files of a command line give to all nodes (`/**`)."""
+    paths = [path for option, path in pairwise(words) if option == "--params-file"]
+    found: set[str] = set()
+    for path in paths:
+        found |= _shared_names(yaml.safe_load(Path(path).read_text()) or {}, "")
+    return found
+
+
+def _shared_names(sections: Mapping[str, Any], node: str) -> set[str]:
+    found: set[str] = set()
+    for key, content in sections.items():
+        if key == "ros__parameters":
+            found |= set(_dotted(content or {})) if node.endswith("*") else set()
+        elif isinstance(content, Mapping):
+            found |= _shared_names(content, key)
+    return found
+
+
+def _dotted(values: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from (f"{name}.{rest}" for rest in _dotted(value))
+        else:
+            yield name
+
+
+def _take_whole_numbers(node: Node, table: Table) -> None:
+    """Read `-p step:=1` as 1.0: rclpy accepts no integer for a double."""
+    for row in table:
+        given = node._parameter_overrides.get(row.name)
+        if given is None:
+            continue
+        several = isinstance(row.default, list)
+        if not isinstance(row.default[0] if several else row.default, float):
+            continue
+        value: Any = list(given.value) if several else given.value
+        if all(type(one) is int for one in (value if several else [value])):
+            value = [float(one) for one in value] if several else float(value)
+            node._parameter_overrides[row.name] = rclpy.Parameter(row.name, value=value)
+
+
 def _refusals(table: Table, values: Iterable[tuple[str, Any]]) -> str:
     known = {row.name: row for row in table}
     found = (known[name].refusal(value) for name, value in values if name in known)
@@ -133,22 +211,22 @@ def _refusals(table: Table, values: Iterable[tuple[str, Any]]) -> str:
 
 
 def follow_simulated_time(node: Node) -> None:
-    """Have `node` follow /clock, unless the user has said otherwise.
+    """Have `node` follow /clock unless the user has set `use_sim_time`.
 
-    rclpy has no public way to tell a value that was given from its default: overrides of the
-    constructor would win over those of the command line and of parameter files.
+    rclpy has no public way to find out whether a value was given: overrides of the constructor
+    would replace those of the command line and of parameter files.
     """
     if SIM_TIME not in node._parameter_overrides:
         node.set_parameters([rclpy.Parameter(SIM_TIME, value=True)])
 
 
 def usage(command: str, purpose: str, table: Table, offers: Sequence[Offer]) -> str:
-    """What `command --help` prints: every parameter, topic and service with its meaning.
+    """The text of `command --help`: every parameter, topic and service with its meaning.
 
     Args:
-        command: its name.
-        purpose: what the node does, a sentence.
-        table: of its parameters.
+        command: name of the command.
+        purpose: a sentence on what the node does.
+        table: its parameters.
         offers: its topics and services.
     """
     lines = [
@@ -164,7 +242,7 @@ def usage(command: str, purpose: str, table: Table, offers: Sequence[Offer]) -> 
 
 
 def parameter_lines(table: Table) -> list[str]:
-    """Parameters for the help, a line each."""
+    """One line of help for each parameter, below a heading."""
     lines = ["Parameters, * for those that may change while it runs:", ""]
     width = max(len(row.name) for row in table)
     for row in table:
@@ -176,8 +254,8 @@ def parameter_lines(table: Table) -> list[str]:
 
 
 def offer_lines(offers: Sequence[Offer]) -> list[str]:
-    """Topics and services for the help, a line each."""
-    lines = ["Topics it publishes (pub) and hears (sub), and services (srv):", ""]
+    """One line of help for each topic and service, below a heading."""
+    lines = ["Topics it publishes (pub) and subscribes to (sub), and services (srv):", ""]
     names = max(len(row.name) for row in offers)
     types = max(len(row.kind) for row in offers)
     for row in offers:
@@ -186,13 +264,11 @@ def offer_lines(offers: Sequence[Offer]) -> list[str]:
 
 
 def markdown(table: Table) -> str:
-    """The table for the documentation."""
-    lines = [
-        "| parameter | default | unit | values | changes | meaning |",
-        "|---|---|---|---|---|---|",
-    ]
+    """The parameters as a Markdown table for the documentation; * for those that may change."""
+    lines = ["| parameter | default | meaning |", "|---|---|---|"]
     for row in table:
-        changes = "" if row.read_only else "yes"
-        cells = (f"`{row.name}`", f"`{json.dumps(row.default)}`", row.unit, row.domain, changes)
-        lines.append(f"| {' | '.join(cells)} | {row.description} |")
+        mark = "" if row.read_only else "*"
+        domain = f" ({row.domain})" if row.domain else ""
+        default = json.dumps(row.default)
+        lines.append(f"| `{row.name}`{mark} | `{default}` | {row.text}{domain} |")
     return "\n".join(lines)

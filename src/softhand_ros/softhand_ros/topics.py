@@ -1,4 +1,4 @@
-"""Topics: quality of service, stamps, and subscriptions whose owner takes the messages itself."""
+"""Topics: quality of service, time stamps, and subscriptions without callbacks."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as Tick
 
-SECOND = 10**9  # [ns]
+SECOND_NS = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# /clock of any publisher. For messages of a fixed size alone: of a large one whose rest got lost, a
-# best-effort reader of Fast DDS keeps what came, for ever once its publisher has gone
+# For /clock, and only for messages of a fixed size: when parts of a large message are lost, a
+# best-effort reader of Fast DDS keeps the received parts in memory, even after its publisher ended.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 TICKS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
-# for who needs the message of a certain instant
-LATEST = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
+# for subscribers that look for the message with a certain stamp
+RELIABLE_DEEP = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def latched(depth: int) -> QoSProfile:
-    """Quality of service of a topic whose last `depth` messages reach late subscribers too."""
+    """Quality of service of a topic whose last `depth` messages also reach late subscribers."""
     return QoSProfile(
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE,
@@ -34,35 +34,35 @@ def latched(depth: int) -> QoSProfile:
 
 
 def full_name(node: Node, name: str) -> str:
-    """A name of a frame, a part or another node in the namespace of `node`, as in `left/wrist`."""
+    """A name with the namespace of `node` in front, as in `left/wrist`."""
     return f"{node.get_namespace()}/{name}".strip("/")
 
 
 def clock_conflict(node: Node) -> str:
-    """What to say when several nodes publish /clock; empty when all is well."""
+    """A warning when several nodes publish /clock, else empty."""
     count = node.count_publishers("/clock")
     if count < 2:
         return ""
-    told = "two" if count == 2 else count
-    return f"{told} nodes publish /clock: start all but one with publish_clock:=false"
+    number = "two" if count == 2 else count
+    return f"{number} nodes publish /clock: start all but one with publish_clock:=false"
 
 
 def refuse_time_before_zero(node: Node) -> None:
-    """Have `node` refuse a tick of /clock before 0, at which rclpy raises: it would end the node.
+    """Have `node` ignore ticks of /clock before 0 with a warning; rclpy would end the node.
 
-    rclpy has no public way to stand between a node's clock and its topic.
+    rclpy has no public way to filter the ticks that set a node's clock.
     """
     source = node._time_source
     follow = source.clock_callback
 
     def tick(message: Tick) -> None:
         if message.clock.sec < 0:
-            told = f"refused /clock: expected 0 s or later, got {message.clock.sec} s"
-            node.get_logger().warning(told, throttle_duration_sec=1.0)
+            refusal = f"refused /clock: expected 0 s or later, got {message.clock.sec} s"
+            node.get_logger().warning(refusal, throttle_duration_sec=1.0)
             return
         follow(message)
 
-    # for a subscription that is yet to come
+    # for a subscription that is made later
     source.clock_callback = tick  # type: ignore[method-assign, assignment]
     if source._clock_sub is not None:
         source._clock_sub.callback = tick
@@ -70,42 +70,42 @@ def refuse_time_before_zero(node: Node) -> None:
 
 def stamp_of(nanoseconds: int) -> Time:
     """Stamp of a time [ns]."""
-    sec, nanosec = divmod(nanoseconds, SECOND)
+    sec, nanosec = divmod(nanoseconds, SECOND_NS)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def stamp_of_seconds(seconds: float) -> Time:
-    """Stamp of a time [s], to the nanosecond."""
-    return stamp_of(round(seconds * SECOND))
+    """Stamp of a time [s], rounded to the nanosecond."""
+    return stamp_of(round(seconds * SECOND_NS))
 
 
 def nanoseconds(stamp: Time) -> int:
     """Time of a stamp [ns]."""
-    return int(stamp.sec * SECOND + stamp.nanosec)
+    return int(stamp.sec * SECOND_NS + stamp.nanosec)
 
 
 def seconds(stamp: Any) -> float:
-    """Time of a stamp, or length of a duration [s]."""
+    """Time of a stamp or a duration [s]."""
     return float(stamp.sec + 1e-9 * stamp.nanosec)
 
 
-def heard(publisher: Publisher) -> bool:
-    """Whether anybody has subscribed; asking takes 0.6 us, publishing to nobody ten times that."""
+def has_subscribers(publisher: Publisher) -> bool:
+    """Whether a topic has subscribers; takes 0.6 us, publishing without any ten times as long."""
     return bool(publisher.get_subscription_count())
 
 
 class TakenByHand(CallbackGroup):
-    """Entities whose messages their owner takes; executors leave them alone.
+    """Callback group of entities that executors skip: their owner fetches the messages by `take`.
 
-    At some hundred messages a second a callback each through an executor costs more than the work.
+    At some hundred messages a second, callbacks through an executor cost more than the work itself.
     """
 
     def can_execute(self, entity: Any) -> bool:
-        """Never for an executor."""
+        """False always."""
         return False
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Never for an executor."""
+        """False always."""
         return False
 
     def ending_execution(self, entity: Any) -> None:
@@ -113,27 +113,27 @@ class TakenByHand(CallbackGroup):
 
 
 def subscribe_by_hand(node: Node, kind: Any, topic: str, qos: QoSProfile) -> Subscription:
-    """Subscription of `node` whose messages are fetched by `take`."""
+    """A subscription of `node` whose messages the caller fetches by `take`."""
     return node.create_subscription(kind, topic, unused, qos, callback_group=TakenByHand())
 
 
 def take(subscription: Subscription) -> Any:
-    """The next message that waits at a subscription; None when there is none."""
+    """The next waiting message of a subscription; None when there is none."""
     taken = subscription.handle.take_message(subscription.msg_type, False)
     return None if taken is None else taken[0]
 
 
 def slow_clock(node: Node, period: float) -> None:
-    """Set the clock of a node that follows /clock every `period` [s] of wall time.
+    """Update the clock of a node that follows /clock only every `period` [s] of wall time.
 
-    A tick through an executor of rclpy takes 0.4 ms, a hundred times a simulated second.
+    A tick through an rclpy executor takes 0.4 ms, and there are a hundred in a simulated second.
     """
 
     def look() -> None:
-        """Take the newest tick of /clock by hand, in place of its callback."""
+        """Fetch the newest tick of /clock and pass it to the callback of its subscription."""
         for subscription in node.subscriptions:
             if subscription.topic_name == "/clock" and subscription.callback is not unused:
-                # with its events: beside them a wait set wakes for data that nobody takes
+                # with its events: in their wait set, data of the subscription would wake it, too
                 events: Any = subscription.event_handlers
                 for entity in [subscription, *events]:
                     entity.callback_group = by_hand
@@ -142,16 +142,16 @@ def slow_clock(node: Node, period: float) -> None:
                     subscription.callback(tick)
 
     by_hand = TakenByHand()
-    # on steady time: simulated time goes on only when it has looked
+    # on steady time: simulated time advances only by `look`
     node.create_timer(period, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
     look()
 
 
 class Inbox:
-    """Messages of a topic that its owner waits for, in a wait set of its own.
+    """A subscription whose owner fetches the messages and can wait for them, in its own wait set.
 
     Args:
-        node: whose topic it is.
+        node: the node that subscribes.
         kind, topic, qos: as for a subscription.
     """
 
@@ -160,7 +160,7 @@ class Inbox:
         self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
 
     def take(self, timeout: float = 0.0) -> Any:
-        """The next message, which may come within `timeout` [s]; None when there is none."""
+        """The next message; waits for it up to `timeout` [s]. None when none has come."""
         message = take(self._subscription)
         if message is not None or timeout <= 0.0:
             return message
@@ -170,9 +170,9 @@ class Inbox:
         return take(self._subscription)
 
     def publishers(self) -> int:
-        """How many nodes publish on the topic."""
+        """Number of publishers of the topic."""
         return int(self._subscription.get_publisher_count())
 
 
 def unused(_: Any) -> None:
-    """Stand-in where rclpy asks for a callback."""
+    """A callback that does nothing, where rclpy requires one."""

@@ -6,9 +6,9 @@ import grasp_courses as course
 import numpy as np
 import pytest
 
-from grasp_strategies.judging.early_end import EarlyEnd, EmptyCourse
+from grasp_strategies.judging.early_end import EarlyEnd, EmptyHandPath
 from grasp_strategies.judging.failure import GraspWatch
-from grasp_strategies.trials import Placement, StartedScene, TrialSettings
+from softhand_trials.trials import Placement, StartedScene, TrialSettings
 
 STRATEGY = """
 format: softhand-strategy/1
@@ -48,7 +48,7 @@ def boxes(watch):
 
 def empty_course():
     """The hand of the course."""
-    found = EmptyCourse()
+    found = EmptyHandPath()
     for moment in course.gripped():
         found.keep(moment.phase, lambda seen=moment.observation: hand(seen))
     return found
@@ -104,7 +104,7 @@ def test_the_verdict_at_the_early_end_is_that_of_the_whole_course(name, make_str
 
 
 def test_the_empty_hand_is_far_from_what_it_has_passed():
-    passed = EmptyCourse()
+    passed = EmptyHandPath()
     passed.keep("sweep", lambda: np.array([[[0.0, 0.0, 0.0], [0.1, 0.1, 0.1]]]))
     passed.keep("lift", lambda: np.array([[[0.0, 0.0, 0.3], [0.1, 0.1, 0.4]]]))
     box = np.array([[0.13, 0.0, 0.0], [0.2, 0.1, 0.26]])

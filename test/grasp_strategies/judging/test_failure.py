@@ -8,7 +8,14 @@ import pytest
 from mock_scene import MockScene
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.judging.failure import AFTER, BEFORE, HOLD, LIFT, GraspWatch, stages
+from grasp_strategies.judging.failure import (
+    STAGE_AFTER_HOLD,
+    STAGE_BEFORE_LIFT,
+    STAGE_HOLD,
+    STAGE_LIFT,
+    GraspWatch,
+    stages,
+)
 from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
@@ -202,9 +209,9 @@ def test_the_watch_can_be_asked_at_any_time(plan):
     for moment in SLID_OUT:
         grasp.watch(moment.observation, moment.phase)
         told.append((grasp.stage, grasp.carried, grasp.touched, grasp.failure().cause))
-    assert told[0] == (BEFORE, False, False, "missed")
-    assert (LIFT, True, True, "hold not reached") in told
-    assert told[-1] == (HOLD, False, False, "slipped in the lift")
+    assert told[0] == (STAGE_BEFORE_LIFT, False, False, "missed")
+    assert (STAGE_LIFT, True, True, "hold not reached") in told
+    assert told[-1] == (STAGE_HOLD, False, False, "slipped in the lift")
     assert grasp.way == pytest.approx(0.0) and not grasp.off_table
     assert grasp.last is SLID_OUT[-1].observation
 
@@ -280,6 +287,18 @@ def test_an_object_that_lay_turned_from_the_start_has_not_tipped(watched):
     assert watched(moments, first).failure()[:2] == ("close", "missed")
 
 
+@pytest.mark.parametrize(("angle", "cause"), [(44.0, "missed"), (46.0, "tipped")])
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_an_object_that_lay_turned_about_the_vertical_leans_by_as_much_about_any_axis(
+    watched, angle, cause, axis
+):
+    before = Rotation.from_euler("z", 100.0, degrees=True)
+    turn = Rotation.from_euler(axis, angle, degrees=True) * before
+    first = course.lying(turn=before)(course.FIRST, 0.0)
+    moments = lies("approach", 0.2, turn=turn, height=0.02)
+    assert watched(moments, first).failure().cause == cause
+
+
 def test_an_object_below_the_table_that_the_hand_holds_has_not_fallen(watched):
     held = course.lying(height=-0.03, touching=course.GRIP)
     grasp = watched(course.after(course.gripped(), "close", 0.3, held))
@@ -291,8 +310,15 @@ def test_an_object_below_the_table_that_the_hand_holds_has_not_fallen(watched):
 def test_the_lift_of_the_shipped_strategies_is_where_the_wrist_goes_up():
     for name in ("surface_constrained", "rbo_hand_1_from_above"):
         found = stages(load_strategy(name))
-        assert [phase for phase, stage in found.items() if stage == LIFT] == ["lift", "steady"]
-        assert found["settle"] == BEFORE and found["hold"] == HOLD and found["release"] == AFTER
+        assert [phase for phase, stage in found.items() if stage == STAGE_LIFT] == [
+            "lift",
+            "steady",
+        ]
+        assert (
+            found["settle"] == STAGE_BEFORE_LIFT
+            and found["hold"] == STAGE_HOLD
+            and found["release"] == STAGE_AFTER_HOLD
+        )
 
 
 def test_a_lift_in_steps_begins_with_the_first(write_strategy):
@@ -301,7 +327,7 @@ def test_a_lift_in_steps_begins_with_the_first(write_strategy):
         "  - {name: wait, duration: 0.1}\n  - {name: lift"
     )
     found = stages(load_strategy(write_strategy(("  - {name: lift", steps), text=PLAN)))
-    assert [name for name, stage in found.items() if stage == LIFT] == [
+    assert [name for name, stage in found.items() if stage == STAGE_LIFT] == [
         "unstick",
         "wait",
         "lift",
@@ -315,25 +341,25 @@ def test_going_sideways_is_no_lift(write_strategy):
         "  - {name: lift"
     )
     found = stages(load_strategy(write_strategy(("  - {name: lift", aside), text=PLAN)))
-    assert found["aside"] == BEFORE and found["lift"] == LIFT
+    assert found["aside"] == STAGE_BEFORE_LIFT and found["lift"] == STAGE_LIFT
 
 
 def test_a_lift_that_turns_the_wrist_begins_with_the_last_motion(write_strategy):
     turning = ("[0, 0, 0.14]}", "[0, 0, 0.14], rpy: [0, 1, 0]}")
     found = stages(load_strategy(write_strategy(turning, text=PLAN)))
-    assert [name for name, stage in found.items() if stage == LIFT] == ["lift", "steady"]
+    assert [name for name, stage in found.items() if stage == STAGE_LIFT] == ["lift", "steady"]
     back = (
         "  - {name: close",
         "  - {name: back, wrist: {frame: wrist_level, position: "
         "[0, 0, 0], rpy: [0, 0, 0]}, duration: 1}\n  - {name: close",
     )
     found = stages(load_strategy(write_strategy(turning, back, text=PLAN)))
-    assert [name for name, stage in found.items() if stage == LIFT] == ["lift", "steady"]
+    assert [name for name, stage in found.items() if stage == STAGE_LIFT] == ["lift", "steady"]
 
 
 def test_a_strategy_that_moves_nothing_has_no_lift(write_strategy):
     text = PLAN[: PLAN.index("  - {name: approach")] + "  - {name: hold, duration: 1.0}\n"
-    assert stages(load_strategy(write_strategy(text=text))) == {"hold": HOLD}
+    assert stages(load_strategy(write_strategy(text=text))) == {"hold": STAGE_HOLD}
 
 
 # ---------------------------------------------------------------- runs of a sequencer

@@ -85,11 +85,11 @@ COURSES = {
     "never lifted": (NEVER_LIFTED, "none", "table touched"),
     "lifted by half": (LOW, "lost", "only 68 mm up"),
     "lifted but with the table touching": (HANGING_DOWN, "none", "table touched"),
-    "diverged in the hold": (in_hold(0.5, END, course.nowhere), "lost", "no number"),
+    "diverged in the hold": (in_hold(0.5, END, course.nowhere), "lost", "not finite"),
     "diverged in the lift": (
         course.after(course.gripped(), "lift", 0.5, course.nowhere),
         "lost",
-        "no number",
+        "not finite",
     ),
 }
 

@@ -133,6 +133,8 @@ def test_a_strategy_says_in_which_scene_and_with_which_hand_s_physics_it_was_tri
     assert asked.tried_with == TriedWith("wall", 60.0, "rbo_hand_1", 10, (0.05, 0.0))
     asked = make_strategy(("phases:", "place: corner\nupright: [tube]\nphases:"))
     assert (asked.tried_with.place, asked.tried_with.upright) == (None, ("tube",))
+    asked = make_strategy(("phases:", "step: 0.001\nfinger_contact: true\nphases:"))
+    assert (asked.tried_with.step, asked.tried_with.finger_contact) == (0.001, True)
 
 
 def test_options_are_those_of_the_phases(make_strategy):

@@ -17,12 +17,12 @@ def given(**changes):
     return Namespace(**plain | {"allow_effect_files": False} | changes)
 
 
-def after(verdict, names=(), tied=(), left=1.0, **changes):
+def after(verdict, names=(), tied=(), left=1.0, mended=None, **changes):
     """The lines after a diagnosis that leaves so many noise floors."""
     effects = [Namespace(name=name) for name in names]
     planned = {} if any(tied) else None
     found = Namespace(verdict=verdict, effects=effects, tied=tied, next_experiment=planned)
-    found.rmse_after, found.noise_floor = left, 1.0
+    found.rmse_after, found.noise_floor, found.verdict_mended = left, 1.0, mended
     return after_diagnosis(given(**changes), found)
 
 
@@ -59,3 +59,7 @@ def test_curves_are_added_and_their_files_are_allowed_from_the_second_on(allowed
     assert first.endswith("--out mine.yaml") and ("--allow" in first) == allowed
     assert "add mine_2 --effects mine_2.py --data 'a set' --model mine.yaml" in second
     assert second.count("--allow-effect-files") == 1
+
+
+def test_nothing_is_learned_from_what_happened_between_runs():
+    assert after(UNEXPLAINED, mended=ADEQUATE) == []

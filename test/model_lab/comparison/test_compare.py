@@ -9,7 +9,7 @@ from tensile_set import tensile_set
 
 from model_lab.comparison.compare import accuracy, compare
 from model_lab.report.comparison_text import comparison_json, comparison_text
-from softhand_model.documents.output_file import plain
+from softhand_common.documents.output_file import plain
 from softhand_model.model_file import Model
 
 

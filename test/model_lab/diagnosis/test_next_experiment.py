@@ -12,7 +12,6 @@ from bench.hidden.ties import tied
 from model_lab.cli.main import main
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import (
-    BREAKS,
     _separation,
     explanations,
     next_experiment,
@@ -20,6 +19,7 @@ from model_lab.diagnosis.next_experiment import (
 )
 from model_lab.measurements.load import load_measurements
 from model_lab.report.text import plan_json, plan_text, write_template
+from model_lab.rules import RULES
 from softhand_model.model_file import load_model
 
 CASES = {case.name: case for case in tied()}
@@ -70,7 +70,7 @@ def names_of(diagnosis):
 
 def test_loops_of_one_rate_are_separated_by_another_rate(outcome, planned):
     assert len(names_of(outcome.diagnosis)) > 1
-    assert planned["breaks"] and planned["separation"] > BREAKS
+    assert planned["breaks"] and planned["separation"] > RULES.separation_breaks
     assert planned["changes"] == []
     rates = [
         np.abs(np.diff(run.columns["pressure"]) / np.diff(run.columns["time"])).max()
@@ -148,11 +148,11 @@ def test_an_open_chamber_that_has_been_read_tells_nothing_more(tmp_path):
     assert names_of(found.diagnosis) >= {"pressure_offset", "dead_zone"}
     groups = explanations(found.problem, found.selection.final, found.selection.ties)
     best = next_experiment(found.problem, groups)
-    assert best.separation > BREAKS and best.at_rest["dead_zone"] == 0.0
+    assert best.separation > RULES.separation_breaks and best.at_rest["dead_zone"] == 0.0
     first = found.problem.data.runs[0]
     first.columns["pressure"][0] = best.at_rest["pressure_offset"]
     known = next_experiment(found.problem, groups)
-    assert known.separation < BREAKS and known.at_rest == {}
+    assert known.separation < RULES.separation_breaks and known.at_rest == {}
 
 
 def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_path):

@@ -142,10 +142,10 @@ def test_bands_of_different_outputs_differ():
     assert spectrum.in_one_band().counts().tolist() == [400.0] * 3
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_transform_keeps_squares_and_has_the_prediction_as_its_first_vector(sign):
+@pytest.mark.parametrize("scale", [1.0, -1.0, 1e-3])
+def test_the_transform_keeps_squares_and_has_the_prediction_as_its_first_vector(scale):
     data, random = ramps(), np.random.default_rng(1)
-    reference = np.concatenate([sign * np.linspace(0.1, 2.0, 100), np.zeros(300)])
+    reference = np.concatenate([scale * np.linspace(0.1, 2.0, 100), np.zeros(300)])
     spectrum = make_spectrum(data.table, reference)
     residuals = np.stack([3.0 * reference, random.standard_normal(400)])
     found = spectrum.coefficients(residuals)
@@ -203,11 +203,13 @@ def test_the_upper_bound_of_one_level_is_that_of_chi_square(groups):
     assert floor.upper == pytest.approx(0.5 * np.sqrt(freedom / chi2.ppf(0.05, freedom)))
 
 
-def test_the_upper_bound_of_several_levels_weighs_them_by_their_freedom():
-    floor = made_up_floor(ramps(4), scattered(0.5, 20.0))
-    # share and variance of the gain and of the rest; degrees of freedom 2 and 198
+@pytest.mark.parametrize("groups", [1, 2])
+def test_the_upper_bound_of_several_levels_weighs_them_by_their_freedom(groups):
+    data = ramps(4, protocol=lambda index: index // 2 if index < 2 * groups else index)
+    floor = made_up_floor(data, scattered(0.5, 20.0))
+    # share and variance of the gain and of the rest; degrees of freedom of one pair: 1 and 99
     parts = np.array([0.01 * 400.0, 0.99 * 0.25])
-    freedom = 2 * parts.sum() ** 2 / (2 * np.sum(parts**2 / [2.0, 198.0]))
+    freedom = 2 * parts.sum() ** 2 / (2 * np.sum(parts**2 / (groups * np.array([1.0, 99.0]))))
     expected = parts.sum() * freedom / chi2.ppf(0.05, freedom)
     assert floor.upper == pytest.approx(np.sqrt(expected))
 
@@ -320,6 +322,14 @@ def test_odd_repeats_show_in_slow_errors_but_not_in_gains_or_noise():
     assert dof_of(1, 3) == 4.0 and dof_of(9, 27) == 4.0
 
 
+def test_one_degree_of_freedom_a_group_tells_an_odd_one():
+    assert kept([1.0] * 11 + [1e9], dof=1.0) == [True] * 11 + [False]
+
+
+def test_the_middle_of_an_odd_number_of_groups_is_in_neither_half():
+    assert module._ratio_of_halves(np.array([[3.0, 1.0, 2.0]])).tolist() == [3.0]
+
+
 def test_series_repeat_each_other_in_the_same_place_of_runs_of_one_group():
     series = [
         Series(run, output, group, fold, 0, 1)
@@ -357,3 +367,60 @@ def test_long_courses_are_known_from_a_dozen_pieces_evenly_over_them():
     noise[:250] *= 100.0
     spectrum = make_spectrum(data.table, np.ones(20000))
     assert noise_floor(data, spectrum, noise).total == pytest.approx(0.1, rel=0.1)
+
+
+def stretched(samples, runs, stress=lambda stretch: 0.0 * stretch):
+    """A test of rubber without repeats, whose stress [Pa] is a function of the stretch."""
+    stretch = np.linspace(1.0, 3.0, samples)
+    made = [
+        Run(
+            f"r{index}",
+            "s",
+            f"p{index}",
+            293.15,
+            {"stretch": stretch, "stress": stress(stretch)},
+            mode="uniaxial",
+        )
+        for index in range(runs)
+    ]
+    return MeasurementSet("rubber", "rubber", {"s": Specimen("s")}, tuple(made))
+
+
+def test_rubber_without_repeats_may_be_off_by_two_percent_as_a_whole():
+    data = stretched(100, 3, stress=lambda stretch: 1e3 * stretch)
+    spectrum = make_spectrum(data.table, data.table.value)
+    floor = noise_floor(data, spectrum, np.random.default_rng(3).normal(0.0, 2.0, 300))
+    assert floor.source == SPLINE and floor.gain_known
+    squares = np.sum((1e3 * np.linspace(1.0, 3.0, 100)) ** 2)
+    assert floor.variance[0] - floor.variance[1] == pytest.approx(0.02**2 * squares)
+    assert floor.variance[1:] == pytest.approx(np.full(len(floor.variance) - 1, 4.0), rel=0.3)
+
+
+def test_noise_of_a_few_readings_of_rubber_is_what_splines_over_the_stretch_leave():
+    found = []
+    for seed in range(8):
+        data = stretched(20, 4)
+        noise = np.random.default_rng(seed).normal(0.0, 2.0, 80)
+        spectrum = make_spectrum(data.table, np.tile(np.linspace(1.0, 3.0, 20), 4))
+        floor = noise_floor(data, spectrum, noise)
+        rests = [module.short_spline_rest(np.linspace(1.0, 3.0, 20), y) for y in np.split(noise, 4)]
+        squares, freedom = np.sum(rests, axis=0)
+        assert floor.variance[1] == pytest.approx(squares / freedom)
+        found.append(floor.within)
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(2.0, rel=0.08)
+
+
+def test_a_coarse_sensor_adds_the_error_of_its_rounding_to_what_is_stated():
+    step = 0.1
+    course = np.linspace(0.0, 8.0, 800)
+    columns = {
+        "time": 0.1 * np.arange(800),
+        "pressure": course * 1e4,
+        "tip_angle": step * np.round(course / step),
+    }
+    runs = (Run("r", "s", "p", 293.15, columns),)
+    data = MeasurementSet("free_bending", "set", {"s": Specimen("s")}, runs, {"tip_angle": 0.02})
+    spectrum = make_spectrum(data.table, course)
+    floor = noise_floor(data, spectrum, data.table.value - course)
+    assert floor.source == STATED
+    assert floor.total == pytest.approx(np.sqrt(0.02**2 + step**2 / 12), rel=0.1)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from model_lab.live.prediction import Comparison, LivePrediction
-from model_lab.live.watch import ANGLE, PRESSURE, Level, Limits, ResidualWindow, Watch
+from model_lab.live.watch import ANGLE, PRESSURE, Limits, ResidualWindow, Watch
+from softhand_common.status import Level
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model, load_model
 

@@ -242,3 +242,20 @@ def test_a_million_samples_take_seconds():
     start = time.process_time()
     localise(data, residual)
     assert time.process_time() - start < 6.0
+
+
+@pytest.mark.parametrize("runs", (4, 6, 12, 20))
+def test_zeros_that_scatter_from_run_to_run_are_no_certain_failure(runs):
+    data = _set(runs, samples=60)
+    told = []
+    for seed in range(30):
+        zeros = 0.02 * np.random.default_rng(seed).standard_normal(runs)
+        residual = _residual(data, lambda run, index, zeros=zeros: zeros[index], seed)
+        told.append(localise(data, residual, seed).certain_failures)
+    assert sum(map(bool, told)) <= 1
+
+
+def test_an_error_that_grows_with_the_pressure_in_every_run_is_a_certain_failure():
+    data = _set(16)
+    residual = _residual(data, lambda run, _: 1e-6 * (run.columns["pressure"] - 2e4))
+    assert "pressure" in [axis.against for axis in localise(data, residual).certain_failures]

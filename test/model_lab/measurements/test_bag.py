@@ -1,14 +1,20 @@
 """Runs from rosbag2 folders: fields by path, times by stamps, inputs at the output's stamps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import recorded_run as record
-from measurement_folder import document, write_set
+from measurement_folder import SPECIMEN, document, write_set
 from rosbags.rosbag2 import StoragePlugin
 
+from model_lab.experiments.forward import Forward
 from model_lab.measurements.bag import MessageField
 from model_lab.measurements.load import load_measurements
-from softhand_model.documents.yaml_document import DocumentError
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.effects.elastic_memory import MullinsSoftening
+from softhand_model.effects.input import ClockOffset
 
 TOPICS = {
     "pressure": {"topic": "/pneumaticbox/state", "field": "effort[a]"},
@@ -120,6 +126,54 @@ def test_plain_fields_are_read_by_path(tmp_path):
     np.testing.assert_allclose(columns["pressure"], 101300.0 + times)
 
 
+def test_a_ros1_bag_is_read(tmp_path):
+    messages = []
+    for number in range(21):
+        seconds = 0.1 * number
+        state = record.ros1_joint_state(number, 5 + seconds, ["a"], effort=[1e3 * seconds])
+        angles = record.ros1_joint_state(number, 5 + seconds, ["p10"], position=[0.1 * seconds])
+        messages += [("/pneumaticbox/state", seconds, state), ("/hand/tip_angles", seconds, angles)]
+    record.write_ros1_bag(tmp_path / "r1.bag", messages)
+    runs = {"r1": {"specimen": "f", "bag": "r1.bag", "topics": TOPICS}}
+    columns = load_measurements(write_set(tmp_path, document(runs=runs), {})).runs[0].columns
+    np.testing.assert_allclose(columns["time"], 0.1 * np.arange(21), atol=1e-9)
+    np.testing.assert_allclose(columns["tip_angle"], 0.1 * columns["time"], atol=1e-9)
+    np.testing.assert_allclose(columns["pressure"], 1e4 * columns["tip_angle"], atol=1e-6)
+
+
+def test_what_the_input_did_before_a_late_output_is_kept_and_drives_the_model(tmp_path):
+    # softening rubber: the angle depends on the peak of 40 kPa that came before the first angle
+    late, offset = 2.0, ClockOffset(offset=2.0, drift=0.0)
+    times = np.arange(0.0, 6.001, 0.05)
+    pressure = np.interp(times, [0.0, 1.0, 2.0, 4.0, 6.0], [0.0, 4e4, 0.0, 2e4, 0.0])
+    softening = MullinsSoftening(softening=0.4, stretch_scale=0.2)
+    truth = Run("r1", "f", "r1", 293.15, {"time": times, "pressure": pressure})
+    given = MeasurementSet("free_bending", "", {"f": Specimen("f", SPECIMEN)}, (truth,))
+    angle = Forward(given, fixed=[softening], free_calibration=False).predict(np.zeros((1, 0)))[0]
+    messages = [
+        ("/p", seconds, record.fluid_pressure(seconds, value))
+        for seconds, value in zip(times, pressure, strict=True)
+    ]
+    for seconds, value in zip(times + late, angle, strict=True):
+        if seconds > 3.6:  # the camera starts after the peak
+            tip = record.joint_state(seconds, ["p10"], position=[value])
+            messages.append(("/hand/tip_angles", seconds, tip))
+    record.write_bag(tmp_path / "r1", messages)
+    topics = TOPICS | {"pressure": {"topic": "/p", "field": "fluid_pressure"}}
+    runs = {"r1": {"specimen": "f", "bag": "r1", "topics": topics}}
+    data = load_measurements(write_set(tmp_path, document(runs=runs), {}))
+    assert data.runs[0].lead["pressure"].max() == pytest.approx(4e4)
+    assert data.runs[0].lead["time"][-1] == pytest.approx(-0.05)
+    assert data.runs[0].columns["time"][0] == 0.0
+
+    def error(of):
+        model = Forward(of, fixed=[softening, offset], free_calibration=False)
+        return np.abs(model.predict(np.zeros((1, 0)))[0] - data.table.value).max() / angle.max()
+
+    assert error(data) < 2e-3
+    assert error(replace(data, runs=(replace(data.runs[0], lead={}),))) > 0.05
+
+
 # ------------------------------------------------------------------ what is refused
 def _message(folder, topics=None):
     with pytest.raises(DocumentError) as caught:
@@ -147,6 +201,19 @@ def test_a_bag_without_topic_or_field_lists_what_it_holds(tmp_path, column, chan
     message = _message(tmp_path, TOPICS | {column: TOPICS[column] | change})
     assert f"runs.r1.topics.{column}" in message
     assert part in message
+
+
+def test_a_component_of_a_quaternion_is_no_angle(tmp_path):
+    messages = [("/p", s, record.fluid_pressure(s, 1e3)) for s in (0.0, 1.0)]
+    messages += [("/tip", s, record.pose(s, (0.0, 0.0, 0.0))) for s in (0.0, 1.0)]
+    record.write_bag(tmp_path / "r1", messages)
+    topics = {
+        "pressure": {"topic": "/p", "field": "fluid_pressure"},
+        "tip_angle": {"topic": "/tip", "field": "pose.orientation.y"},
+    }
+    message = _message(tmp_path, topics)
+    assert "a component of a quaternion" in message
+    assert "`model-lab import`" in message
 
 
 def test_a_missing_column_is_named(tmp_path):

@@ -10,8 +10,9 @@ from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
+from model_lab.measurements.save import write_set as save_set
 from model_lab.measurements.units import column_unit
-from softhand_model.documents.yaml_document import DocumentError
+from softhand_common.documents.yaml_document import DocumentError
 
 REAL = os.environ.get("SOFTHAND_MEASUREMENTS")
 
@@ -219,7 +220,8 @@ def test_blank_lines_quotes_spaces_and_windows_line_ends_are_read(tmp_path):
 WRONG_HEADERS = {
     "missing": ("time,pressure\n0,0\n", "column tip_angle, got time, pressure"),
     "twice": ("time,pressure,tip_angle,time\n0,0,0,0\n", "got time twice"),
-    "semicolons": ("time;pressure;tip_angle\n0;0;0\n", "by commas instead of semicolons"),
+    "semicolons": ("time;pressure;tip_angle\n0;0;0\n", "semicolons, `model-lab import FILE..."),
+    "preamble": ("Machine;X\n\ntime,pressure,tip_angle\n0,0,0\n", "line 3 has it: where other"),
     "none": ("0,0,0\n1,1,1\n", "names of the columns into the first line"),
     "empty file": ("", "expected a line of column names"),
 }
@@ -261,7 +263,7 @@ WRONG_DOCUMENTS = {
     "format": (document(format="softhand-measurement/2"), "format", "softhand-measurement/1"),
     "no runs": (document(runs={}), "runs", "at least one run"),
     "runs as a list": (document(runs=["r1"]), "runs", "a mapping"),
-    "run without a name": (document(runs={1: _run(file="r1.csv")}), "runs", "put it into quotes"),
+    "run without a name": (document(runs={1: _run(file="r1.csv")}), "runs", "write '1'"),
     "specimen": (
         document(runs={"r1": {"specimen": "g", "file": "r1.csv"}}),
         "runs.r1.specimen",
@@ -373,3 +375,53 @@ def test_a_unit_that_has_to_be_calculated_is_refused_at_once(tmp_path, unit):
 @pytest.mark.parametrize("unit", ["m/s**2", "1/(s*Pa)", "m^-3", "cmH2O", "N m", "m**0.5", "%"])
 def test_units_with_exponents_are_known(unit):
     assert column_unit("other", unit).scale > 0.0
+
+
+# ------------------------------------------------------------------ inputs before the first output
+LATE = "time,pressure,tip_angle\n-0.2,5,\n-0.1,6,\n0,7,18\n0.1,10,20\n"
+
+
+def test_rows_before_the_first_output_are_the_lead(tmp_path):
+    run = load_measurements(write_set(tmp_path, files={"r1.csv": LATE})).runs[0]
+    assert run.samples == 2
+    np.testing.assert_allclose(run.columns["tip_angle"], np.radians([18.0, 20.0]))
+    np.testing.assert_allclose(run.lead["time"], [-0.2, -0.1])
+    np.testing.assert_allclose(run.lead["pressure"], [5e3, 6e3])
+    assert "tip_angle" not in run.lead
+
+
+def test_a_lead_is_written_and_read_again(tmp_path):
+    data = load_measurements(write_set(tmp_path / "a", files={"r1.csv": LATE}))
+    save_set(data, tmp_path / "b")
+    again = load_measurements(tmp_path / "b").runs[0]
+    for name in ("columns", "lead"):
+        given, found = getattr(data.runs[0], name), getattr(again, name)
+        assert given.keys() == found.keys()
+        for column in given:
+            np.testing.assert_allclose(found[column], given[column])
+
+
+@pytest.mark.parametrize("rows", ["0,0,0\n0.1,1,\n", "0,0,\n0.1,1,\n"])
+def test_outputs_that_are_missing_later_or_everywhere_are_refused(tmp_path, rows):
+    text = "time,pressure,tip_angle\n" + rows
+    message = _message(write_set(tmp_path, files={"r1.csv": text}))
+    assert "tip_angle" in message
+    assert "empty cell" in message
+
+
+def test_a_clock_that_jumps_back_while_the_pull_goes_on_is_not_to_be_sorted(tmp_path):
+    time, stretch = 0.1 * np.arange(60.0), 1.0 + 0.01 * np.arange(60.0)
+    time[40:] -= 0.85
+    rows = csv_text({"time": time, "stretch": stretch, "stress": stretch - 1.0})
+    content = document(
+        experiment="uniaxial",
+        specimens={"f": {"shear_modulus": 67e3}},
+        columns={"time": {"unit": "s"}, "stretch": {"unit": ""}, "stress": {"unit": "MPa"}},
+    )
+    message = _message(write_set(tmp_path / "a", content, {"r1.csv": rows}))
+    assert "leave `time` out of `columns`, or mend the clock" in message
+    mixed = np.random.default_rng(0).permutation(60)
+    rows = csv_text({"time": 0.1 * mixed, "stretch": stretch[mixed], "stress": stretch[mixed]})
+    message = _message(write_set(tmp_path / "b", content, {"r1.csv": rows}))
+    assert "sort the rows" in message
+    assert "leave `time` out" not in message

@@ -6,9 +6,11 @@ from measurement_folder import document, write_set
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.specimens import require_columns, require_keys
-from softhand_model.documents.yaml_document import DocumentError
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_design.hand_file import actuator_entry
+from softhand_design.requirements import of_numbers
+from softhand_design.sizing import design_actuator
 from softhand_model.hand.rubber import Rubber
-from softhand_model.hand.sizing import Wish, actuator_entry, design_actuator
 
 
 def test_a_key_that_the_model_needs_is_named_with_unit_and_example(tmp_path):
@@ -35,7 +37,7 @@ def test_what_is_there_is_not_refused(tmp_path):
 
 def test_a_designed_actuator_is_a_specimen_as_it_stands(tmp_path):
     rubber = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
-    finger = design_actuator(Wish(0.9e-3, 4e-3, 0.09, rubber)).actuator
+    finger = design_actuator(of_numbers(0.9e-3, 4e-3, 0.09, rubber)).actuator
     content = document(specimens={"f": actuator_entry(finger)})
     specimen = load_measurements(write_set(tmp_path, content)).specimens["f"]
     x = np.linspace(0.0, 0.09, 50)

@@ -120,3 +120,43 @@ def test_ties_are_said_for_each_effect_that_has_one():
     assert tie_sentences(tied) == [
         "These data cannot tell tube_lag from hysteresis or viscoelasticity."
     ]
+
+
+def tied_lags(**changed):
+    members = {"tube_lag": "tube", "clock_offset": "clock"}
+    lag = replace(LAG, cause="lag", members=members)
+    tied = (("clock_offset", "hysteresis"),)
+    return replace(diagnosis("effects_missing", (lag,), tied), confidence=0.9, **changed)
+
+
+def test_causes_of_one_class_that_are_tied_are_said_as_the_class_with_what_tells_them_apart():
+    said = tied_lags(next_experiment={"breaks": True})
+    assert verdict_sentence(said).startswith(
+        "The model lacks a lag of 0.25 ± 0.012 s (tube or clock: these data cannot tell; "
+        "`model-lab plan` can): with it"
+    )
+    assert "90 of 100 such verdicts name the cause among what is tied." in verdict_sentence(said)
+    assert tie_sentences(said) == ["These data cannot tell the lag from hysteresis."]
+
+
+def test_no_plan_is_promised_where_none_parts_the_members_of_a_class():
+    for planned in (None, {"breaks": False}):
+        assert "`model-lab plan` can" not in verdict_sentence(tied_lags(next_experiment=planned))
+
+
+def test_a_verdict_is_never_said_to_be_right_in_a_hundred_of_a_hundred():
+    sure = replace(diagnosis("effects_missing", (GENT,)), confidence=0.9999)
+    assert verdict_sentence(sure).endswith("99 of 100 such verdicts are right.")
+
+
+def test_an_effect_whose_parameter_the_data_do_not_determine_is_said_as_a_guess():
+    loose = replace(GENT.parameters["jm"], undetermined=True)
+    gent = replace(GENT, parameters={"jm": loose})
+    said = verdict_sentence(replace(diagnosis("effects_missing", (gent,)), guess=True))
+    assert said.startswith("The model may lack gent_stiffening")
+    assert said.endswith("That is a guess: these data do not determine jm of gent_stiffening.")
+
+
+def test_a_set_unlike_those_that_were_counted_gets_a_sentence_in_place_of_a_number():
+    said = verdict_sentence(replace(diagnosis("effects_missing", (GENT,)), beyond=("left",)))
+    assert "of 100" not in said and "unlike those on which it was counted (left in" in said

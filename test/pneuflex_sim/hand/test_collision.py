@@ -12,8 +12,8 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.collision import (
-    ENVIRONMENT,
-    MARGIN,
+    COLLISION_MARGIN,
+    ENVIRONMENT_GROUP,
     collides_with,
     collision_groups,
     collision_hulls,
@@ -27,8 +27,8 @@ LENGTH, HEIGHT = 0.090, 0.020  # of a P10 finger [m]
 
 
 def dilated(piece, normals):
-    """Support heights (n,) [m] of a piece with the engine's ball of MARGIN around each point."""
-    return (piece @ normals.T).max(axis=0) + MARGIN
+    """Support heights (n,) [m] of a piece with the engine's margin around each point."""
+    return (piece @ normals.T).max(axis=0) + COLLISION_MARGIN
 
 
 @pytest.mark.parametrize("segments", [5, 10, 15])
@@ -43,7 +43,9 @@ def test_dilated_pieces_have_height_and_width_of_the_profiles_at_both_ends(segme
         assert back == pytest.approx(height, abs=2.5e-4)  # the back is a polygon within a curve
         assert side == pytest.approx(width / 2, abs=1e-4)
         assert front == pytest.approx(0.0, abs=1e-12)
-        assert piece[:, 2].max() == pytest.approx(stop - start - MARGIN * (k == segments - 1))
+        assert piece[:, 2].max() == pytest.approx(
+            stop - start - COLLISION_MARGIN * (k == segments - 1)
+        )
         assert piece[:, 2].min() == pytest.approx(0.0, abs=1e-15)
 
 
@@ -58,7 +60,7 @@ def sphere(count=400):
 
 @pytest.mark.parametrize("segments", [5, 10])
 def test_erosion_and_margin_reproduce_the_surface(segments):
-    """Every face of the surface is met within 0.05 mm, and no more than MARGIN is lost at edges."""
+    """Every face of the surface is met within 0.05 mm, edges lose at most the margin."""
     chain = load_hand("single_finger").chain("finger")
     outline = ChainOutline(chain, segments)
     for bone, piece in enumerate(collision_hulls(chain, segments), 1):
@@ -76,8 +78,10 @@ def test_erosion_and_margin_reproduce_the_surface(segments):
         round_about = sphere()
         gap = (sharp @ round_about.T).max(axis=0) - dilated(piece, round_about)
         ahead = round_about[:, 2] > 0 if bone < segments else np.zeros(len(gap), bool)
-        assert gap[~ahead & (round_about[:, 2] > 0)].max(initial=0.0) < MARGIN
-        assert gap.min() > -1.05 * MARGIN  # over a joint the piece reaches on by the margin
+        assert gap[~ahead & (round_about[:, 2] > 0)].max(initial=0.0) < COLLISION_MARGIN
+        assert (
+            gap.min() > -1.05 * COLLISION_MARGIN
+        )  # over a joint the piece reaches on by the margin
 
 
 def test_volume_of_the_pieces_is_that_of_the_actuator_between_first_joint_and_tip():
@@ -86,12 +90,14 @@ def test_volume_of_the_pieces_is_that_of_the_actuator_between_first_joint_and_ti
     finger = chain.actuators["finger"]
     unit = ConvexHull(hull_section()).volume
     exact = unit * trapezoid(finger.height(x) * finger.width(x), x)
-    ball = MARGIN * sphere(60)
+    ball = COLLISION_MARGIN * sphere(60)
     total = 0.0
     for piece in collision_hulls(chain, 5):
         whole = ConvexHull((piece[:, None] + ball).reshape(-1, 3))
         area = ConvexHull(piece[np.abs(piece[:, 2]) < 1e-12][:, :2]).volume
-        total += whole.volume - 2 * MARGIN * area  # neighbours overlap by the margin on each side
+        total += (
+            whole.volume - 2 * COLLISION_MARGIN * area
+        )  # neighbours overlap by the margin on each side
     assert total == pytest.approx(exact, rel=0.03)
 
 
@@ -111,8 +117,8 @@ def test_pieces_of_the_palm_lie_between_the_arcs_inner_and_outer_edge():
     # centre of the arc in the link's frame: to the side that the arc turns to, half a chord ahead
     centre = np.array([chain.turn * middle * np.cos(angle / 2), middle * np.sin(angle / 2)])
     distance = np.linalg.norm(piece[:, 1:] - centre, axis=1)
-    assert distance.max() == pytest.approx(0.075 - MARGIN, abs=1e-5)
-    assert distance.min() == pytest.approx(0.025 + MARGIN, abs=1e-5)
+    assert distance.max() == pytest.approx(0.075 - COLLISION_MARGIN, abs=1e-5)
+    assert distance.min() == pytest.approx(0.025 + COLLISION_MARGIN, abs=1e-5)
 
 
 def test_a_thin_tip_counts_as_6_mm_thick_behind_the_passive_layer():
@@ -124,7 +130,7 @@ def test_a_thin_tip_counts_as_6_mm_thick_behind_the_passive_layer():
     tip = collision_hulls(chain, 5)[-1]
     assert dilated(tip, np.array([[1.0, 0, 0]])) == pytest.approx(0.0, abs=1e-12)
     at_tip = tip[tip[:, 2] > 0.005]
-    assert np.ptp(at_tip[:, 0]) + 2 * MARGIN == pytest.approx(0.006, abs=4e-4)
+    assert np.ptp(at_tip[:, 0]) + 2 * COLLISION_MARGIN == pytest.approx(0.006, abs=4e-4)
 
 
 @pytest.mark.parametrize(("side", "worst"), [(1.0, 2e-5), (-1.0, 2.5e-4)])
@@ -151,7 +157,9 @@ def test_a_cylinder_across_a_finger_touches_at_the_height_of_its_outline(simulat
     pybullet.resetBasePositionAndOrientation(
         cylinder, pressed.tolist(), turn.tolist(), physicsClientId=client
     )
-    pybullet.setCollisionFilterGroupMask(cylinder, -1, ENVIRONMENT, -1, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(
+        cylinder, -1, ENVIRONMENT_GROUP, -1, physicsClientId=client
+    )
     simulation.step()
     touching = pybullet.getContactPoints(cylinder, physicsClientId=client)
     assert min(point[8] for point in touching) == pytest.approx(-0.0005, abs=worst + 1e-4)

@@ -39,7 +39,7 @@ def test_the_warning_names_channel_pressure_joint_and_segments_and_comes_once():
         found.look(np.array([150e3]))
         found.look(np.array([200e3]))
     (words,) = [str(one.message) for one in told]
-    assert words == found.told
+    assert words == found.warning
     enough = int(np.ceil(P5.tip_angle(250e3) / STOP_ANGLE))
     for part in ("joint right_", "150 kPa in channel a", "138 deg", "250 kPa"):
         assert part in words
@@ -51,7 +51,7 @@ def test_a_hand_that_is_not_filled_that_far_works_on_in_silence():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found.look(np.array([100e3]))
-    assert found.told == ""
+    assert found.warning == ""
 
 
 def test_a_channel_counts_for_the_actuators_that_it_feeds():

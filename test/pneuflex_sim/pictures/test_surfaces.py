@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.pictures.skin import HandSkin
 from pneuflex_sim.pictures.surfaces import (
-    EMPTY,
-    FULL,
     METRES_PER_NEWTON,
     MOST_TRIANGLES,
+    PRESSURE_LIMIT_COLOR,
+    UNPRESSURIZED_COLOR,
     SceneSurfaces,
     contact_lines,
     object_mesh,
@@ -70,16 +70,18 @@ def test_actuators_are_coloured_by_the_pressure_of_their_own_channel(closing):
     shown = SceneSurfaces(closing).now()
     colors = {name: shown[name][1] for name in closing.hand.actuator_names}
     share = closing.pressures() / closing.hand.max_pressures()
-    redness = {name: EMPTY[1] - color[1] for name, color in colors.items()}
+    redness = {name: UNPRESSURIZED_COLOR[1] - color[1] for name, color in colors.items()}
     for name, red in redness.items():
-        expected = np.clip(share[closing.hand.channel_of(name)], 0, 1) * (EMPTY[1] - FULL[1])
+        expected = np.clip(share[closing.hand.channel_of(name)], 0, 1) * (
+            UNPRESSURIZED_COLOR[1] - PRESSURE_LIMIT_COLOR[1]
+        )
         assert red == pytest.approx(expected, abs=1e-5)
     assert np.ptp(list(redness.values())) > 0.1
 
 
 def test_colours_end_at_no_pressure_and_at_the_limit():
-    assert pressure_color(-0.3) == pressure_color(0.0) == EMPTY
-    assert pressure_color(1.7) == pressure_color(1.0) == FULL
+    assert pressure_color(-0.3) == pressure_color(0.0) == UNPRESSURIZED_COLOR
+    assert pressure_color(1.7) == pressure_color(1.0) == PRESSURE_LIMIT_COLOR
 
 
 def test_the_object_is_shown_where_it_is(closing):

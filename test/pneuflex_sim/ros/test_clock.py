@@ -11,7 +11,14 @@ from ros_domain import held_domain
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
-from pneuflex_sim.ros.clock import ALONE, FOLLOWERS, LEAD, MEMORY, PATIENCE, shared_clock
+from pneuflex_sim.ros.clock import (
+    FOLLOWER_TIMEOUT,
+    FOLLOWERS,
+    MAX_FOLLOWER_LAG,
+    NO_CLOCK_WARNING,
+    PEER_MEMORY,
+    shared_clock,
+)
 from softhand_ros.topics import RELIABLE, clock_conflict, stamp_of_seconds
 
 pytestmark = pytest.mark.system
@@ -58,7 +65,7 @@ def until(condition):
 
 def tick(leading, following, now):
     """A tick that has reached the one that follows."""
-    leading.tell(now)
+    leading.publish_time(now)
     until(lambda: following.wait(0.05) or following.allows(now - 1e-6))
 
 
@@ -71,7 +78,7 @@ def duration(call, *arguments):
 def test_who_follows_waits_for_a_tick_and_never_goes_beyond_the_newest(pair):
     leading, following = pair
     assert not following.allows(0.0)
-    assert following.warning() == ALONE
+    assert following.warning() == NO_CLOCK_WARNING
     tick(leading, following, 7.0)
     assert following.warning() == ""
     assert following.jump(0.0) == 7.0  # it begins where the clock is
@@ -83,7 +90,7 @@ def test_who_follows_waits_for_a_tick_and_never_goes_beyond_the_newest(pair):
 def test_a_clock_that_was_set_back_takes_who_follows_along(pair):
     leading, following = pair
     tick(leading, following, 7.0)
-    leading.tell(0.5)
+    leading.publish_time(0.5)
     until(lambda: following.wait(0.05) or following.jump(7.0))
     assert following.jump(7.0) == -6.5
 
@@ -104,15 +111,15 @@ def test_a_tick_that_no_simulation_can_have_is_left_alone(pair, node, sec):
 def test_who_leads_waits_for_who_is_behind_and_forgets_who_falls_silent(pair):
     leading, following = pair
     tick(leading, following, 1.0)
-    following.tell(1.0)
+    following.publish_time(1.0)
     until(lambda: leading.wait(0.05) or leading.followers.names())
-    assert duration(leading.tell, 1.0 + 0.5 * LEAD) < 0.5 * PATIENCE
-    assert duration(leading.tell, 2.0) >= PATIENCE
-    following.tell(2.0)
+    assert duration(leading.publish_time, 1.0 + 0.5 * MAX_FOLLOWER_LAG) < 0.5 * FOLLOWER_TIMEOUT
+    assert duration(leading.publish_time, 2.0) >= FOLLOWER_TIMEOUT
+    following.publish_time(2.0)
     time.sleep(0.1)
-    assert duration(leading.tell, 2.01) < 0.5 * PATIENCE
-    time.sleep(MEMORY)
-    assert duration(leading.tell, 9.0) < 0.5 * PATIENCE
+    assert duration(leading.publish_time, 2.01) < 0.5 * FOLLOWER_TIMEOUT
+    time.sleep(PEER_MEMORY)
+    assert duration(leading.publish_time, 9.0) < 0.5 * FOLLOWER_TIMEOUT
 
 
 def test_names_that_come_in_masses_are_cut_and_forgotten(pair, node):
@@ -125,7 +132,7 @@ def test_names_that_come_in_masses_are_cut_and_forgotten(pair, node):
         hostile.publish(Header(stamp=stamp, frame_id=f"{number}" + 100_000 * "x"))
         leading.wait(0.1)
     assert 0 < max(map(len, leading.followers.names())) <= 200
-    time.sleep(1.1 * MEMORY)
+    time.sleep(1.1 * PEER_MEMORY)
     leading.wait(0.0)
     assert not leading.followers.names()
 

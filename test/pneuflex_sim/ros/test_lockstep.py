@@ -11,8 +11,8 @@ from rclpy.signals import SignalHandlerOptions
 from ros_domain import held_domain
 from std_msgs.msg import Header
 
-from pneuflex_sim.ros.clock import MEMORY
-from pneuflex_sim.ros.commanded import TARGET
+from pneuflex_sim.ros.clock import PEER_MEMORY
+from pneuflex_sim.ros.command_topics import TARGET_TOPIC
 from pneuflex_sim.ros.lockstep import COMMANDED_UNTIL, Commanders, StampedCommands
 from softhand_ros.topics import RELIABLE, stamp_of_seconds
 
@@ -62,14 +62,14 @@ def targets(node, publish):
             raise ValueError("header.frame_id: expected world, got map")
         heights.append(message.pose.position.z)
 
-    targets = StampedCommands(node, PoseStamped, TARGET, command, refusals.append)
+    targets = StampedCommands(node, PoseStamped, TARGET_TOPIC, command, refusals.append)
     targets.heights, targets.refusals = heights, refusals
 
     def send(stamp, height, frame="world"):
         message = PoseStamped()
         message.header.stamp, message.header.frame_id = stamp_of_seconds(stamp), frame
         message.pose.position.z = height
-        publish(PoseStamped, TARGET, message)
+        publish(PoseStamped, TARGET_TOPIC, message)
 
     targets.send = send
     return targets
@@ -120,7 +120,7 @@ def test_the_simulation_stands_where_a_commander_is_until_it_goes_on_or_leaves(n
     assert commanders.hold(1.018)
     tell(0.0, "another")
     assert not commanders.hold(1.018)
-    time.sleep(MEMORY)
+    time.sleep(PEER_MEMORY)
     assert not commanders.hold(9.0)  # who is silent is forgotten
 
 

@@ -8,7 +8,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from grasp_strategies.ros.messages import read_touching
 from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces, contact_lines
-from pneuflex_sim.ros.markers import ContactMarkers, SeenScene, SerialisedMessage, SurfaceMarkers
+from pneuflex_sim.ros.markers import ContactMarkers, SceneMarkers, SerialisedMessage, SurfaceMarkers
 from pneuflex_sim.scene.contacts import Contact, by_pair, normal_forces
 
 STAMP = Time(sec=3, nanosec=20_000_000)
@@ -59,7 +59,7 @@ def array(points):
 
 def test_contacts_come_as_lines_after_all_earlier_ones_are_deleted(gripping):
     node = Node()
-    SeenScene(node, gripping, None).publish_contacts(STAMP)
+    SceneMarkers(node, gripping, None).publish_contacts(STAMP)
     (message,) = node.publishers["hand/contacts"].sent
     assert message.markers[0].action == Marker.DELETEALL
     pairs = by_pair(gripping.contacts())
@@ -81,7 +81,7 @@ def test_contacts_come_as_lines_after_all_earlier_ones_are_deleted(gripping):
 
 def test_the_sequencer_reads_from_the_markers_what_touches_the_object(gripping):
     node = Node()
-    SeenScene(node, gripping, None).publish_contacts(STAMP)
+    SceneMarkers(node, gripping, None).publish_contacts(STAMP)
     (message,) = node.publishers["hand/contacts"].sent
     touching = normal_forces(gripping.object_contacts())
     assert read_touching(message) == set(touching)
@@ -109,7 +109,7 @@ def test_surfaces_have_a_name_of_their_own_and_the_stamp_and_place_of_now(grippi
 def viewed(gripping):
     """Contact points and arrows of a publication, as often as it is called."""
     node = Node()
-    seen = SeenScene(node, gripping, None)
+    seen = SceneMarkers(node, gripping, None)
 
     def publish():
         seen.publish_markers(STAMP)
@@ -147,7 +147,7 @@ def test_a_ball_lies_at_each_contact_and_goes_with_the_last(gripping, viewed, mo
 
 def test_nothing_is_made_for_nobody(gripping, monkeypatch):
     node = Node(subscribers=0)
-    seen = SeenScene(node, gripping, None)
+    seen = SceneMarkers(node, gripping, None)
     monkeypatch.setattr(gripping, "contacts", None)  # calling it would fail
     monkeypatch.setattr(gripping, "pressures", None)
     seen.publish_contacts(STAMP)

@@ -7,7 +7,7 @@ import pytest
 from builtin_interfaces.msg import Time
 
 from pneuflex_sim.ros import transforms
-from pneuflex_sim.ros.transforms import ABSENT, Transforms, frames, stamped
+from pneuflex_sim.ros.transforms import NO_TF_MESSAGE, Transforms, frames, stamped
 from softhand_model.hand.hand import WRIST
 
 STAMP = Time(sec=3, nanosec=20_000_000)
@@ -78,7 +78,7 @@ def test_without_the_messages_one_line_says_so_and_nothing_is_published(moved, m
     made = Transforms(node, moved)
     for _ in range(3):
         made.publish(STAMP)
-    assert (node.topics, node.lines) == ([], [ABSENT])
+    assert (node.topics, node.lines) == ([], [NO_TF_MESSAGE])
 
 
 def test_with_the_messages_all_frames_go_out_in_one(moved, monkeypatch):

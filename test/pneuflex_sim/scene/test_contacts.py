@@ -8,9 +8,9 @@ import pytest
 from grasp_strategies.in_process_scene import build_scene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
-from grasp_strategies.trials import TrialSettings, run_trial, started_scene
 from pneuflex_sim.scene.contacts import OBJECT, by_pair, normal_forces
 from pneuflex_sim.scene.scenes import SceneDescription, Wall
+from softhand_trials.trials import TrialSettings, run_trial, started_scene
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 

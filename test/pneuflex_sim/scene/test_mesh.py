@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from pneuflex_sim.scene import mesh
 from pneuflex_sim.scene.mesh import (
     box,
     creased,
@@ -181,3 +182,10 @@ def test_what_cannot_be_used_is_refused_with_the_file(tmp_path, name, text, name
     (tmp_path / name).write_text(text)
     with pytest.raises(ValueError, match=f"{name}: {named}"):
         read_mesh(tmp_path / name)
+
+
+def test_a_file_that_is_too_large_is_not_read_whole(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh, "LARGEST_MESH_FILE", 100)
+    write_meshes(tmp_path / "box.stl", {"box": box((0.04, 0.06, 0.08), np.zeros(3))})
+    with pytest.raises(ValueError, match=r"box\.stl: expected a mesh, got more than 100 bytes"):
+        read_mesh(tmp_path / "box.stl")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.scene.object_spring import STIFFNESS, TURN_STIFFNESS, ObjectSpring
+from pneuflex_sim.scene.object_spring import SPRING_STIFFNESS, SPRING_TURN_STIFFNESS, ObjectSpring
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 PLACE, TURN = np.array([0.3, 0.05, 0.1]), Rotation.from_rotvec([0.4, -0.3, 0.2]).as_quat()
@@ -47,8 +47,8 @@ def test_the_object_gives_way_to_forces_and_torques_as_the_spring_is_stiff():
         body.push(np.array([1.0, 0.0, -2.0]), np.array([0.0, 0.1, 0.0]))
         simulation.step()
     way, turn = off(simulation)
-    assert way == pytest.approx(np.array([1.0, 0.0, -2.0]) / STIFFNESS, abs=1e-4)
-    assert turn == pytest.approx(np.array([0.0, 0.1, 0.0]) / TURN_STIFFNESS, abs=2e-3)
+    assert way == pytest.approx(np.array([1.0, 0.0, -2.0]) / SPRING_STIFFNESS, abs=1e-4)
+    assert turn == pytest.approx(np.array([0.0, 0.1, 0.0]) / SPRING_TURN_STIFFNESS, abs=2e-3)
     simulation.close()
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.mesh import box, mesh_of, write_meshes
 from pneuflex_sim.scene.object_shapes import geometry
@@ -30,7 +30,7 @@ def outer_size(described):
     """Lengths (3,) [m] of the object along its own axes, by what it touches with."""
     pieces = described.geometry.pieces
     if pieces:
-        return np.ptp(np.vstack(pieces), axis=0) + 2 * MARGIN
+        return np.ptp(np.vstack(pieces), axis=0) + 2 * COLLISION_MARGIN
     if described.shape == "sheet":
         return np.array(described.dimensions["size"])
     return 2 * np.array(described.half_extents)
@@ -44,7 +44,7 @@ def test_sizes_and_masses_are_those_of_table_8_1(name):
     found = sorted(outer_size(described))
     np.testing.assert_allclose(
         found, sorted(np.array(size) * 1e-3), atol=4e-4
-    )  # corners are rounded by MARGIN
+    )  # corners are rounded by COLLISION_MARGIN
 
 
 def test_the_water_of_the_balloon_fills_it():

@@ -1,12 +1,16 @@
 """Mass properties against closed forms, and convex pieces of meshes."""
 
+import threading
+
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import ConvexHull, Delaunay
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene import solids as module
 from pneuflex_sim.scene.mesh import box, mesh_of
+from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.solids import (
     box_solid,
     cache_file,
@@ -119,7 +123,10 @@ def test_a_hull_of_points_in_one_plane_is_refused(turn):
 
 
 RING, TUBE = 0.03, 0.012
-QUICK = module.SETTINGS | {"mcts_iterations": 20, "resolution": 500}  # a search that is less long
+QUICK = module.COACD_SETTINGS | {
+    "mcts_iterations": 20,
+    "resolution": 500,
+}  # a search that is less long
 
 
 @pytest.fixture(autouse=True)
@@ -134,9 +141,38 @@ def torus():
     return torus_mesh(RING, TUBE, 14, 8)
 
 
+def test_work_that_takes_long_is_shown_with_what_is_cheaper(monkeypatch, capsys):
+    monkeypatch.setattr(module, "TELL_PERIOD", 0.01)
+    shown = threading.Event()
+
+    class Seen(module.Progress):
+        def __call__(self, step, number, total):
+            print(step)
+            shown.set()
+
+    monkeypatch.setattr(module, "Progress", Seen)
+    with module._shown(2) as begin:
+        begin(2)
+        assert shown.wait(60.0)
+    assert "body 2 of 2; kept for the next time; `pieces: hull`" in capsys.readouterr().out
+
+
+def test_a_cache_that_is_damaged_or_does_not_fit_is_made_anew(torus, monkeypatch):
+    monkeypatch.setattr(module, "_decomposed", lambda mesh: (torus.vertices,))
+    cache = cache_file(torus)
+    cache.parent.mkdir(parents=True)
+    cache.write_bytes(b"PK\x03\x04 damaged")
+    assert convex_pieces(torus)[0] is torus.vertices
+    np.testing.assert_array_equal(convex_pieces(torus)[0], torus.vertices)
+    cache.unlink()
+    cache.mkdir()  # nothing can take its place
+    with pytest.warns(UserWarning, match="the convex pieces are not kept"):
+        assert convex_pieces(torus)[0] is torus.vertices
+
+
 def test_the_pieces_fill_a_torus_leave_its_hole_and_are_kept(torus, monkeypatch):
     pytest.importorskip("coacd")
-    monkeypatch.setattr(module, "SETTINGS", QUICK)
+    monkeypatch.setattr(module, "COACD_SETTINGS", QUICK)
     pieces = convex_pieces(torus)
     volume = sum(ConvexHull(piece).volume for piece in pieces)
     assert torus.volume * 0.98 < volume < torus.volume * 1.15
@@ -154,7 +190,7 @@ def test_another_mesh_or_setting_has_another_cache(torus, monkeypatch):
     pytest.importorskip("coacd")
     first = cache_file(torus)
     assert cache_file(mesh_of(1.001 * torus.vertices, torus.indices)) != first
-    monkeypatch.setitem(module.SETTINGS, "threshold", 0.1)
+    monkeypatch.setitem(module.COACD_SETTINGS, "threshold", 0.1)
     assert cache_file(torus) != first
 
 
@@ -184,3 +220,17 @@ def test_erosion_moves_every_face_by_the_margin():
 def test_a_thin_piece_keeps_a_tenth_of_its_thickness():
     plate = np.unique(box((0.05, 0.05, 0.001), np.zeros(3)).vertices, axis=0)
     assert np.ptp(eroded(plate, 0.001)[:, 2]) == pytest.approx(1e-4)
+
+
+def write_stl(path, *meshes):
+    whole = trimesh.util.concatenate(meshes)
+    whole.export(path)
+    return path
+
+
+def test_a_mesh_of_no_thickness_is_refused_with_its_file(tmp_path):
+    box = trimesh.creation.box((0.04, 0.03, 0.02))
+    box.vertices[:, 2] = 0.0
+    path = write_stl(tmp_path / "flat.stl", box)
+    with pytest.raises(ValueError, match=r"flat.stl: surface: expected one that encloses a volume"):
+        load_object(path)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from softhand_model.chain.volumes import Bottles, FreeActuators
 from softhand_model.hand.hand import load_hand
 from softhand_model.pneumatics import load_pneumatics
@@ -21,7 +21,7 @@ def run(bench, duration, valves, dt=2e-3):
 
 
 def filled_hand(dt=2e-3):
-    bench = EmbeddedBench(HAND.channels, FreeActuators(HAND))
+    bench = EmbeddedRig(HAND.channels, FreeActuators(HAND))
     run(bench, 0.6, [1] * 4, dt)
     run(bench, 1.0, [0] * 4, dt)
     return bench
@@ -30,7 +30,7 @@ def filled_hand(dt=2e-3):
 def test_volumes_as_numbers_and_as_bottles_are_the_same_bench():
     readings = []
     for volumes in ([1e-4, 5e-4], Bottles([1e-4, 5e-4])):
-        bench = EmbeddedBench("ab", volumes, seed=4)
+        bench = EmbeddedRig("ab", volumes, seed=4)
         run(bench, 0.3, [1, 1])
         readings.append(bench.advance(2e-3))
     np.testing.assert_array_equal(*readings)
@@ -67,7 +67,7 @@ def test_let_go_a_hand_returns_to_where_it_was():
 
 
 def test_relief_valves_of_the_bench_hold_its_pressure():
-    bench = EmbeddedBench("a", [1e-5], relief_pressures=[5e4])
+    bench = EmbeddedRig("a", [1e-5], relief_pressures=[5e4])
     bench.plant.faults.stick_valve("a", 1)
     run(bench, 2.0, [0])
     gauge = bench.plant.pressures[0] - bench.plant.parameters.ambient_pressure

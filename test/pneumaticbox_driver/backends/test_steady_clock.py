@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench, EmbeddedBoard
+from pneumaticbox_driver.backends.embedded import EmbeddedBoard, EmbeddedRig
 from pneumaticbox_driver.backends.loop import SteadyClock
 
 
@@ -42,23 +42,23 @@ def test_no_stamp_stays_no_stamp_and_the_past_stays_past():
     assert 0.0 < clock.of_stamp(1e9) < clock.now()
 
 
-def test_the_pretended_bench_runs_by_the_monotonic_clock():
+def test_the_simulated_box_runs_by_the_monotonic_clock():
     clocks = Clocks()
-    board = EmbeddedBoard(EmbeddedBench(["a"], [1e-4]), lambda: clocks.monotonic)
+    board = EmbeddedBoard(EmbeddedRig(["a"], [1e-4]), lambda: clocks.monotonic)
     board.command(np.array([1], dtype=np.int8))
     for _ in range(100):
         clocks.monotonic += 0.002
         pressures = board.read()
-    assert board.bench.time == pytest.approx(0.2)
+    assert board.rig.time == pytest.approx(0.2)
     assert board.time == clocks.monotonic
     assert pressures[0] > 104e3  # from 101.3 kPa
 
 
-def test_the_pretended_bench_takes_whole_milliseconds_and_loses_none():
+def test_the_simulated_box_takes_whole_milliseconds_and_loses_none():
     clocks = Clocks()
-    board = EmbeddedBoard(EmbeddedBench(["a"], [1e-4]), lambda: clocks.monotonic)
+    board = EmbeddedBoard(EmbeddedRig(["a"], [1e-4]), lambda: clocks.monotonic)
     for passed, run in ((0.0027, 0.002), (0.0002, 0.002), (0.0002, 0.003), (0.0059, 0.009)):
         clocks.monotonic += passed
         board.read()
-        assert board.bench.time == pytest.approx(run)
+        assert board.rig.time == pytest.approx(run)
         assert board.time == pytest.approx(100.0 + run)

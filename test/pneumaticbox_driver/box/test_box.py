@@ -67,7 +67,7 @@ def test_tare_is_refused_while_valves_are_open_or_pressures_move():
         rig.box.tare()
     rig.box.enable(False)
     rig.run(0.08)
-    with pytest.raises(ValueError, match="do not stand still yet"):
+    with pytest.raises(ValueError, match="are not constant yet"):
         rig.box.tare()
 
 
@@ -242,6 +242,15 @@ def test_a_repeated_stamp_repeats_the_answer():
     assert not rig.box.latch
 
 
+def test_a_vent_holds_though_the_next_sample_has_the_same_stamp():
+    rig = filled()
+    rig.command(30 * MG, 30 * MG)
+    rig.run(0.02)
+    assert rig.box.valves.max() == 1
+    rig.box.vent()
+    assert rig.box.on_sample(rig.box.time, np.array([1e5, 1e5, 4e5])).tolist() == [-1, -1]
+
+
 def test_silence_of_commands_holds_the_target_unless_a_timeout_is_set():
     holding = filled()
     holding.run(6.0)
@@ -333,5 +342,5 @@ def test_a_refused_command_changes_nothing():
 
 def test_a_calibration_of_another_number_of_channels_is_refused():
     rig = BottleRig(channels=2)
-    with pytest.raises(ValueError, match="calibrations must be 2, one a channel, got 0"):
+    with pytest.raises(ValueError, match="calibrations must be 2, one per channel, got 0"):
         type(rig.box)(rig.box.settings, [])

@@ -91,7 +91,7 @@ def test_a_pressure_limit_that_is_reached_ends_it_and_is_held():
         (lambda rig: rig.box.vent(), "vent was requested"),
         (lambda rig: rig.box.enable(False), "the box was disabled"),
         (lambda rig: rig.answer(np.array([np.nan, 1e5, 4e5])), "sensor a: not a number"),
-        (lambda rig: rig.plant.reset(), "the box began anew"),
+        (lambda rig: rig.plant.reset(), "the clock was set back"),
     ],
 )
 def test_what_stops_the_box_ends_it(end, reason):
@@ -100,3 +100,15 @@ def test_what_stops_the_box_ends_it(end, reason):
     end(rig)
     rig.run(0.1, 4e-3)
     assert run.state == "failed" and reason in run.message
+
+
+def test_silence_after_earlier_commands_does_not_end_it():
+    rig = BottleRig(volume=BOTTLE, channels=2, limit=150e3, command_timeout=1.0).started()
+    rig.command(5 * MG, 5 * MG)
+    rig.run(0.5)
+    pulses = PulseRanges(high_pressure=60e3, longest=0.4)
+    plan = CalibrationPlan(supplies=1, points=24, settling=0.2, leak_test=0.0, ranges=pulses)
+    rig.box.start_calibration(CalibrationRun(rig.names, np.full(2, BOTTLE), plan))
+    rig.run(4.0, 4e-3)
+    assert not rig.box.latch
+    assert rig.box.calibration.under_way

@@ -120,7 +120,7 @@ def test_many_commands_leave_no_plan_behind():
     for k in range(2000):
         taken(setpoints, 0.001 * k, ["a"], point(0, k), point(5, k))
     assert setpoints.at(2.0)[0] == pytest.approx(1999)
-    assert len(setpoints._courses[0].times) < 20
+    assert len(setpoints._curves[0].times) < 20
 
 
 def test_hold_drops_everything():

@@ -47,7 +47,7 @@ def test_deflation_leaves_out_the_ambient_column_which_is_collinear_with_the_bia
 
 def test_pulses_that_leave_terms_undetermined_are_refused_and_the_terms_named():
     pulses = synthetic(KNOWN, True, supplies=(400e3,))
-    with pytest.raises(ValueError, match="do not tell bias from switch_in"):
+    with pytest.raises(ValueError, match="do not separate bias from switch_in"):
         fit_pulses(pulses)
 
 

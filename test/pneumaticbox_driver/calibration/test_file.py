@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from synthetic_pulses import design, noisy
 
-from pneumaticbox_driver.calibration.command import BOX, main
+from pneumaticbox_driver.calibration.command import SIMULATED_BOX, main
 from pneumaticbox_driver.calibration.file import (
     check_calibration,
     load_box_note,
@@ -95,7 +95,7 @@ def test_a_damaged_file_is_refused_by_key_expected_and_got(saved, old, new, expe
 def test_an_outlet_that_was_not_calibrated_is_refused(saved):
     with pytest.raises(ValueError, match="outlets: expected outlet 1, got 3, 5"):
         load_calibration(saved, 1)
-    with pytest.raises(ValueError, match="outlets must have 2 entries, one a channel, got 1"):
+    with pytest.raises(ValueError, match="outlets must have 2 entries, one per channel, got 1"):
         load_calibration(saved, 2, outlets=(3,))
 
 
@@ -133,7 +133,7 @@ def test_the_command_writes_what_the_driver_reads_and_tells_residuals(tmp_path, 
     few = ["--points", "24", "--outlets", "1", "--supplies", "250e3", "330e3"]
     assert main(["--output", str(path), *few]) == 0
     (channel,) = load_calibration(path, 1)
-    assert channel.points == 24 and load_box_note(path).box == BOX
+    assert channel.points == 24 and load_box_note(path).box == SIMULATED_BOX
     low, high = channel.supply_range
     assert 55e3 < high - low < 95e3
     told = capsys.readouterr()

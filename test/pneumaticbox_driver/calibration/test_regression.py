@@ -60,7 +60,7 @@ def test_weights_bring_the_many_short_pulses_nearer_than_equal_weights_do():
     ids=["one supply pressure", "one duration"],
 )
 def test_a_design_that_leaves_terms_undetermined_is_refused_and_they_are_named(pulses, named):
-    with pytest.raises(ValueError, match="do not tell") as error:
+    with pytest.raises(ValueError, match="do not separate") as error:
         fit_pulses(pulses)
     assert all(term in str(error.value) for term in named)
 
@@ -68,6 +68,6 @@ def test_a_design_that_leaves_terms_undetermined_is_refused_and_they_are_named(p
 def test_with_the_ambient_column_deflation_is_singular_as_algorithm_1_lists_it():
     full = regressors(design(False))
     terms = ("bias", "friction", "injector", "switch_in", "switch_out")
-    with pytest.raises(ValueError, match="do not tell bias from switch_out"):
+    with pytest.raises(ValueError, match="do not separate bias from switch_out"):
         refuse_singular(full / np.sqrt(np.mean(full**2, axis=0)), terms)
     assert fit_pulses(design(False)).switch_out == 0.0

@@ -140,7 +140,7 @@ def test_one_supply_pressure_only_fails_with_the_terms_it_cannot_tell():
     run = fresh_run(CalibrationPlan(points=24, supplies=1, averaging=0.1, leak_test=0.0))
     Bottles().play(run)
     assert run.state == "failed"
-    assert "channel a: pulses do not tell" in run.message and "switch_in" in run.message
+    assert "channel a: pulses do not separate" in run.message and "switch_in" in run.message
 
 
 def test_a_leak_is_found_within_three_errors_and_a_tight_channel_has_none():
@@ -183,5 +183,5 @@ def test_a_plan_that_cannot_be_played_is_refused_by_name(arguments, expected):
 
 
 def test_volumes_must_be_one_a_channel():
-    with pytest.raises(ValueError, match="volumes must be 2 above 0 m3, one a channel"):
+    with pytest.raises(ValueError, match="volumes must be 2 above 0 m3, one per channel"):
         CalibrationRun(("a", "b"), [0.5e-3])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.calibration.command import BOTTLE, record_on_bench
+from pneumaticbox_driver.calibration.command import BOTTLE, record_on_rig
 from pneumaticbox_driver.calibration.valve_delays import PulseTrace, valve_delays
 from pneumaticbox_driver.observer.coefficients import NOMINAL_DELAYS
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
@@ -53,7 +53,7 @@ def test_without_a_clear_step_the_delays_are_the_nominal_ones():
 
 
 def test_on_the_bench_they_are_those_of_the_valves_but_for_the_lag_of_the_sensor():
-    (pulses,) = record_on_bench(12, 3, 1, BOTTLE, 300e3)
+    (pulses,) = record_on_rig(12, 3, 1, BOTTLE, 300e3)
     valves = PneumaticPlant(["a"], [BOTTLE])._valves
     opening, closing = next(p.delays for p in pulses if not p.inflating)
     assert opening - valves.opening_delay[0, 0] == pytest.approx(2e-3, abs=1e-3)

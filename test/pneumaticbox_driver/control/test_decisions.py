@@ -189,6 +189,23 @@ def test_so_it_does_where_air_is_let_out(truth):
     assert channel.pulses <= 3
 
 
+def test_what_one_channel_learns_does_not_change_the_other():
+    controller, view = PulsewiseController(Pressure()), made_up_view([0.0, 0.0], [40 * KPA, np.nan])
+    volumes = np.array([2 * REST, REST])
+
+    def run(seconds):
+        for _ in range(round(seconds / view.dt)):
+            view.pressures_abs = AMBIENT_PRESSURE + view.observer.mass * GAS / volumes
+            view.direction = controller.update(view)
+            view.observer.flow = 50 * MG * view.direction
+            view.observer.mass = view.observer.mass + view.observer.flow * view.dt
+
+    run(3.0)
+    view.setpoints[:] = [np.nan, 30 * KPA]
+    run(0.5)
+    assert view.pressures_abs[1] - AMBIENT_PRESSURE == pytest.approx(30 * KPA, abs=150.0)
+
+
 def test_a_pulse_ends_when_the_pressure_has_passed_its_setpoint_clearly():
     channel = pressure(40 * KPA, rest=0.5 * REST)
     channel.view.observer.mass[0] = -AMBIENT_PRESSURE * 0.5 * REST / GAS

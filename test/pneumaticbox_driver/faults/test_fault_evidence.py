@@ -1,5 +1,7 @@
 """Fault watch on made-up readings: what was seen is stated, and so is what must be said of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -216,7 +218,7 @@ def test_a_sensor_that_stands_still_is_told_by_its_name(sensor, name):
         readings = AMBIENT_PRESSURE + 61.0 * np.round(drawn.normal(0, 1.0, 3))
         readings[sensor] = AMBIENT_PRESSURE + 122.0
         watch.due(2e-3, readings)
-    assert watch.look(view(0.0)) == [f"sensor {name}: its reading stands still"]
+    assert watch.look(view(0.0)) == [f"sensor {name}: its reading is constant"]
     blind = [f"channel {name}: without its sensor it cannot be seen to empty"]
     assert watch.stuck_outlets() == (blind if sensor < 2 else [])
 
@@ -272,7 +274,21 @@ def test_a_frozen_sensor_is_told_and_not_its_valve_besides():
     for valve in (0, 1):
         for _ in range(200):
             told.update(watch.look(view(40 * KPA, valve=valve, flow=valve * 50 * MG)))
-    assert told == {"sensor a: its reading stands still"}
+    assert told == {"sensor a: its reading is constant"}
+
+
+def test_behind_a_frozen_sensor_the_other_channels_are_looked_at_all_the_same():
+    watch, drawn = taught(), np.random.default_rng(4)
+    still = replace(view(40 * KPA), pressures=np.full(2, 40 * KPA))
+    pulses = replace(still, valves=np.array([0, 1], dtype=np.int8), flow=np.array([0.0, 50 * MG]))
+    told = set()
+    for seen in (still, pulses):
+        for _ in range(200):
+            readings = AMBIENT_PRESSURE + 40e3 + 61.0 * np.round(drawn.normal(0, 1.0, 3))
+            readings[0] = AMBIENT_PRESSURE + 40e3
+            watch.due(DT, readings)
+            told.update(watch.look(seen))
+    assert told == {"sensor a: its reading is constant", IDLE.replace("channel a", "channel b")}
 
 
 def test_pulses_are_judged_by_smoothed_pressures_and_what_is_left_of_the_noise(monkeypatch):

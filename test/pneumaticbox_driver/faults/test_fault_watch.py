@@ -18,8 +18,8 @@ FAULTS = {
     "spool deflating": ("stick_valve", ("a", -1), "channel a: has lost its pressure", 1.5),
     "spool inflating": ("stick_valve", ("a", 1), "channel a: pressure", 2.0),
     "burst": ("burst", ("a",), "channel a: has lost its pressure", 1.0),
-    "sensor": ("stick_sensor", (0,), "sensor a: its reading stands still", 0.5),
-    "supply's sensor": ("stick_sensor", (2,), "sensor supply: its reading stands still", 0.5),
+    "sensor": ("stick_sensor", (0,), "sensor a: its reading is constant", 0.5),
+    "supply's sensor": ("stick_sensor", (2,), "sensor supply: its reading is constant", 0.5),
     "sensor lost": ("lose_sensor", (0,), "sensor a: not a number", 0.1),
     "supply": ("lose_supply", (), "supply lost", 3.0),
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumaticbox_driver.faults.pulse_effect import (
-    EXPECTED,
+    EXPECTED_EFFECT,
     WHILE_OPEN,
     WIDEST_GROWTH,
     PulseEffect,
@@ -51,7 +51,7 @@ class Channel:
 
 def open_time(share=1.0):
     """For which the inlet must be open until so much is expected [s]."""
-    return share * EXPECTED / (FLOW * PER_MASS)
+    return share * EXPECTED_EFFECT / (FLOW * PER_MASS)
 
 
 def test_a_pulse_that_should_have_moved_the_widest_channel_and_did_not_is_idle():

@@ -113,5 +113,5 @@ def test_other_coefficients_keep_the_estimate_and_the_bound_so_far():
     added = 1e-10 * SUPPLY * 0.48418 * 0.05
     assert eye.mass[0] - mass[0] == pytest.approx(added, rel=1e-4)
     np.testing.assert_allclose(eye.drift_bound, bound)
-    with pytest.raises(ValueError, match="calibrations must be 1, one a channel, got 2"):
+    with pytest.raises(ValueError, match="calibrations must be 1, one per channel, got 2"):
         eye.set_calibrations([known(bias)] * 2)

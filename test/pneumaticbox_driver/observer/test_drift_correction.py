@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.file import load_calibration
@@ -41,7 +41,7 @@ class HandRig:
 
     def __init__(self, chambers=None, calibrations=None, parameters=None, seed=3):
         free = FreeVolumes(HAND)
-        self.bench = EmbeddedBench(
+        self.bench = EmbeddedRig(
             HAND.channels, chambers or FreeActuators(HAND), parameters, seed=seed
         )
         settings = BoxSettings(

@@ -184,6 +184,16 @@ def test_an_outlet_at_ambient_pressure_makes_the_mass_known():
     assert known.notes == []
 
 
+def test_an_offset_that_was_found_is_off_the_averaged_pressure_at_once():
+    known = Known().filled().see(0.1, 20 * KPA, OPEN)
+    known.mass[:] = 0.4 * MG
+    known.offset = 250.0
+    while not known.empty:
+        known.see(DT, 0.0, OPEN)
+    steady = known.zeroing.steady(np.full(1, np.nan))
+    assert steady[0] == pytest.approx(AMBIENT_PRESSURE, abs=1.0)
+
+
 @pytest.mark.parametrize(
     "state", [{"gauge": 6 * KPA, "valve": OPEN}, {"gauge": 0.0, "valve": CLOSED}]
 )
@@ -318,6 +328,13 @@ def test_so_it_is_at_any_pressure_that_came_by_itself():
     assert known.mass[0] == pytest.approx(REST * 19.7 * KPA / GAS)
 
 
+def test_a_valve_that_closes_is_none_that_inflates():
+    known = Known().see(0.4, 0.0).see(0.02, 0.0, OPEN).see(0.1, 20 * KPA).see(0.02, 20 * KPA, OPEN)
+    known.mass[:] = -10 * MG
+    known.see(0.02, 20 * KPA, OPEN)
+    assert known.mass[0] == pytest.approx(REST * 19.7 * KPA / GAS)
+
+
 @pytest.mark.parametrize(("gauge", "valve"), [(2.2 * KPA, OPEN), (1.8 * KPA, CLOSED)])
 def test_it_is_left_alone_far_from_ambient_pressure_or_with_the_valve_closed(gauge, valve):
     known = Known().filled().see(0.02, gauge, valve)
@@ -382,6 +399,14 @@ def test_a_tare_by_the_user_sets_what_is_at_ambient_and_names_the_rest():
     assert known.mass[0] == pytest.approx(free_mass(30 * KPA), rel=1e-6)
 
 
+def test_a_tare_at_ambient_pressure_says_what_had_drifted():
+    known = Known().filled().see(0.3, 0.0)
+    known.mass[:], known.pulses[:] = 5 * MG, 1
+    assert known.zeroing.tare(np.array([AMBIENT_PRESSURE])) == []
+    assert known.mass[0] == 0.0
+    assert len(known.notes) == 1 and "had drifted by 5.0 mg" in known.notes[0]
+
+
 # ---------------------------------------------------------------- drift correction
 def corrected(error, bound, pulses=1, gauge=40 * KPA):
     """A channel in free posture whose estimate is off by an error."""
@@ -402,13 +427,14 @@ def test_in_free_posture_a_doubtful_estimate_is_drawn_to_what_pressure_and_volum
     assert sure.mass[0] == pytest.approx(free_mass(40 * KPA) + noise)
 
 
-def test_an_estimate_far_from_the_posture_is_kept_for_five_pulses_and_then_told():
-    known = corrected(8 * MG, bound=0.2 * MG)
+@pytest.mark.parametrize("before", [0, 1])
+def test_an_estimate_far_from_the_posture_is_kept_for_five_pulses_and_then_told(before):
+    known = corrected(8 * MG, bound=0.2 * MG, pulses=before)
     assert known.mass[0] == pytest.approx(free_mass(40 * KPA) + 8 * MG)
-    known.pulses[:] = 5
+    known.pulses[:] = before + 4
     known.see(0.3, 40 * KPA)
     assert known.mass[0] == pytest.approx(free_mass(40 * KPA) + 8 * MG)
-    known.pulses[:] = 6
+    known.pulses[:] = before + 5
     known.see(0.3, 40 * KPA)
     assert known.mass[0] == pytest.approx(free_mass(40 * KPA), rel=1e-3)
     assert len(known.notes) == 1 and "had drifted by 8.0 mg" in known.notes[0]

@@ -159,7 +159,7 @@ def test_the_scatter_of_a_pulse_is_its_jitter_times_its_mean_flow(valve, jitter)
 
 def test_calibrations_of_another_number_of_channels_are_refused():
     eye = observer(2)
-    with pytest.raises(ValueError, match="calibrations must be 2, one a channel, got 1"):
+    with pytest.raises(ValueError, match="calibrations must be 2, one per channel, got 1"):
         eye.set_calibrations([ChannelCalibration(PULSE, VENT)])
     eye.set_calibrations([ChannelCalibration(VENT, PULSE)] * 2)
     up, p = np.array([1, 0], dtype=np.int8), np.array([150e3, 150e3])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.observer.coefficients import flow_rates
+from pneumaticbox_driver.observer.coefficients import PulseCoefficients, flow_rates
 from pneumaticbox_driver.observer.pulses import (
     PulseIntegrals,
     injector_rate,
@@ -25,6 +25,13 @@ def test_the_injector_rate_is_that_of_the_flow_model_both_ways_and_without_a_dro
     ours = [injector_rate(*pair) for pair in zip(upstream, downstream, strict=True)]
     assert ours == pytest.approx(flow_rates(upstream, downstream)[1], rel=1e-12, abs=1e-12)
     assert ours[0] == pytest.approx(3e5 * 0.4842, rel=1e-4)  # choked
+
+
+def test_coefficients_are_equal_whatever_is_known_of_their_errors():
+    sure, doubtful = (
+        PulseCoefficients(1.0, 2.0, 3.0, 4.0, covariance=np.eye(5) * size) for size in (1.0, 2.0)
+    )
+    assert sure == doubtful != PulseCoefficients(1.0, 2.0, 3.0, 5.0)
 
 
 def test_a_predicted_pulse_is_equation_4_1_at_constant_pressures():

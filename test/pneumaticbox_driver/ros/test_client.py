@@ -1,5 +1,7 @@
 """The client: what it does to a driver, and what it says when the box refuses."""
 
+import time
+
 import numpy as np
 import pytest
 from plant_peer import BOX, MG, MODULE
@@ -68,6 +70,14 @@ def test_it_brings_the_box_to_masses_and_watches_it(box):
     assert "commands are taken" in box.start()
 
 
+def test_air_is_held_while_the_client_listens_and_let_out_when_it_does_not(box):
+    box.run({"a": 25 * MG})
+    assert list(box.monitor(7.0))[-1].mass["a"] == pytest.approx(25 * MG, abs=2.5 * MG)
+    time.sleep(6.0)  # longer than the driver's command_timeout
+    with pytest.raises(PneumaticboxError, match=r"no command for 5.0 s"):
+        list(box.monitor(2.0))
+
+
 @pytest.mark.parametrize("box", ["left"], indirect=True)
 def test_what_the_box_refuses_is_raised_with_its_sentence(box):
     with pytest.raises(PneumaticboxError, match="got 'force'"):
@@ -98,3 +108,13 @@ def test_a_vent_ends_the_watching_unless_it_was_wanted(box, peer):
 def test_without_a_driver_it_says_so(domain, peer):
     with pytest.raises(PneumaticboxError, match="no driver publishes pneumaticbox/state"):
         PneumaticboxClient(patience=0.5, domain=domain)
+
+
+def test_there_is_no_state_before_the_first_one(domain, monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setattr(PneumaticboxClient, "_connect", lambda client: None)
+    with PneumaticboxClient(domain=domain) as client:
+        with pytest.raises(PneumaticboxError, match="no driver publishes pneumaticbox/state"):
+            _ = client.state
+        with pytest.raises(PneumaticboxError, match="no driver publishes pneumaticbox/state"):
+            client.run({"a": 0.0})

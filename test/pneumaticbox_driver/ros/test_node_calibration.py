@@ -104,7 +104,7 @@ def test_without_bottles_or_a_new_file_it_does_not_begin(start, peer, tmp_path):
     assert not answer.success and "call pneumaticbox/calibrate first" in answer.message
 
 
-def test_on_the_pretended_bench_the_supply_is_a_parameter_and_a_vent_ends_it(start, peer, tmp_path):
+def test_on_the_simulated_box_the_supply_is_a_parameter_and_a_vent_ends_it(start, peer, tmp_path):
     output = tmp_path / "x.yaml"
     embedded = {"backend": "embedded", "embedded_rate": 100.0}
     start(**BOTTLES, **SHORT, **embedded, calibration_output=str(output))

@@ -107,11 +107,17 @@ def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start
     )
 
 
-def test_two_commanders_are_told(start, peer):
+def test_two_commanders_are_told_once_both_have_commanded(start, peer):
     start()
     peer.connect()
     peer.command(10 * MG, 10 * MG)
     other = peer.node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
-    peer.diagnosis("commands", "two nodes publish commands")
+    peer.wait(other.get_subscription_count, 10.0, "the driver as a subscriber")
+    report = peer.diagnosis("commands OK")
+    assert {pair.key: pair.value for pair in report.values}["commanders"] == "1"  # who has spoken
+    point = JointTrajectoryPoint(positions=[0.0])
+    other.publish(JointTrajectory(joint_names=["a"], points=[point]))
+    peer.command(10 * MG, 10 * MG)
+    peer.diagnosis("commands", "two nodes command the box")
     peer.node.destroy_publisher(other)
     peer.diagnosis("commands OK", limit=20.0)

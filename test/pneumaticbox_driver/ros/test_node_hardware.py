@@ -1,6 +1,8 @@
 """The node with backend hardware: without its devices, and on a board that fails on the way."""
 
 import os
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -53,15 +55,23 @@ def on_board(domain, tmp_path, peer, fault):
         yield launcher.start(NodeCommand("driver", MODULE, parameters))
 
 
-def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer, fault):
+def fill(peer):
+    """Until the channels hold 20 and 5 mg; again if a busy machine has kept the board waiting."""
+    target = [20 * MG, 5 * MG]
     peer.wait(lambda: peer.states, 20.0, "a state")
     peer.spin(1.0)
-    peer.command(20 * MG, 5 * MG)
-    peer.wait(
-        lambda: np.allclose(peer.states[-1].position, [20 * MG, 5 * MG], atol=2.5 * MG),
-        10.0,
-        "the masses",
-    )
+
+    def filled():
+        peer.call(Trigger, "pneumaticbox/reset")
+        peer.command(*target)
+        peer.spin(2.0)
+        return np.allclose(peer.states[-1].position, target, atol=2.5 * MG)
+
+    peer.wait(filled, 20.0, "the masses")
+
+
+def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer, fault):
+    fill(peer)
     fault.touch()
     peer.diagnosis("safety", "backend hardware: the board's cable is unplugged", keep_going=False)
     fault.write_text("KeyError")  # a bug of the board's own ends the driver no more than its cable
@@ -75,3 +85,53 @@ def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer,
     assert peer.diagnosis("safety", "in operation", keep_going=False)
     assert on_board.output().count("hardware: the board's cable is unplugged") == 1
     assert on_board.output().count("in _check\n") == 1  # one traceback
+
+
+def put(fault, text):
+    """Let the board fail in this way, at once for every reader of the file; the time then [s]."""
+    new = fault.with_suffix(".new")
+    new.write_text(text)
+    begun = time.monotonic()
+    new.replace(fault)
+    return begun
+
+
+def valves_told(fault):
+    """Times [s] and valves that the board was told."""
+    lines = fault.with_suffix(".told").read_text().splitlines()
+    return [(float(time), valves) for time, _, valves in (line.partition(" ") for line in lines)]
+
+
+def test_a_board_whose_reading_blocks_is_vented_and_everything_goes_on(on_board, peer, fault):
+    fill(peer)
+    latencies = []
+    for _ in range(3):  # the quickest counts: others are up to what else the machine does
+        begun = put(fault, "read blocks")
+        peer.diagnosis("safety", "the board's read has not returned in time", keep_going=False)
+        after = [told - begun for told, valves in valves_told(fault) if told > begun]
+        opened = [told - begun for told, valves in valves_told(fault) if valves == "[-1, -1]"]
+        assert after, "the board was told nothing any more"
+        latencies.append(min(latency for latency in opened if latency > 0))
+        assert peer.call(Trigger, "pneumaticbox/vent").success
+        fault.unlink()
+        peer.wait(lambda: peer.call(Trigger, "pneumaticbox/reset").success, 10.0, "a reset")
+    assert min(latencies) < 0.25, latencies
+    put(fault, "read blocks")
+    peer.spin(0.5)
+    on_board.send(signal.SIGTERM)
+    assert on_board.wait(10.0) == 0, on_board.output()
+
+
+def test_valves_that_cannot_be_switched_are_said_loudly_and_services_go_on(on_board, peer, fault):
+    fill(peer)
+    put(fault, "set_valves blocks")
+    peer.diagnosis("safety", "shut off the supply", "set_valves has not returned", keep_going=False)
+    assert peer.call(Trigger, "pneumaticbox/vent").success
+    assert "does not open the outlets, shut off the supply" in on_board.output()
+    fault.unlink()
+    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, 10.0, "open outlets")
+    put(fault, "set_valves blocks")
+    peer.spin(0.5)
+    on_board.send(signal.SIGTERM)
+    assert on_board.wait(10.0) == 0, on_board.output()
+    assert "does not open the outlets" in on_board.last_words()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grasp_strategies.sweep import TrialLine, run_line
-from grasp_strategies.trials import Placement, TrialSettings
 from softhand_bringup.film import failures
-from softhand_bringup.film.failures import AROUND, SIZE, replay, typical
+from softhand_bringup.film.failures import FAILURE_SIZE, FRAME_OFFSETS, replay, typical
+from softhand_trials.sweep import TrialTask, run_task
+from softhand_trials.trials import Placement, TrialSettings
 
 IN_THE_AIR = """
 format: softhand-strategy/1
@@ -29,8 +29,8 @@ def record(tmp_path_factory):
     path = tmp_path_factory.mktemp("strategy") / "in_the_air.yaml"
     path.write_text(IN_THE_AIR)
     settings = TrialSettings(strategy=str(path), object="ball", step=0.005, segments=3)
-    line = TrialLine("air/ball/0,0/1", "ball", (0.0, 0.0), 1, settings, Placement((0.05, 0.02)))
-    return json.loads(json.dumps(run_line(line)))
+    line = TrialTask("air/ball/0,0/1", "ball", (0.0, 0.0), 1, settings, Placement((0.05, 0.02)))
+    return json.loads(json.dumps(run_task(line)))
 
 
 def failed(key, cause, x, y=0.0, phase="close"):
@@ -77,10 +77,10 @@ def test_a_failure_that_is_run_again_fails_as_it_did(record):
 
 def test_pictures_are_of_times_around_the_failure_and_none_of_before_the_start(record):
     again = replay(record)
-    assert again.times[AROUND.index(0.0)] == pytest.approx(record["failed_at"])
+    assert again.times[FRAME_OFFSETS.index(0.0)] == pytest.approx(record["failed_at"])
     assert again.times[0] == 0.0
     assert again.times[-1] == pytest.approx(record["failed_at"] + 0.4)
-    assert again.result.reason.endswith("all is drawn")
+    assert again.result.reason.endswith("all states are recorded")
     joints = [state.joints for state in again.recording.states]
     assert not np.array_equal(joints[0], joints[2])
 
@@ -93,7 +93,7 @@ def test_the_command_draws_a_picture_an_object(record, tmp_path, capsys):
     assert failures.main([str(tmp_path), "-o", str(out), "--count", "2"]) == 0
     with Image.open(out / "ball.png") as picture:
         width, height = picture.size
-    assert width == len(AROUND) * SIZE[0] and height > 2 * SIZE[1]
+    assert width == len(FRAME_OFFSETS) * FAILURE_SIZE[0] and height > 2 * FAILURE_SIZE[1]
     said = capsys.readouterr()
     assert "ball.png: missed, tipped" in said.out
     assert "other: tipped in the record, missed now" in said.err

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grasp_strategies.sweep import TrialLine
-from grasp_strategies.trials import Placement, TrialSettings, draw_placement, run_trial
 from pneuflex_sim.pictures.render import Camera
 from softhand_bringup.film import command, writing
 from softhand_bringup.film.recording import film_bag, film_trial
+from softhand_trials.sweep import TrialTask
+from softhand_trials.trials import Placement, TrialSettings, draw_placement, run_trial
 
 SHORT = """
 format: softhand-strategy/1
@@ -135,7 +135,7 @@ def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
     options = command.parser().parse_args(["-o", "x", "--size", "64x48", "--camera", "90", "0"])
     camera = command.camera_of(options, recording)
     reach = camera.distance * np.tan(np.radians(0.5 * Camera.view_angle))
-    assert np.all(np.abs(recording.way[:, 2] - camera.target[2]) < reach)
+    assert np.all(np.abs(recording.path[:, 2] - camera.target[2]) < reach)
 
 
 def test_the_camera_stays_with_the_hand_when_the_object_flies_off(settings):
@@ -156,7 +156,9 @@ def test_a_wall_is_drawn_at_the_inclination_of_the_trial(settings):
     recording = film_trial(leaning, placed(0, leaning), 0.8)
     assert recording.renderer.scene.wall.inclination == 60.0
     options = command.parser().parse_args(["-o", "x"])
-    assert command.camera_of(options, recording).yaw == -command.VIEWS["oblique"][0]  # before it
+    assert (
+        command.camera_of(options, recording).yaw == -command.CAMERA_VIEWS["oblique"][0]
+    )  # before it
 
 
 def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp_bag):
@@ -259,7 +261,7 @@ def test_pictures_of_a_gif_keep_the_pace_in_hundredths_of_a_second():
 def test_a_cell_of_a_sweep_is_played_with_its_settings_and_placement(tmp_path):
     settings = TrialSettings("rbo_hand_1_push", "marker", step=0.005, without=("advance",))
     lines = [
-        TrialLine(f"push_map/marker/10,-30/{k}", "marker", (0.01, -0.03), k, settings, placement)
+        TrialTask(f"push_map/marker/10,-30/{k}", "marker", (0.01, -0.03), k, settings, placement)
         for k, placement in enumerate((Placement((0.2, 0.3)), Placement((0.1, 0.3), 1.1, 0.2, 0.9)))
     ]
     records = [json.dumps(line.describe()) + "\n" for line in lines]

@@ -1,4 +1,4 @@
-"""Plateaus of pressure as courses of air mass."""
+"""Plateaus of pressure as setpoints of air mass."""
 
 import dataclasses
 import itertools
@@ -6,11 +6,11 @@ import itertools
 import pytest
 
 from softhand_bringup.lab_story.measuring import (
-    CHECK,
-    RISE,
-    WHOLE,
+    CHECK_PLAN,
+    FULL_PLAN,
+    RISE_TIME,
     Measurement,
-    air_course,
+    air_mass_setpoints,
     enclosed_air,
 )
 from softhand_model.hand.actuator import load_actuator
@@ -37,17 +37,19 @@ def test_a_finger_that_bends_takes_the_air_of_its_growing_chamber_too():
 
 def test_a_course_holds_every_plateau_and_ends_with_the_last():
     measurement = Measurement("up_and_down", (10e3, 20e3, 0.0), 1.5)
-    course = air_course(FINGER, measurement)
+    setpoints = air_mass_setpoints(FINGER, measurement)
     low, high = enclosed_air(FINGER, 10e3), enclosed_air(FINGER, 20e3)
-    assert [time for time, _ in course] == pytest.approx([0, RISE, 1.5, 1.5 + RISE, 3, 3 + RISE])
-    assert [mass for _, mass in course] == pytest.approx([0, low, low, high, high, 0], abs=1e-12)
+    assert [time for time, _ in setpoints] == pytest.approx(
+        [0, RISE_TIME, 1.5, 1.5 + RISE_TIME, 3, 3 + RISE_TIME]
+    )
+    assert [mass for _, mass in setpoints] == pytest.approx([0, low, low, high, high, 0], abs=1e-12)
     assert measurement.duration == 4.5
 
 
-@pytest.mark.parametrize("plan", [WHOLE, CHECK], ids=["whole", "check"])
+@pytest.mark.parametrize("plan", [FULL_PLAN, CHECK_PLAN], ids=["whole", "check"])
 def test_every_measurement_of_a_plan_leaves_time_at_its_plateaus_and_ends_empty(plan):
     for measurement in plan.measurements:
-        assert measurement.hold > 4 * RISE
+        assert measurement.hold > 4 * RISE_TIME
         assert measurement.levels[-1] == 0.0
         assert max(measurement.levels) <= 30e3
     names = [measurement.protocol for measurement in plan.measurements]

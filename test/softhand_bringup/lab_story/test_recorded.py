@@ -7,10 +7,17 @@ from scipy.integrate import trapezoid
 
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.load import load_measurements
-from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE, Played, finger
+from softhand_bringup.lab_story.measuring import (
+    ANGLES,
+    FINGER,
+    RESIDUAL,
+    STATE_NAME,
+    PlayedRun,
+    finger,
+)
 from softhand_bringup.lab_story.recorded import (
-    SPACING,
-    STILL,
+    ANGLE_SPACING,
+    STILL_TIME,
     live_residual,
     spaced,
     still_stamps,
@@ -21,7 +28,7 @@ SECOND = 10**9
 START = 100.0  # [s]; a bench that has run for a while
 STEPS = ((1.0, 20e3), (3.0, 8e3))  # [s] after the start and [Pa]; each takes RISE
 RISE, END = 0.2, 5.0
-RUN = Played("r_1", "r", START, START + END)
+RUN = PlayedRun("r_1", "r", START, START + END)
 
 
 def pressure(time):
@@ -42,7 +49,7 @@ def bag(tmp_path):
         t = round(START + 0.005 * index, 6)
         noise = rng.normal(0.0, 60.0)
         messages.append(
-            (STATE, t, recorded_run.joint_state(t, ["a"], effort=[pressure(t) + noise]))
+            (STATE_NAME, t, recorded_run.joint_state(t, ["a"], effort=[pressure(t) + noise]))
         )
         if index % 4 == 0:
             swinging = any(begin - 0.01 < t - START < begin + RISE + 0.15 for begin, _ in STEPS)
@@ -66,15 +73,15 @@ def test_a_stamp_is_still_when_the_pressure_stands_before_and_after_it(bag):
     assert set(still) <= set(every)
     margin = 0.04  # a rise begins within the band
     for stamp in every:
-        if distance(stamp) > STILL / SECOND + 0.001:
+        if distance(stamp) > STILL_TIME / SECOND + 0.001:
             assert stamp in still
-        elif distance(stamp) < STILL / SECOND - margin:
+        elif distance(stamp) < STILL_TIME / SECOND - margin:
             assert stamp not in still
 
 
 def test_kept_stamps_lie_apart(bag):
     kept = spaced(still_stamps(bag))
-    assert np.diff(kept).min() == SPACING
+    assert np.diff(kept).min() == ANGLE_SPACING
     assert kept[0] == still_stamps(bag)[0]
 
 
@@ -82,7 +89,7 @@ def test_the_residual_counts_where_the_pressure_stands_in_a_run(bag):
     still = still_stamps(bag)
     assert live_residual(bag, [RUN], still) == pytest.approx(0.02)
     with pytest.raises(ValueError, match="residuals where the pressure stands, got none"):
-        live_residual(bag, [Played("later", "later", START + END, START + 2 * END)], still)
+        live_residual(bag, [PlayedRun("later", "later", START + END, START + 2 * END)], still)
 
 
 def test_the_lab_finds_the_finger_as_the_model_has_it(bag, tmp_path):
@@ -109,8 +116,8 @@ def test_lines_between_the_samples_hold_the_pressure_over_time_that_there_was(ba
 
 def test_runs_become_bags_of_their_own(bag, tmp_path):
     halves = [
-        Played("up_1", "up", START, START + 2.5),
-        Played("down_1", "down", START + 2.5, START + END),
+        PlayedRun("up_1", "up", START, START + 2.5),
+        PlayedRun("down_1", "down", START + 2.5, START + END),
     ]
     write_set(tmp_path / "set", bag, halves, still_stamps(bag), finger())
     up, down = load_measurements(tmp_path / "set").runs
@@ -122,14 +129,14 @@ def test_runs_become_bags_of_their_own(bag, tmp_path):
 
 
 def test_a_bag_without_a_finger_is_refused(tmp_path):
-    folder = recorded_run.write_bag(tmp_path / "bag", [(STATE, "sensor_msgs/msg/JointState")])
+    folder = recorded_run.write_bag(tmp_path / "bag", [(STATE_NAME, "sensor_msgs/msg/JointState")])
     with pytest.raises(ValueError, match="expected messages on /pneumaticbox/state"):
         still_stamps(folder)
 
 
 def test_where_the_pressure_was_not_recorded_nothing_is_still(tmp_path):
     times = [START + 0.005 * k for k in range(500) if not 200 <= k < 300]
-    messages = [(STATE, t, recorded_run.joint_state(t, ["a"], effort=[0.0])) for t in times]
+    messages = [(STATE_NAME, t, recorded_run.joint_state(t, ["a"], effort=[0.0])) for t in times]
     angles = [START + t for t in (0.5, 0.9, 1.2, 1.6, 2.0)]  # the gap is from 1.0 to 1.5
     messages += [(ANGLES, t, recorded_run.joint_state(t, [FINGER], [0.0])) for t in angles]
     still = still_stamps(recorded_run.write_bag(tmp_path / "bag", messages))

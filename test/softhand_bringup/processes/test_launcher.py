@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 
 import pytest
 
@@ -119,6 +120,117 @@ def test_a_killed_launcher_leaves_no_orphans(tmp_path):
         assert is_alive(child)
         parent.kill()
     assert wait_until(lambda: not is_alive(child), 5.0)
+
+
+def test_what_a_thread_has_started_outlives_it(start):
+    thread = threading.Thread(target=start, args=("one", SLEEPER))
+    thread.start()
+    thread.join()
+    assert up(start("two", SLEEPER))
+    start.launcher.check()
+
+
+def test_what_a_process_has_started_ends_with_a_killed_launcher(tmp_path):
+    script = f"""
+        import subprocess, sys, time
+        from pathlib import Path
+        from softhand_bringup.processes.launcher import Launcher, NodeCommand
+        folder = Path({str(tmp_path)!r})
+        environment = {{"PYTHONPATH": str(folder)}}
+        print(Launcher(folder, environment).start(NodeCommand("s", "family")).pid, flush=True)
+        time.sleep(60)
+    """
+    family = """
+        import subprocess, sys
+        deaf = "import signal, time; signal.signal(2, signal.SIG_IGN); time.sleep(60)"
+        child = subprocess.Popen([sys.executable, "-c", deaf])
+        print(child.pid, flush=True)
+        child.wait()
+    """
+    (tmp_path / "family.py").write_text(textwrap.dedent(family))
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True
+    ) as parent:
+        child = int(parent.stdout.readline())
+        log = tmp_path / "s.log"
+        assert wait_until(lambda: log.read_text().strip(), 10.0)
+        grandchild = int(log.read_text())
+        parent.kill()
+    assert wait_until(lambda: not is_alive(child) and not is_alive(grandchild), 15.0)
+
+
+BRIEF = """
+    import subprocess, sys
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    print(child.pid, flush=True)
+"""
+
+
+def test_what_a_process_that_has_ended_left_behind_ends_with_the_launcher(start):
+    process = start("brief", BRIEF)
+    assert process.wait(10.0) == 0
+    child = int(process.last_words())
+    assert is_alive(child)
+    start.launcher.stop()
+    assert wait_until(lambda: not is_alive(child), 10.0)
+
+
+def test_what_a_process_that_has_ended_left_behind_ends_with_a_killed_launcher(tmp_path):
+    (tmp_path / "brief.py").write_text(textwrap.dedent(BRIEF))
+    script = f"""
+        import time
+        from pathlib import Path
+        from softhand_bringup.processes.launcher import Launcher, NodeCommand
+        folder = Path({str(tmp_path)!r})
+        process = Launcher(folder, {{"PYTHONPATH": str(folder)}}).start(NodeCommand("s", "brief"))
+        process.wait(60.0)
+        print(process.last_words(), flush=True)
+        time.sleep(60)
+    """
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True
+    ) as parent:
+        child = int(parent.stdout.readline())
+        assert is_alive(child)
+        parent.kill()
+    assert wait_until(lambda: not is_alive(child), 10.0)
+
+
+def test_a_process_that_is_just_being_started_ends_with_a_killed_launcher(tmp_path):
+    (tmp_path / "late.py").write_text("import time; time.sleep(60)")
+    deaf = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(60)"
+    (tmp_path / "deaf.py").write_text(deaf)  # the first is being ended when the second comes
+    script = f"""
+        import os, threading, time
+        from pathlib import Path
+        from softhand_bringup.processes.launcher import Launcher, NodeCommand
+        folder = Path({str(tmp_path)!r})
+        launcher = Launcher(folder, {{"PYTHONPATH": str(folder)}})
+        launcher.start(NodeCommand("d", "deaf"))
+        time.sleep(2.0)
+        enrol, output = launcher._guard.enrol, os.dup(1)
+        def slowly():
+            os.write(output, b"%d\\n" % os.getpid())
+            time.sleep(0.5)
+            enrol()
+        launcher._guard.enrol = slowly
+        launcher.start(NodeCommand("s", "late"))
+    """
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True
+    ) as parent:
+        child = int(parent.stdout.readline())
+        parent.kill()
+        parent.wait()
+        assert is_alive(child)
+    assert wait_until(lambda: not is_alive(child), 10.0)
+
+
+def test_no_process_is_started_that_nobody_would_end(start):
+    start.launcher._guard._warden.kill()
+    start.launcher._guard._warden.wait()
+    with pytest.raises(NodeDied, match="ends nodes after a crash ended with code -9"):
+        start("one", SLEEPER)
 
 
 def test_what_the_user_has_set_stands(tmp_path, monkeypatch):

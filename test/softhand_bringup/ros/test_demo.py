@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from made_up_grasps import write_made_up
+from made_up_grasps import write_made_up_strategies
 
-from grasp_strategies.strategy import DATA, load_strategy, strategy_names
+from grasp_strategies.strategy import STRATEGY_FOLDER, load_strategy, strategy_names
 from grasp_strategies.strategy.fitting import fitting_strategies
 from grasp_strategies.strategy.tried_with import TriedWith
 from pneuflex_sim.scene.objects import load_object
@@ -183,7 +183,7 @@ def test_a_combination_that_does_not_fit_runs_with_a_warning(begun, capsys):
 
 
 def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path):
-    shipped = (DATA / "surface_constrained.yaml").read_text()
+    shipped = (STRATEGY_FOLDER / "surface_constrained.yaml").read_text()
     world = "scene: wall\nwall_inclination: 60\nmodel: base\nsegments: 7\nplace: [0.1, 0.2]"
     own = f"{world}\nobjects: [ball, tube]"
     path = tmp_path / "own.yaml"
@@ -201,7 +201,7 @@ def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path
 
 
 def test_a_strategy_that_was_tried_in_the_corner_has_its_object_there(begun, tmp_path):
-    shipped = (DATA / "surface_constrained.yaml").read_text()
+    shipped = (STRATEGY_FOLDER / "surface_constrained.yaml").read_text()
     world = "place: corner\nupright: [tube]\nobjects: [tube]"
     path = tmp_path / "own.yaml"
     path.write_text(re.sub("objects: .*", world, shipped))
@@ -223,17 +223,12 @@ def test_those_that_fit_come_with_the_usual_one_first_and_those_of_the_table_nex
     assert fitting_strategies("elephant") == []
 
 
-def test_a_grasp_type_without_a_stored_grasp_is_refused_before_anything_starts(tmp_path, capsys):
-    stored = write_made_up(tmp_path / "patterns.yaml")
-    assert main(["--grasp-type", "7", "--grasp-patterns", str(stored)]) == 2
-    assert "expected one that is stored" in capsys.readouterr().out
-
-
-def test_a_grasp_type_brings_its_object_held_out_to_the_hand(tmp_path, begun):
-    stored = write_made_up(tmp_path / "patterns.yaml")
-    status, (options,) = begun("--grasp-type", "2", "--grasp-patterns", str(stored))
+def test_a_stored_grasp_brings_its_object_held_out_to_the_hand(tmp_path, begun):
+    strategy = str(write_made_up_strategies(tmp_path)[2])
+    status, (options,) = begun("--strategy", strategy, "--seed", "3")
     assert status == 0
     simulator, sequencer = (make(options).parameters for make in (suite.simulator, suite.sequencer))
     assert (simulator["object"], simulator["scene"]) == ("cylinder_25", "held")
+    assert (simulator["step"], simulator["finger_contact"]) == (0.005, True)
     assert simulator["object_mass_scale"] == 1.0
-    assert (sequencer["grasp_type"], sequencer["grasp_patterns"]) == (2, str(stored))
+    assert sequencer["strategy.surface_constrained"] == strategy

@@ -12,29 +12,31 @@ from softhand_model.model_file import Model
 
 EFFECTS = effect_classes()
 FINGER = load_hand("single_finger").chain("finger")
-SMOOTH = {
-    "gent_stiffening": {"jm": 8.0},
-    "yeoh_stiffening": {"c2": 0.07},
-    "thick_wall": {"gain": 2.0},
-    "side_wall_integral": {},
-    "actuation_nonlinearity": {"a": 5.3, "p0": 3e4},
-}
-STEPWISE = {
-    "dead_zone": {"threshold": 2e3},
-    "temperature_modulus": {"coefficient": 0.003},
-    "hysteresis": {"relative_pressure": 0.05, "stretch_scale": 0.05},
-    "passive_layer_slack": {"ratio": 0.6},
-    "bend_twist_coupling": {"k45": 0.3},
-}
+SMOOTH = (
+    "gent_stiffening",
+    "yeoh_stiffening",
+    "thick_wall",
+    "side_wall_integral",
+    "actuation_nonlinearity",
+)
+STEPWISE = (
+    "dead_zone",
+    "temperature_modulus",
+    "hysteresis",
+    "passive_layer_slack",
+    "bend_twist_coupling",
+)
 
 
-def model(name, values):
-    return Model(effects=(EFFECTS[name](**values),))
+def model(name):
+    """With the usual values of the effect's parameters."""
+    effect = EFFECTS[name]
+    return Model(effects=(effect(**{p.name: p.usual() for p in effect.parameters}),))
 
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_table_and_stepwise_balance_agree(name):
-    effects = model(name, SMOOTH[name])
+    effects = model(name)
     chain = discretise(FINGER, 5, effects)
     response = SegmentResponse(load_actuator("P10.finger"), 5, effects)
     assert len(chain.rest_tables) == 1
@@ -46,15 +48,15 @@ def test_table_and_stepwise_balance_agree(name):
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_slope_of_the_table_is_that_under_the_effect(name):
-    chain = discretise(FINGER, 5, model(name, SMOOTH[name]))
+    chain = discretise(FINGER, 5, model(name))
     rise = chain.rest_rotation([30.1e3]) - chain.rest_rotation([29.9e3])
     assert chain.rest_gain([30e3])[0] == pytest.approx(rise[:, 1] / 200.0, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", STEPWISE)
 def test_what_remembers_or_holds_or_has_a_corner_is_not_tabulated(name):
-    assert not tabulates(model(name, STEPWISE[name]))
-    assert discretise(FINGER, 5, model(name, STEPWISE[name])).rest_tables == ()
+    assert not tabulates(model(name))
+    assert discretise(FINGER, 5, model(name)).rest_tables == ()
 
 
 def test_an_effect_of_ones_own_is_asked_in_every_step():

@@ -1,4 +1,4 @@
-"""Volumes of a free hand, and what hangs on the channels of the pretended bench."""
+"""Volumes of a free hand, and what hangs on the channels of the simulated box."""
 
 import numpy as np
 import pytest

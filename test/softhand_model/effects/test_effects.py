@@ -185,7 +185,7 @@ class Falling(ElasticEffect):
     ("source", "message"),
     [
         ("import nothing_like_this\n", "got ModuleNotFoundError"),
-        ("x = 1\n", "expected a subclass of softhand_model.effects.Effect with a name, got none"),
+        ("x = 1\n", "expected a class derived from softhand_model.effects.Effect that has a name"),
         (
             "class Odd(InputEffect):\n    name = 'odd'\n    stage = 'soul'\n",
             "stage: expected one of",

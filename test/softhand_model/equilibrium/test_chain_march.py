@@ -6,7 +6,13 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from softhand_model.chain.chain import discretise
-from softhand_model.equilibrium.chain_march import CHANGES, SHIFT, SPIN, march, straight_links
+from softhand_model.equilibrium.chain_march import (
+    CHANGES,
+    POSITION_CHANGE,
+    SPIN,
+    march,
+    straight_links,
+)
 from softhand_model.equilibrium.joint_springs import JointSprings
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model
@@ -92,5 +98,5 @@ def test_its_derivatives_are_those_of_differences():
         more, less = (marched("isotropic", WRENCH + s * step, GRAVITY) for s in (1, -1))
         shift = np.subtract(more[0], less[0]) / 2e-5
         spin = Rotation.from_matrix(np.array(more[1]) @ np.transpose(less[1])).as_rotvec() / 2e-5
-        assert change[SHIFT, by] == pytest.approx(shift, rel=1e-6, abs=1e-7)
+        assert change[POSITION_CHANGE, by] == pytest.approx(shift, rel=1e-6, abs=1e-7)
         assert change[SPIN, by] == pytest.approx(spin, rel=1e-6, abs=1e-5)

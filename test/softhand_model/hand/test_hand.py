@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from softhand_model.chain.chain import ChainModel
-from softhand_model.documents.yaml_document import data_file
+from softhand_model.data_files import data_file
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import Strut, Web, hand_names, load_hand
 from softhand_model.model_file import Model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from softhand_model.documents.yaml_document import data_file
+from softhand_model.data_files import data_file
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
 
 

@@ -292,7 +292,7 @@ def test_reset_gives_the_run_of_a_new_plant():
         ((1e-3, [0, 1], [FINGER]), "valves must have shape (1,), got (2,)"),
         ((1e-3, [2], [FINGER]), "valves must be -1, 0 or 1, got 2"),
         ((1e-3, [float("nan")], [FINGER]), "valves must be -1, 0 or 1, got nan"),
-        ((1e-3, [0], [FINGER, FINGER]), "volumes must have shape (1,), got (2,)"),
+        ((1e-3, [0], [FINGER, FINGER]), "volumes must have shape (1,), one for each"),
         ((1e-3, [0], [-FINGER]), "volumes must be above 0 m3"),
         ((1e-3, [0], [float("nan")]), "volumes must be above 0 m3"),
     ],

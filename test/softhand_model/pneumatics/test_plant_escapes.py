@@ -1,4 +1,4 @@
-"""Leaks and relief valves of the pretended bench against closed forms and bounds."""
+"""Leaks and relief valves of the simulated box against closed forms and bounds."""
 
 from dataclasses import replace
 

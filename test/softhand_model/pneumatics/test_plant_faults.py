@@ -1,4 +1,4 @@
-"""Faults of the pretended bench: each does what its name says, and the air stays accounted for."""
+"""Faults of the simulated box: each does what its name says, and the air stays accounted for."""
 
 import numpy as np
 import pytest

@@ -7,9 +7,9 @@ import pytest
 
 from softhand_model.gas import GAS_CONSTANT, orifice_flow
 from thesis.chapter_4 import drift_pulses, finger_posture, six_channels, supply_rejection
-from thesis.chapter_4.bench_run import final_drift, under
 from thesis.chapter_4.boxes import PERIOD, SUPPLIES, box_of, inlet_flows
 from thesis.chapter_4.finger_posture import Fingers
+from thesis.chapter_4.rig_run import final_drift, under
 from thesis.frame import Job, experiments
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]

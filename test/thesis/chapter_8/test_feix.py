@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
+from thesis.chapter_8.dexterity.patterns import load_patterns
 from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, NOT_COUNTED, SLIPPERY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts

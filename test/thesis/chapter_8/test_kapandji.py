@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grasp_strategies.dexterity.posture import FOUR, RIGID, SEVEN
 from thesis.chapter_8 import kapandji
+from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN
 from thesis.chapter_8.kapandji import CASES, NO_INDEX, Parameters, problem, report
 
 

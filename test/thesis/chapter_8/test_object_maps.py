@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from made_up_sweep import all_gripped
 
-from grasp_strategies.sweep.results import find_record
-from grasp_strategies.sweep.trial_line import trial_of
+from softhand_trials.sweep.results import find_record
+from softhand_trials.sweep.trial_task import trial_of
 from thesis.__main__ import main
 from thesis.chapter_8 import object_map, push_map, surface_map
 from thesis.chapter_8.object_map import MAIN, map_plan, placed
@@ -122,7 +122,7 @@ def test_objects_touch_both_planes_from_the_quadrant_of_the_thesis(upright):
 
 def test_a_plan_has_every_cell_once_and_with_jitter():
     given = push_map.Parameters(objects=("marker",), pitch=0.02)
-    lines = map_plan("push_map", "rbo_hand_1_push", given).lines()
+    lines = map_plan("push_map", "rbo_hand_1_push", given).tasks()
     assert len(lines) == 7 * 9 * 4
     by_key = {line.key: line for line in lines}
     once = by_key["push_map/marker/20,-40/0"].placement

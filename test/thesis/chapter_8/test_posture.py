@@ -10,8 +10,8 @@ import pytest
 from made_up_grasps import write_made_up
 
 from bench.dexterity import posture as bench
-from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import posture
+from thesis.chapter_8.dexterity.patterns import load_patterns
 from thesis.chapter_8.human_postures import human_postures, read_postures
 from thesis.chapter_8.posture import Parameters, held_types, report, trials
 from thesis.chapter_8.posture_variance import INTERACTION, LINEAR, NONLINEAR, residual_variance

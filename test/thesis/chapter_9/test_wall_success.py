@@ -60,13 +60,13 @@ def test_a_start_that_matters_and_a_grasp_without_a_wall_are_told():
 
 
 def test_the_object_starts_where_it_is_said_before_the_corner():
-    lines = wall_success.plan(GIVEN).lines()
-    assert len(lines) == 8 * 5 * 6
-    starts = {round(0.15 - line.cell[0], 3) for line in lines}
+    tasks = wall_success.plan(GIVEN).tasks()
+    assert len(tasks) == 8 * 5 * 6
+    starts = {round(0.15 - task.cell[0], 3) for task in tasks}
     assert starts == set(GIVEN.starts)
-    for line in lines:
-        assert line.placement.offset[0] == pytest.approx(line.cell[0], abs=0.0011)
-        assert abs(line.placement.yaw) <= wall_success.YAW
+    for task in tasks:
+        assert task.placement.offset[0] == pytest.approx(task.cell[0], abs=0.0011)
+        assert abs(task.placement.yaw) <= wall_success.YAW
 
 
 def test_a_small_run_lifts_at_the_wall_and_not_without(small, check_small_run):

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from made_up_designs import GOOD, PLAN, made_up, search
 
-from grasp_strategies.sweep import read_results
-from grasp_strategies.sweep.results import Results
+from softhand_trials.sweep import read_results
+from softhand_trials.sweep.results import Results
+from softhand_trials.sweep.run import finish
 from thesis.co_design import motions
 from thesis.co_design.arms import ARMS, CO_DESIGN, NOISE, RANDOM, SHUFFLED, SINGLE
-from thesis.co_design.halving import best_first, course, finish
+from thesis.co_design.halving import best_first, learning_curve
 from thesis.co_design.hands import broken
 from thesis.co_design.trials import SHIPPED
 from thesis.co_design.worlds import score
@@ -93,7 +94,7 @@ def test_noise_needs_no_trial_and_tells_high_scores(tmp_path):
 
 def test_the_course_never_falls_and_counts_whole_courses_alone(tmp_path):
     tried = search(tmp_path)
-    found = course(tried, 8)
+    found = learning_curve(tried, 8)
     assert [spent for spent, _ in found] == [22, 44, 66]
     scores = [score for _, score in found]
     assert scores == sorted(scores)
@@ -109,10 +110,11 @@ def test_a_trial_that_ended_in_an_error_is_not_run_again(tmp_path):
     def run(lines):
         return [{"key": line.key, "digest": line.digest, "error": "lost"} for line in lines]
 
-    crew, line = Mock(run=Mock(side_effect=run)), Failing()
+    workers, line = Mock(run=Mock(side_effect=run)), Failing()
     with Results(tmp_path) as results:
-        assert finish(crew, [line], results) == finish(crew, [line], results)
-    assert [len(call.args[0]) for call in crew.run.call_args_list] == [1, 0]
+        first, second = (finish(workers, [line], results, again=False) for _ in range(2))
+        assert first == second
+    assert [len(call.args[0]) for call in workers.run.call_args_list] == [1, 0]
 
 
 def test_results_of_another_seed_are_refused(tmp_path):

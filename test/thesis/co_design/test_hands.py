@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneuflex_sim.mould.report import make_mould
+from softhand_design.mould.report import make_mould
 from softhand_model.hand.hand import load_hand
 from thesis.co_design import hands
 

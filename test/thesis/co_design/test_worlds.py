@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from grasp_strategies.sweep.line import run_line
+from softhand_trials.sweep.task import run_task
 from thesis.co_design.plan import NIGHT, PLANS
 from thesis.co_design.trials import Physics, Shared, design_of
 from thesis.co_design.worlds import score, trials_of
@@ -80,7 +80,7 @@ def test_a_grasp_that_was_lost_breaks_ties_and_no_more():
 def test_a_real_trial_grips_gives_the_same_again_and_its_digest_tells_designs_apart():
     (line,) = trials_of("x", ONE, NIGHT.training, 1, [4])
     assert line.shared.object == "cylinder"
-    records = [run_line(line) for _ in range(2)]
+    records = [run_task(line) for _ in range(2)]
     assert records[0]["outcome"] == "gripped"
     times = ("wall_time", "cpu_time")
     kept = [{k: v for k, v in record.items() if k not in times} for record in records]

@@ -8,15 +8,15 @@ from pneuflex_sim.urdf import joint_positions
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
 from thesis import frame
 from thesis.equilibrium_point import equilibrium_point
-from thesis.equilibrium_point.course import HAND, Course, Push, volumes
 from thesis.equilibrium_point.equilibrium_point import as_results, enclosed_changes, looks
+from thesis.equilibrium_point.recording import HAND, Push, Recording, volumes
 from thesis.equilibrium_point.session import SCENE
 
 PUSH = Push("mass", 10.0, 11.0, 13.0, 14.0, 16.0)
 HEAT = GAS_CONSTANT * ROOM_TEMPERATURE
 
 
-def course(mode="mass", openings=(), air=30e-6, let_out=0.0):
+def recording(mode="mass", openings=(), air=30e-6, let_out=0.0):
     """A push on an isothermal volume with `air` [kg] in it, from which `let_out` leaves."""
     time = np.arange(-0.5, 6.0, 0.002)
     press = np.interp(time, (0, 1, 3, 4), (0, 1, 1, 0))
@@ -24,7 +24,7 @@ def course(mode="mass", openings=(), air=30e-6, let_out=0.0):
     inside = air - let_out * (time > 0.5)
     push = Push(mode, PUSH.start, PUSH.pressed, PUSH.released, PUSH.free, PUSH.end)
     pressure = inside * HEAT / volume - AMBIENT_PRESSURE
-    return Course(push, time, pressure, volume, inside, press, np.array(openings))
+    return Recording(push, time, pressure, volume, inside, press, np.array(openings))
 
 
 def test_the_volume_told_by_the_joints_is_that_of_the_simulator():
@@ -43,7 +43,7 @@ def test_the_volume_told_by_the_joints_is_that_of_the_simulator():
 
 
 def test_closed_valves_leave_the_enclosed_air_as_it_was():
-    seen = course()
+    seen = recording()
     before, pressed, after = looks(seen, seen.pressure)
     assert pressed > before + 1e4
     assert after == pytest.approx(before, abs=1.0)
@@ -51,13 +51,13 @@ def test_closed_valves_leave_the_enclosed_air_as_it_was():
 
 
 def test_air_let_out_under_the_push_is_missed_after_it():
-    seen = course("pressure", (0.5,), let_out=2e-6)
+    seen = recording("pressure", (0.5,), let_out=2e-6)
     assert enclosed_changes(seen)[1] == pytest.approx(-2e-6, rel=1e-6)
 
 
 def pushed(*openings):
     modes = zip(("mass", "pressure", "volume"), openings, strict=True)
-    return as_results([course(mode, np.linspace(0.2, 0.8, n)) for mode, n in modes])
+    return as_results([recording(mode, np.linspace(0.2, 0.8, n)) for mode, n in modes])
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,1 @@
-"""Judges a grasp: its verdict, why it failed, and when nothing can change that any more."""
+"""Judging of a grasp: its verdict, the cause of a failure, and when a trial can end early."""

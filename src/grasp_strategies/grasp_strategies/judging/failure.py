@@ -1,20 +1,22 @@
-"""In which phase a grasp failed, and of what, by what was observed on the way.
+"""In which phase a grasp failed and for what cause, from the observations of the run.
 
-What goes wrong in the hold is the judge's: the object slips, turns, is dropped or touched. Before
-it, the first of these that is true when the grasp has ended:
+Failures in the hold are those of the judge: the object slips, turns, is dropped or touched by
+something else. For a failure before the hold, the cause is the first of these that is true when the
+grasp has ended:
 
-* `diverged`: poses are no numbers.
+* `diverged`: a pose is not finite.
 * `fell off the table`: the object is below the table and the hand does not touch it.
-* `tipped`: it stands otherwise than at the start: leaning by more than 45 deg, its centre higher or
-  lower than before, and so since before the lift.
-* `slipped in the lift`: the hand touched it when the lift began, or had it up, and has it no more.
-* `rolled away`, `pushed away`: it went away from its place and the hand closed without it; rolled,
-  if it has leant by more than 45 deg on the way.
-* `missed`: the hand closed without it, and it is where it was.
+* `tipped`: since before the lift, the object leans by more than 45 deg against its start, and its
+  centre is higher or lower than at the start.
+* `slipped in the lift`: the hand touched the object when the lift began, or had lifted it, and has
+  lost it.
+* `rolled away`, `pushed away`: the object left its place and the hand closed without it; rolled, if
+  it leaned by more than 45 deg on the way.
+* `missed`: the hand closed without the object, which is still in its place.
 
-An object that is still in the hand at the end of a failed grasp was `lifted too low`, or `touched
-the table` (or another thing), or was `held too short`; a grasp that ended before its hold was
-`aborted`, `timed out` or the `scene failed`.
+If the object is still in the hand at the end of a failed grasp, it was `lifted too low`, `touched
+the table` (or another body), or was `held too short`. A grasp that ended before its hold was
+`aborted`, `timed out`, or the `scene failed`.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from grasp_strategies.judging.judge import (
     CARRIED_HEIGHT,
     DROPPED,
     NO_NUMBER,
-    SLIPPED,
+    SLIPPED_IN_HOLD,
     TOO_LOW,
     TOUCHED,
     GraspJudge,
@@ -37,20 +39,20 @@ from grasp_strategies.judging.judge import (
 from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Strategy
 
-MISSED, TIPPED, ROLLED, PUSHED = "missed", "tipped", "rolled away", "pushed away"
+MISSED_OBJECT, TIPPED, ROLLED, PUSHED = "missed", "tipped", "rolled away", "pushed away"
 FELL_OFF, SLIPPED_IN_LIFT, DIVERGED = "fell off the table", "slipped in the lift", NO_NUMBER
 TIMED_OUT, ABORTED, SCENE_FAILED = "timed out", "aborted", "scene failed"
 
-LEANING = math.radians(45.0)
-SUNK = 0.005  # change of the centre's height of what has tipped and not rolled [m]
-AWAY = 0.020  # horizontal way beyond which an object has left its place [m]
-BELOW = -0.02  # height of a centre that is off the table, whose surface is at 0 [m]
-BEFORE, LIFT, HOLD, AFTER = range(4)  # stages of a strategy
+LEANING_ANGLE = math.radians(45.0)
+TIPPED_HEIGHT_CHANGE = 0.005  # change of the centre's height of what has tipped and not rolled [m]
+MOVED_AWAY_DISTANCE = 0.020  # horizontal way beyond which an object has left its place [m]
+OFF_TABLE_HEIGHT = -0.02  # height of a centre that is off the table, whose surface is at 0 [m]
+STAGE_BEFORE_LIFT, STAGE_LIFT, STAGE_HOLD, STAGE_AFTER_HOLD = range(4)  # stages of a strategy
 
 
 class Failure(NamedTuple):
-    """Phase in which a grasp failed, the cause in one of the words of this module, and when [s]
-    since the first observation.
+    """Phase in which a grasp failed, its cause (listed in the module), and the time [s] since the
+    first observation.
     """
 
     phase: str
@@ -83,17 +85,26 @@ def stages(strategy: Strategy) -> dict[str, int]:
     moving = [index for index in range(hold) if phases[index].wrist is not None]
     lift = moving[-1] if lift == hold and moving else lift
     return {
-        name: BEFORE if i < lift else LIFT if i < hold else HOLD if i == hold else AFTER
+        name: STAGE_BEFORE_LIFT
+        if i < lift
+        else STAGE_LIFT
+        if i < hold
+        else STAGE_HOLD
+        if i == hold
+        else STAGE_AFTER_HOLD
         for i, name in enumerate(names)
     }
 
 
 class GraspWatch:
-    """Watches one run of a strategy from its first observation on; may be asked at any time.
+    """Watches one run of a strategy from its first observation on; can be queried at any time.
 
-    `judge` decides whether the grasp succeeded. `carried` tells whether the hand has the object up
-    now (other things may touch it as well), `touched` whether the hand touches it now, `stage` how
-    far the strategy has come, `last` is the last observation.
+    Attributes:
+        judge: decides whether the grasp succeeded.
+        first, last: first and latest observation.
+        carried: whether the hand has lifted the object (other bodies may touch it as well).
+        touched: whether the hand touches the object.
+        stage: STAGE_BEFORE_LIFT, STAGE_LIFT, STAGE_HOLD or STAGE_AFTER_HOLD.
     """
 
     def __init__(self, strategy: Strategy, hand_bodies: frozenset[str], first: Observation) -> None:
@@ -102,7 +113,7 @@ class GraspWatch:
         self.judge = GraspJudge(strategy.success, hand_bodies, first)
         self.first = self.last = first
         self.carried = self.touched = False
-        self.stage = BEFORE
+        self.stage = STAGE_BEFORE_LIFT
         self._now = self._closed = Moment("", 0.0)  # the latter: the last before the lift
         self._let_go: Moment | None = None  # when the hand last left the object
         self._had_in_lift = False
@@ -132,40 +143,40 @@ class GraspWatch:
     def watch(self, observation: Observation, phase: str) -> None:
         """Take in one observation, made in a phase of this name; raises KeyError for another."""
         before, self.stage = self.stage, self._stages[phase]
-        self.judge.watch(observation, self.stage == HOLD)
+        self.judge.watch(observation, self.stage == STAGE_HOLD)
         self.last = observation
-        if self.stage == AFTER:
+        if self.stage == STAGE_AFTER_HOLD:
             return
         self._now = Moment(phase, observation.time - self.first.time)
-        self._follow_hand(observation, begins=before == BEFORE)
+        self._follow_hand(observation, begins=before == STAGE_BEFORE_LIFT)
         self._follow_object(observation)
 
     def _follow_hand(self, seen: Observation, begins: bool) -> None:
-        """What the hand touches when the lift begins, or has up later, it may lose."""
+        """Track contact of the hand with the object during the lift, and when it was lost."""
         had, self.touched = self.touched, bool(seen.touching & self._hand_bodies)
         self.carried = self.touched and self.judge.rise(seen) > CARRIED_HEIGHT
         if had and not self.touched:
             self._let_go = self._now
-        if self.stage == BEFORE:
+        if self.stage == STAGE_BEFORE_LIFT:
             self._closed = self._now
             return
         self._had_in_lift |= self.carried or (begins and (had or self.touched))
         self._lost = self._since(self._lost, self._had_in_lift and not self.touched)
 
     def _follow_object(self, seen: Observation) -> None:
-        """Since when the object lies otherwise than at first, is off the table, is nowhere."""
+        """Track since when the object is tipped, off the table, or not at a finite pose."""
         if not is_number(seen):
             self._no_number = self._since(self._no_number, True)
             return
         leaning = self._leaning(seen)
         self._most_leaning = max(self._most_leaning, leaning)
-        other_height = abs(self.judge.rise(seen)) > SUNK
-        tipped = leaning > LEANING and other_height and not self.carried
-        off = not self.touched and float(seen.object_position[2]) < BELOW
+        other_height = abs(self.judge.rise(seen)) > TIPPED_HEIGHT_CHANGE
+        tipped = leaning > LEANING_ANGLE and other_height and not self.carried
+        off = not self.touched and float(seen.object_position[2]) < OFF_TABLE_HEIGHT
         self._tipped, self._off = self._since(self._tipped, tipped), self._since(self._off, off)
 
     def _since(self, began: Moment | None, holds: bool) -> Moment | None:
-        """When a condition began that held until now, None when it holds no more."""
+        """When a condition that still holds became true; None when it does not hold."""
         return (began or self._now) if holds else None
 
     def _leaning(self, seen: Observation) -> float:
@@ -183,7 +194,7 @@ class GraspWatch:
         if flaw is None:
             return None
         if self.judge.was_held:
-            cause = SLIPPED if flaw.cause in (DROPPED, TOO_LOW) else flaw.cause
+            cause = SLIPPED_IN_HOLD if flaw.cause in (DROPPED, TOO_LOW) else flaw.cause
             time = self.judge.flaw_time - self.first.time
             return Failure(self._success.hold_phase, cause, time)
         if self._no_number:
@@ -191,7 +202,7 @@ class GraspWatch:
         return self._failure_in_hand(flaw.cause) if self.carried else self._failure_on_table()
 
     def _failure_in_hand(self, cause: str) -> Failure:
-        """The hand has the object up, but it was never held as asked."""
+        """Failure of a grasp whose object is lifted, but was never held as required."""
         others = sorted(self.last.touching - self._hand_bodies)
         if others:
             return _failure(self._now, TOUCHED.format(others[0]))
@@ -199,15 +210,17 @@ class GraspWatch:
         return _failure(self._now, SLIPPED_IN_LIFT if slipped else cause)
 
     def _failure_on_table(self) -> Failure:
-        """The hand has not the object up, at least not now."""
+        """Failure of a grasp whose object is not lifted now."""
         if self._off:
             return _failure(self._off, FELL_OFF)
-        if self._tipped and self._stages[self._tipped.phase] == BEFORE:
+        if self._tipped and self._stages[self._tipped.phase] == STAGE_BEFORE_LIFT:
             return _failure(self._tipped, TIPPED)
         if self._had_in_lift:
             return _failure(self._lost or self._now, SLIPPED_IN_LIFT)
-        went = ROLLED if self._most_leaning > LEANING else PUSHED
-        return _failure(self._let_go or self._closed, went if self.way > AWAY else MISSED)
+        went = ROLLED if self._most_leaning > LEANING_ANGLE else PUSHED
+        return _failure(
+            self._let_go or self._closed, went if self.way > MOVED_AWAY_DISTANCE else MISSED_OBJECT
+        )
 
     def result(self) -> GraspResult:
         """The judge's verdict, with phase, cause and time of a failure."""

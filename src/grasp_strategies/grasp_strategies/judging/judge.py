@@ -16,11 +16,11 @@ import numpy as np
 from grasp_strategies.pose import Pose, angle_between, inverse
 from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Success
-from softhand_model.numerics.rotations import compose
+from softhand_common.numerics.rotations import compose
 
-GRIPPED, LOST, NONE = "gripped", "lost", "none"
+OUTCOME_GRIPPED, OUTCOME_LOST, OUTCOME_NONE = "gripped", "lost", "none"
 # what may be wrong with a hold; others than the hand are named in place of the braces
-SLIPPED, TURNED, DROPPED = "slipped in the hold", "turned in the hold", "dropped"
+SLIPPED_IN_HOLD, TURNED_IN_HOLD, DROPPED = "slipped in the hold", "turned in the hold", "dropped"
 TOUCHED, TOO_LOW, TOO_SHORT = "touched the {}", "lifted too low", "held too short"
 NOT_REACHED, NO_NUMBER, NOT_BEGUN = "hold not reached", "diverged", "not begun"
 CARRIED_HEIGHT = 0.010  # [m] above its start, touched by the hand alone: the hand had the object
@@ -30,18 +30,25 @@ CARRIED_HEIGHT = 0.010  # [m] above its start, touched by the hand alone: the ha
 class GraspResult:
     """Outcome of one grasp.
 
-    `outcome`: `gripped` (held as asked), `lost` (the hand had it off the ground, but not as asked)
-    or `none`. `lift_height`: greatest rise of the object [m]; `slip`, `turn`: greatest drift [m]
-    and rotation [rad] of the object in the wrist frame while it is held at height by the hand
-    alone, since that began, NaN if it never is; `hold_time`: longest time that this lasts without a
-    break [s]; `duration` of the whole strategy [s]; `reason`: one sentence; `completed`: whether
-    all phases ran; `safe`: false when an abort could not be carried out; `pose_in_hand`: position
-    [m] and quaternion (x, y, z, w) of the object in the wrist frame when it was held last, and
-    `touching`: the parts of the hand that held it then, both empty if it never was; `lift_slip`,
-    `lift_turn`: as slip and turn, from when the hand alone had the object off the ground to the
-    hold. They are told, not judged: soft fingers give way when they take the weight. `phase`,
-    `cause`: in which phase and of what a grasp failed (see `failure`), empty if it did not;
-    `failed_at`: when [s] since the beginning, NaN if it did not.
+    Attributes:
+        outcome: `gripped` (held as required), `lost` (the hand lifted the object off the ground,
+            but did not hold it as required) or `none`.
+        lift_height: greatest rise of the object [m].
+        slip, turn: greatest drift [m] and rotation [rad] of the object in the wrist frame while
+            the hand alone holds it at height; NaN if it never does.
+        hold_time: longest uninterrupted hold [s].
+        duration: of the whole strategy [s].
+        reason: one sentence.
+        completed: whether all phases ran.
+        safe: False when an abort could not be carried out.
+        pose_in_hand: position [m] and quaternion (x, y, z, w) of the object in the wrist frame when
+            it was last held; empty if it never was.
+        touching: parts of the hand that held it then; empty if none did.
+        lift_slip, lift_turn: as slip and turn, from when the hand alone carries the object until
+            the hold begins. They do not count in the verdict: soft fingers yield when they take
+            the weight.
+        phase, cause: phase and cause of a failure (see `failure`); empty for a success.
+        failed_at: time [s] of the failure since the start; NaN for a success.
     """
 
     outcome: str
@@ -64,17 +71,19 @@ class GraspResult:
     @property
     def gripped(self) -> bool:
         """Whether the grasp counts as a success."""
-        return self.outcome == GRIPPED
+        return self.outcome == OUTCOME_GRIPPED
 
     @classmethod
     def not_begun(cls, reason: str) -> GraspResult:
         """Result of a strategy that never saw the scene."""
-        return cls(NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
+        return cls(OUTCOME_NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
 
     def stopped(
         self, reason: str, safe: bool = True, phase: str = "", cause: str = ""
     ) -> GraspResult:
-        """The same observations when the strategy ended early; with a cause, it failed of that."""
+        """The same observations for a strategy that ended early; `cause`, if given, is that of the
+        failure.
+        """
         early = replace(self, reason=reason, completed=False, safe=safe)
         return replace(early, phase=phase, cause=cause, failed_at=self.duration) if cause else early
 
@@ -105,22 +114,24 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 
 def is_number(observation: Observation) -> bool:
-    """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
+    """Whether the poses of wrist and object are finite; they are not when a simulation has
+    diverged.
+    """
     wrist = (observation.wrist_position, observation.wrist_orientation)
     seen = (*wrist, observation.object_position, observation.object_orientation)
     return all(map(math.isfinite, chain.from_iterable(part.tolist() for part in seen)))
 
 
 class Flaw(NamedTuple):
-    """What is wrong with a grasp, in one of the words above, and in a sentence."""
+    """Why a grasp does not count: a cause (one of the constants above) and a sentence."""
 
     cause: str
     sentence: str
 
 
 class Drift:
-    """Greatest distance `slip` [m] and angle `turn` [rad] of a pose from where it was first, NaN
-    before that.
+    """Greatest distance `slip` [m] and angle `turn` [rad] of a pose from its first value; NaN
+    before.
     """
 
     def __init__(self) -> None:
@@ -171,7 +182,7 @@ class GraspJudge:
 
     @property
     def was_held(self) -> bool:
-        """Whether the object was held in the hold, if only for an instant."""
+        """Whether the object was held at any instant of the hold phase."""
         return self._held_last is not None
 
     @property
@@ -185,10 +196,10 @@ class GraspJudge:
         return self._lift.slip
 
     def flaw(self) -> Flaw | None:
-        """Why the grasp is no success by what was seen so far; None when it is one."""
+        """Why the grasp has not succeeded by the observations so far; None when it has."""
         held = self._hold_time > self._success.hold_time - 1e-6
         drifted = self._drifted()
-        if self._flaw and not held and self._flaw.cause not in (SLIPPED, TURNED):
+        if self._flaw and not held and self._flaw.cause not in (SLIPPED_IN_HOLD, TURNED_IN_HOLD):
             return self._flaw
         if drifted or held:
             return drifted
@@ -202,7 +213,7 @@ class GraspJudge:
         flaw, held = self.flaw(), self._held_last
         pose = held and in_hand(held)
         return GraspResult(
-            LOST if flaw and self._carried else NONE if flaw else GRIPPED,
+            OUTCOME_LOST if flaw and self._carried else OUTCOME_NONE if flaw else OUTCOME_GRIPPED,
             self._lift_height,
             self._hold.slip,
             self._hold_time,
@@ -239,9 +250,9 @@ class GraspJudge:
         self._hold_time = max(self._hold_time, observation.time - self._held_since)
 
     def _flaw_of(self, observation: Observation, rise: float) -> Flaw | None:
-        """Why this instant does not count as held; None when it does."""
+        """Why this observation does not count as held; None when it does."""
         if not is_number(observation):
-            sentence = "the pose of the object or of the wrist was no number in the hold"
+            sentence = "the pose of the object or of the wrist was not finite in the hold"
             return Flaw(NO_NUMBER, sentence)
         others = sorted(observation.touching - self._hand_bodies)
         if others:
@@ -258,13 +269,13 @@ class GraspJudge:
         asked, hold = self._success, self._hold
         if hold.slip > asked.max_slip:
             return Flaw(
-                SLIPPED,
+                SLIPPED_IN_HOLD,
                 f"the object slipped by {1e3 * hold.slip:.1f} mm in the hold, more than "
                 f"{1e3 * asked.max_slip:.1f} mm",
             )
         if hold.turn > asked.max_turn:
             return Flaw(
-                TURNED,
+                TURNED_IN_HOLD,
                 f"the object turned by {math.degrees(hold.turn):.1f} deg in the hand, more than "
                 f"{math.degrees(asked.max_turn):.1f} deg",
             )

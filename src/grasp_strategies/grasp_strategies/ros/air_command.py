@@ -1,9 +1,9 @@
-"""Commands of the air on `pneumaticbox/command`, repeated as long as the hand shall hold on.
+"""Air commands on `pneumaticbox/command`, repeated for as long as the hand shall hold.
 
-The driver's `command_timeout` lets go what nobody commands any more, such as the hand of a
-sequencer that was killed. So a command is repeated while a strategy runs and, where that has left
-the hand filled, afterwards. With nothing to hold there is no publisher: the sequencer is no
-commander then.
+After `command_timeout` without a command the driver releases the air, for example when a sequencer
+was killed. So a command is repeated while a strategy runs and, if the strategy has left the hand
+filled, afterwards. With nothing to hold, the node has no publisher, so that other nodes do not
+count it as a commander.
 """
 
 from __future__ import annotations
@@ -14,18 +14,22 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from grasp_strategies.scene import AirTarget
 from softhand_ros.topics import stamp_of_seconds
 
-TOPIC = "pneumaticbox/command"
-HEARTBEAT = 0.5  # [s] of scene time after which a command is repeated while a strategy runs
+AIR_COMMAND_TOPIC = "pneumaticbox/command"
+# [s] of scene time after which a command is repeated while a strategy runs
+COMMAND_REPEAT_PERIOD = 0.5
 
 
 class AirCommand:
-    """The commander of the air. `begin` and `hold` are for the executor's thread, in which what a
-    node publishes may come and go; the others for the strategy's.
+    """Publisher of air commands.
+
+    `begin` and `hold` must be called in the executor's thread, which may create and destroy
+    publishers; the other methods in the strategy's thread.
     """
 
     def __init__(self, node: Node) -> None:
@@ -33,11 +37,14 @@ class AirCommand:
         self._publisher: Publisher | None = None
         self._standing: JointTrajectory | None = None  # the command that stands
         self._sent_at = 0.0  # [s] of scene time
+        self._others: Subscription | None = None  # commands of all, while what was grasped is held
+        self._taken_over = False  # another node has commanded since
 
     def begin(self) -> None:
         """Become a commander."""
+        self._listen_no_longer()
         if self._publisher is None:
-            self._publisher = self._node.create_publisher(JointTrajectory, TOPIC, 10)
+            self._publisher = self._node.create_publisher(JointTrajectory, AIR_COMMAND_TOPIC, 10)
 
     def missing(self) -> str:
         """What is missing before the air can be commanded; empty when nothing is."""
@@ -46,8 +53,8 @@ class AirCommand:
         return f"a subscriber of {self._publisher.topic_name}"
 
     def send(self, channels: Sequence[str], target: AirTarget, now: float, effect: float) -> None:
-        """Publish what the channels shall contain at `now` [s]; it takes effect at the time
-        `effect` [s], 0: at once. Each channel reads the field of its mode.
+        """Publish a target of the channels at scene time `now` [s]. It takes effect at the time
+        `effect` [s]; 0: at once. Each channel uses the field of its control mode.
         """
         named = ~(np.isnan(target.masses) & np.isnan(target.pressures))
         point = JointTrajectoryPoint(positions=np.nan_to_num(target.masses[named]).tolist())
@@ -59,27 +66,48 @@ class AirCommand:
         self._publish(now)
 
     def repeat(self, now: float) -> None:
-        """Publish what stands once more when it is time for that, at `now` [s] of scene time."""
-        if not 0 <= now - self._sent_at < HEARTBEAT:
+        """Publish the latest command again if COMMAND_REPEAT_PERIOD has passed at scene time `now`
+        [s].
+        """
+        if not 0 <= now - self._sent_at < COMMAND_REPEAT_PERIOD:
             self._publish(now)
 
     def forget(self) -> None:
-        """Let no command stand: the air is out."""
+        """Drop the latest command: the air has been vented."""
         self._standing = None
 
     def hold(self, obeyed: bool) -> bool:
-        """After a strategy: repeat what stands if it holds air, else be no commander any more.
+        """After a strategy: repeat the latest command if it holds air, else destroy the publisher;
+        whether air is held.
 
-        `obeyed` says whether the driver takes commands. Another commander takes the hand over.
+        `obeyed` says whether the driver takes commands. Another node that commands takes the hand
+        over; one that merely could is none.
         """
         if self._publisher is None:
             return False
-        if obeyed and self._fills and self._node.count_publishers(TOPIC) == 1:
+        if obeyed and self._fills and not self._taken_over:
+            if self._others is None:
+                self._others = self._node.create_subscription(
+                    JointTrajectory, AIR_COMMAND_TOPIC, self._compare, 10
+                )
             self._publish(self._sent_at)
             return True
+        self._listen_no_longer()
         self._node.destroy_publisher(self._publisher)
         self._publisher = self._standing = None
         return False
+
+    def _compare(self, message: JointTrajectory) -> None:
+        """Note a command that is not the one that stands: it comes from another node."""
+        standing = self._standing
+        self._taken_over |= standing is not None and (
+            (message.joint_names, message.points) != (standing.joint_names, standing.points)
+        )
+
+    def _listen_no_longer(self) -> None:
+        if self._others is not None:
+            self._node.destroy_subscription(self._others)
+        self._others, self._taken_over = None, False
 
     @property
     def _fills(self) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from grasp_strategies.ros.parameters import GRASP_SERVICES, PARAMETERS, STRATEGY_PREFIX
 from softhand_ros.parameters import Offer, usage
 from softhand_ros.run_node import start_node
@@ -15,14 +17,14 @@ OFFERS = (
     Offer("srv", "grasp/abort", "std_srvs/Trigger", "ends what runs"),
     Offer("pub", "grasp/phase", "std_msgs/String", "on every change, latched"),
     Offer("pub", "grasp/result", "diagnostic_msgs/DiagnosticArray", "how it ended, latched"),
-    Offer("pub", "wrist/target_pose", "geometry_msgs/PoseStamped", "where the wrist shall go"),
+    Offer("pub", "wrist/target_pose", "geometry_msgs/PoseStamped", "target pose of the wrist"),
     Offer(
         "pub",
         "scene/hold_object",
         "trajectory_msgs/MultiDOFJointTrajectory",
-        "where the object is held out to the hand, or that it is let go",
+        "pose at which the object is held out to the hand, or its release",
     ),
-    Offer("pub", "sim/commanded_until", "std_msgs/Header", "before when it commands no more"),
+    Offer("pub", "sim/commanded_until", "std_msgs/Header", "time until which it has commanded"),
     Offer(
         "pub",
         "pneumaticbox/command",
@@ -44,3 +46,7 @@ HELP = usage("sequencer", PURPOSE, PARAMETERS, OFFERS)
 def main(args: list[str] | None = None) -> int:
     """Tell how to use the node, or run it."""
     return start_node(HELP, "grasp_strategies.ros.node", args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,7 +1,8 @@
-"""Contents of ROS messages as checked arrays; any object with the fields will do, without ROS.
+"""Contents of ROS messages as checked arrays. The readers accept any object with the right fields,
+so tests need no ROS.
 
-Every reader raises ValueError that names the field, what was expected and what came; such a message
-is refused whole.
+Every reader raises ValueError naming the field, what was expected and what came; such a message is
+refused as a whole.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from softhand_ros.topics import seconds
 
 WORLD = "world"
 OBJECT = "object"
-SAFETY = ": safety"  # how the name of the driver's report ends that tells whether it works
-MODES = "control modes"  # key under which the driver tells them
-OK, ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
-INSTANT = 1e-6  # by which the stamps of one instant may differ [s]
-AHEAD = 0.1  # by which state may be stamped ahead of the scene's time; beyond, by another clock [s]
-ADD = 0  # visualization_msgs/Marker.ADD; others delete
+SAFETY_SUFFIX = ": safety"  # how the name of the driver's report ends that tells whether it works
+CONTROL_MODES_KEY = "control modes"  # key under which the driver reports them
+LEVEL_OK, LEVEL_ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
+SAME_STAMP_TOLERANCE = 1e-6  # by which the stamps of one instant may differ [s]
+# by which state may be stamped ahead of the scene's time; beyond, by another clock [s]
+MAX_STATE_LEAD = 0.1
+MARKER_ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def read_touching(message: Any) -> frozenset[str]:
     """Names of what touches the object, by the namespaces `<body>/<body>` of a MarkerArray."""
     pairs = [
         tuple(name.split("/"))
-        for name in {marker.ns for marker in message.markers if marker.action == ADD}
+        for name in {marker.ns for marker in message.markers if marker.action == MARKER_ADD}
     ]
     for pair in pairs:
         if len(pair) != 2 or not all(pair):
@@ -92,56 +94,67 @@ def read_touching(message: Any) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class NodeReport:
-    """What a node said of itself last.
+    """The latest diagnostics of a node.
 
-    `worst`: its worst sentence; `fault`: why it does not do its work, empty when it does;
-    `preparing`: not at work yet; `heard`: at which wall time [s].
+    Attributes:
+        worst: message of the worst level.
+        fault: why the node does not work; empty when it does.
+        preparing: whether the node is still starting up.
+        received_at: monotonic wall time [s].
     """
 
     worst: str
     fault: str
     preparing: bool
-    heard: float
+    received_at: float
 
 
-def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
-    """A node's part of a DiagnosticArray; None when the message is not that node's.
+def read_report(message: Any, node: str, received_at: float) -> NodeReport | None:
+    """The part of a DiagnosticArray that belongs to a node; None when there is none.
 
-    Its name has its namespace, as in `left/hand_sim`. A fault is what it calls an error, or that
-    its safety is not in operation: a driver that is disabled.
+    `node` includes the namespace, as in `left/hand_sim`. A fault is a status of level ERROR, or a
+    safety status that is not OK (a disabled driver).
     """
     own = [s for s in message.status if s.name == node or s.name.startswith(f"{node}:")]
     if not own:
         return None
-    faults = [s for s in own if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
+    faults = [
+        s
+        for s in own
+        if s.level >= LEVEL_ERROR or (s.name.endswith(SAFETY_SUFFIX) and s.level > LEVEL_OK)
+    ]
     return NodeReport(
         worst=cut(max(own, key=lambda status: status.level).message),
         fault=cut("; ".join(status.message for status in faults)),
         preparing=any(pair.key == PREPARING for status in own for pair in status.values),
-        heard=heard,
+        received_at=received_at,
     )
 
 
 def read_modes(message: Any, node: str) -> tuple[str, ...]:
     """Control modes of the channels in the driver's part of a DiagnosticArray; empty without."""
-    return tuple(filter(None, read_told(message, node, MODES).split(", ")))
+    return tuple(filter(None, read_value(message, node, CONTROL_MODES_KEY).split(", ")))
 
 
-def read_told(message: Any, node: str, key: str) -> str:
-    """What a node tells under a key in its part of a DiagnosticArray; empty without."""
+def read_value(message: Any, node: str, key: str) -> str:
+    """The value that a node reports under a key in a DiagnosticArray; empty without one."""
     own = (status for status in message.status if status.name.startswith(f"{node}:"))
-    told = (pair.value for status in own for pair in status.values if pair.key == key)
-    return str(next(told, ""))
+    values = (pair.value for status in own for pair in status.values if pair.key == key)
+    return str(next(values, ""))
 
 
 @dataclass
 class Feed:
-    """The latest usable message of one topic: its contents, when it came, and what was refused.
+    """The latest usable message of one topic.
 
-    `source` is who publishes it; `arrived` is the scene time [s] and `arrived_wall` the wall time
-    [s] of the last usable message, None before the first. `each_tick` says whether there is one for
-    every tick of the clock; `punctual` whether that of the last tick came soon. `stamp` [s] is that
-    of the last message, `held` one of an instant that is yet to come.
+    Attributes:
+        topic, source: name of the topic, and the node that publishes it.
+        arrived, arrived_wall: scene time [s] and wall time [s] of the last usable message; None
+            before the first.
+        each_tick: whether there is one message for every tick of the clock.
+        punctual: whether the message of the last tick came in time.
+        stamp: of the last message [s].
+        held: a message whose stamp is still ahead of the scene's time.
     """
 
     topic: str
@@ -158,31 +171,31 @@ class Feed:
     held: Any = None
 
     def follow(self, take: Callable[[], Any], now: float, wall: float) -> bool:
-        """Accept the newest message of the scene's time `now` [s] or before; whether there will be
-        none that is newer.
+        """Accept the newest message stamped at or before the scene's time; whether no newer one can
+        come for that time.
+
+        A message stamped at most MAX_STATE_LEAD ahead is kept for its time; one stamped further
+        ahead comes from another clock and is accepted at once.
 
         Args:
-            take: gives the messages that have come, in order, then None.
+            take: returns the received messages in order, then None.
             now: time of the scene [s].
             wall: monotonic wall time [s].
-
-        One that is stamped soon after `now` waits for its time; one stamped far from it is by
-        another clock, and counts as new.
         """
         newest = None
         while (message := self.held or take()) is not None:
             self.held = None
             stamp = stamp_of_message(message)
-            if now + INSTANT < stamp <= now + AHEAD:
+            if now + SAME_STAMP_TOLERANCE < stamp <= now + MAX_STATE_LEAD:
                 self.held = message
                 break
             newest, self.stamp = message, stamp
         if newest is not None:
             self.accept(newest, now, wall)
-        return self.held is not None or self.stamp > now - INSTANT
+        return self.held is not None or self.stamp > now - SAME_STAMP_TOLERANCE
 
     def accept(self, message: Any, now: float, wall: float) -> None:
-        """Keep the contents of a message, or refuse it whole and remember why."""
+        """Store the contents of a message, or refuse it as a whole and store the reason."""
         try:
             self.value = self.read(message)
         except ValueError as error:
@@ -192,12 +205,14 @@ class Feed:
         self.arrived, self.arrived_wall = now, wall
 
     def forget(self) -> None:
-        """Drop what was received: it may be from a publisher that has ended."""
+        """Drop what was received: it may come from a publisher that has ended."""
         self.value = self.arrived = self.held = None
         self.stamp, self.punctual = -math.inf, True
 
     def silent_for(self, now: float, wall: float, limit: float, limit_wall: float) -> bool:
-        """Whether nothing came for `limit` [s] of scene and `limit_wall` [s] of wall time."""
+        """Whether no message came for `limit` [s] of scene time and `limit_wall` [s] of wall
+        time.
+        """
         return self.arrived is None or (
             now - self.arrived > limit and wall - self.arrived_wall > limit_wall
         )

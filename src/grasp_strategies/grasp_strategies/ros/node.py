@@ -8,53 +8,51 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock, ClockType, ROSClock
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from grasp_strategies.dexterity import patterns, replay
+from grasp_strategies.judging.failure import ABORTED
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
-    FEIX,
-    GRASP_PATTERNS,
     GRASP_SERVICES,
-    GRASP_TYPE,
     LOWER_AND_RELEASE,
     PARAMETERS,
-    SHIPPED,
+    PREPARE_TIME_OUT,
+    SHIPPED_STRATEGIES,
     STRATEGY_PREFIX,
 )
 from grasp_strategies.ros.topic_scene import TopicScene
 from grasp_strategies.scene import SceneError, hand_body_names
-from grasp_strategies.sequencer import FAILED, VENT, Sequencer, abort_scene
+from grasp_strategies.sequencer import PHASE_FAILED, VENT_ACTION, Sequencer, abort_scene
 from grasp_strategies.strategy import Strategy, load_strategy
 from softhand_model.hand.hand import load_hand
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
+from softhand_ros.services import ANSWER_PERIOD, MANY_CALLS, OneAtATime
 from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import clock_conflict, latched, slow_clock
 
-IDLE, HOLDING = "idle", "holding what was grasped"
-PHASE = "grasp/phase"
-UNEXPECTED = "ended by an error; see the log"
+IDLE_PHASE, HOLDING_PHASE = "idle", "holding what was grasped"
+OWN_PHASE_TOPIC = "grasp/phase"
+UNEXPECTED_END = "ended by an error; see the log"
 LATCHED = latched(1)
 CLOCK_PERIOD = 0.1  # [s] of wall time between two looks at /clock for stamps and watches
 HOLD_PERIOD = 0.2  # [s] of wall time after which what is held is commanded again
-STILL = 5.0  # [s] of wall time without a tick that is worth a warning
+CLOCK_STILL_WARNING_TIME = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
 
 
 class Background:
-    """Starts work in threads of its own and can wait for all of it."""
+    """Runs work in threads and can wait for all of it."""
 
     def __init__(self) -> None:
         self._threads: list[threading.Thread] = []
@@ -62,9 +60,11 @@ class Background:
     def start(
         self, work: Callable[[], Result], tell: Callable[[Result], None], on_error: Result
     ) -> None:
-        """Begin `work`; `tell` is called in its thread with the result, or with `on_error`.
+        """Begin `work` in a thread; `tell` is called in that thread with its result, or with
+        `on_error`.
 
-        An exception of `work` is not swallowed: the interpreter prints it, the caller is told.
+        An exception of `work` is not swallowed: the interpreter prints it, and `tell` gets
+        `on_error`.
         """
 
         def run() -> None:
@@ -87,7 +87,7 @@ class Background:
 
 @dataclass
 class ClockWatch:
-    """Remembers when simulated time last went on.
+    """Detects that simulated time stands still.
 
     >>> watch = ClockWatch()
     >>> [watch.warning(now, wall) for now, wall in ((1, 0.0), (1, 4.0), (2, 5.0), (2, 9.0))]
@@ -100,20 +100,27 @@ class ClockWatch:
     since: float = 0.0
 
     def warning(self, now: int, wall: float) -> str:
-        """What to say of simulated time `now` [ns] at wall time `wall` [s]; empty when it runs."""
+        """The warning at simulated time `now` [ns] and wall time `wall` [s]; empty while time
+        advances.
+        """
         if now != self.last:
             self.last, self.since = now, wall
         still = wall - self.since
-        if still <= STILL:
+        if still <= CLOCK_STILL_WARNING_TIME:
             return ""
         return f"/clock has stood still for {still:.0f} s (simulator paused or absent)"
 
 
 class Run:
-    """One strategy at work: its phase, its abort flag, and `ended`, which gives the result."""
+    """One running strategy: its phase, its abort flag, and `ended`, a future of its result.
 
-    def __init__(self, strategy: Strategy) -> None:
-        self.strategy = strategy
+    `service` is the service that was called, `called` the monotonic wall time of the call [s].
+    """
+
+    def __init__(self, strategy: Strategy, service: str) -> None:
+        self.strategy, self.service = strategy, service
+        self.called = time.monotonic()
+        self.caller_seen = False  # discovery may find a client later than its call comes
         self.phase = "waiting for simulator and driver"
         self.waits_for = ""  # what is missing before the first phase
         self.abort = threading.Event()
@@ -124,13 +131,13 @@ class SequencerNode(Node):
     """Offers grasp/push, surface_constrained, edge, slide_to_wall, feix and abort.
 
     A grasp service answers when its strategy has ended. The strategy runs in a thread of its own,
-    so that abort, parameters and refusals of a second call are answered meanwhile.
+    so that aborts, parameters and further grasp calls are answered meanwhile.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("grasp_sequencer", **options)
         declare(self, PARAMETERS)
-        self._single = Single(self, "sequencer", PHASE)
+        self._single = Single(self, "sequencer", OWN_PHASE_TOPIC)
         follow_simulated_time(self)
         slow_clock(self, CLOCK_PERIOD)
         self._hand = load_hand(self.get_parameter("hand").value)
@@ -141,7 +148,9 @@ class SequencerNode(Node):
         self._run: Run | None = None
         self._last_result: GraspResult | None = None
         self._background = Background()
-        self._phase_topic = self.create_publisher(String, PHASE, LATCHED)
+        self._idle_abort: Future | None = None
+        self._next_answer: dict[str, float] = {}  # monotonic wall time by service [s]
+        self._phase_topic = self.create_publisher(String, OWN_PHASE_TOPIC, LATCHED)
         name, hand = self.get_name(), self._hand.name
         self._result_topic = Diagnostics(self, name, hand, "grasp/result", LATCHED)
         self._diagnostics = Diagnostics(self, name, hand)
@@ -151,15 +160,18 @@ class SequencerNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(REPORT_PERIOD, self._publish_diagnostics, clock=steady)
         self.create_timer(HOLD_PERIOD, self._hold, clock=steady)
-        self._phase_topic.publish(String(data=IDLE))
+        self._phase_topic.publish(String(data=IDLE_PHASE))
+        self.get_logger().info(f"ready: {self._hand.name}")
 
     def _create_services(self) -> None:
+        OneAtATime(self)  # those of ROS itself
         # reentrant: an answer that is pending must not block the refusal of the next call
         group = ReentrantCallbackGroup()
-        for service in GRASP_SERVICES:
-            serve = functools.partial(self._serve_grasp, service)
-            self.create_service(Trigger, f"grasp/{service}", serve, callback_group=group)
-        self.create_service(Trigger, "grasp/abort", self._serve_abort, callback_group=group)
+        serves = {name: functools.partial(self._serve_grasp, name) for name in GRASP_SERVICES}
+        for name, serve in (serves | {"abort": self._serve_abort}).items():
+            self.create_service(
+                Trigger, f"grasp/{name}", serve, qos_profile=MANY_CALLS, callback_group=group
+            )
 
     # ------------------------------------------------------------ services
     async def _serve_grasp(
@@ -168,8 +180,11 @@ class SequencerNode(Node):
         try:
             run = self._start(service)
         except ValueError as error:
-            self.get_logger().warning(f"grasp/{service} refused: {error}")
+            self.get_logger().warning(
+                f"grasp/{service} refused: {error}", throttle_duration_sec=1.0
+            )
             response.success, response.message = False, str(error)
+            await self._turn_to_answer(service)
             return response
         result: GraspResult = await run.ended
         response.success = result.gripped and result.completed
@@ -182,20 +197,19 @@ class SequencerNode(Node):
             raise ValueError(
                 f"{other.strategy.name} is running (phase {other.phase}); grasp/abort ends it"
             )
-        run = Run(self._strategy_of(service))
+        run = Run(self._strategy_of(service), f"grasp/{service}")
         self._run = run
         self._scene.take_air()
         self._scene.resume()
-        self._begin(lambda: self._work(run), run.ended, GraspResult.not_begun(UNEXPECTED))
+        self._begin(lambda: self._work(run), run.ended, GraspResult.not_begun(UNEXPECTED_END))
         return run
 
     def _strategy_of(self, service: str) -> Strategy:
         """What a service runs: what its parameter says, else what is shipped for the hand."""
         name = self.get_parameter(STRATEGY_PREFIX + service).value
-        if service == FEIX:
-            candidates = [self._replay(name)]
-        else:
-            candidates = [load_strategy(one) for one in ([name] if name else SHIPPED[service])]
+        candidates = [
+            load_strategy(one) for one in ([name] if name else SHIPPED_STRATEGIES[service])
+        ]
         for strategy in candidates:
             if load_hand(strategy.hand).name == self._hand.name:
                 return strategy
@@ -205,37 +219,45 @@ class SequencerNode(Node):
             f"parameter {STRATEGY_PREFIX}{service} takes another"
         )
 
-    def _replay(self, name: str) -> Strategy:
-        """The stored grasp of the type that the parameters name, by a strategy's file or the
-        shipped one.
-        """
-        stored = self.get_parameter(GRASP_PATTERNS).value
-        return replay.load_replay(
-            self.get_parameter(GRASP_TYPE).value,
-            Path(stored) if stored else patterns.FILE,
-            Path(name) if name else replay.FILE,
-        )
-
     async def _serve_abort(
         self, request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        run = self._run
-        if run is None:
+        if (run := self._run) is None:
             response.success, response.message = await self._abort_idle()
-            return response
-        self._interrupt(run)
-        result: GraspResult = await run.ended
-        response.success, response.message = result.safe, result.reason
+        else:
+            self._interrupt(run)
+            result: GraspResult = await run.ended
+            response.success, response.message = result.safe, result.reason
+            if result.cause != ABORTED:  # it ended by itself before it noticed the abort
+                response.success, done = await self._abort_idle()
+                response.message = f"{result.reason}; {done}"
+        await self._turn_to_answer("abort")
         return response
 
     async def _abort_idle(self) -> tuple[bool, str]:
+        """Vent without a strategy; calls that come meanwhile share the one vent."""
         action = self.get_parameter("abort_action").value
-        if action != VENT:
+        if action != VENT_ACTION:
             return True, "no strategy is running; nothing moves"
-        ended: Future = Future()
-        self._begin(lambda: abort_scene(self._scene, action), ended, (UNEXPECTED, False))
-        reason, safe = await ended
-        return safe, f"no strategy is running; {reason}"
+        if self._idle_abort is None or self._idle_abort.done():
+            self._idle_abort = Future()
+            vent = functools.partial(abort_scene, self._scene, action)
+            self._begin(vent, self._idle_abort, (UNEXPECTED_END, False))
+        reason, safe = await self._idle_abort
+        until = "; commands are taken again after pneumaticbox/reset" if safe else ""
+        return safe, f"no strategy is running; {reason}{until}"
+
+    async def _turn_to_answer(self, service: str) -> None:
+        """Limit answers of a service to one per ANSWER_PERIOD; the call itself takes effect at
+        once.
+        """
+        now = time.monotonic()
+        due = max(now, self._next_answer.get(service, now))
+        self._next_answer[service] = due + ANSWER_PERIOD
+        if due > now:
+            waited: Future = Future()
+            self._begin(functools.partial(time.sleep, due - now), waited, None)
+            await waited
 
     def _interrupt(self, run: Run) -> None:
         run.abort.set()
@@ -253,7 +275,7 @@ class SequencerNode(Node):
 
     # ------------------------------------------------------------ the strategy's thread
     def _work(self, run: Run) -> GraspResult:
-        result = GraspResult.not_begun(UNEXPECTED)
+        result = GraspResult.not_begun(UNEXPECTED_END)
         try:
             result = self._run_strategy(run)
         finally:
@@ -270,6 +292,7 @@ class SequencerNode(Node):
             self._scene.connect(time_out, functools.partial(self._wait_for, run))
             if run.strategy.holds_object_out:
                 self._scene.check_object(run.strategy.objects)
+            self._refuse_late(run)
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,
@@ -280,23 +303,36 @@ class SequencerNode(Node):
                 abort_action=action,
             )
         except (SceneError, ValueError) as error:
-            self._enter_phase(run, FAILED)
+            self._enter_phase(run, PHASE_FAILED)
             return self._not_begun(run, str(error), action)
         return sequencer.run()
 
     def _not_begun(self, run: Run, reason: str, action: str) -> GraspResult:
         """Result when simulator or driver were not there, or an abort came before they were."""
         result = GraspResult.not_begun(reason)
-        if action != VENT or not run.abort.is_set():
+        if action != VENT_ACTION or not run.abort.is_set():
             return result
         done, safe = abort_scene(self._scene, action)
-        return result.stopped(f"{reason}; {done}", safe)
+        return result.stopped(f"{reason}; {done}", safe, cause=ABORTED)
 
     def _options(self, strategy: Strategy) -> frozenset[str]:
         wanted = {LOWER_AND_RELEASE} if self.get_parameter(LOWER_AND_RELEASE).value else set()
         return frozenset(wanted) & strategy.options
 
+    def _refuse_late(self, run: Run, what: str = "the first phase") -> None:
+        """Raise SceneError when the caller can no longer expect the hand to move: too late, or the
+        caller has gone.
+        """
+        limit = self.get_parameter(PREPARE_TIME_OUT).value
+        if time.monotonic() - run.called > limit:
+            raise SceneError(f"after {limit:g} s of waiting ({PREPARE_TIME_OUT}): {what}")
+        if self.count_clients(run.service):
+            run.caller_seen = True
+        elif run.caller_seen:
+            raise SceneError(f"the caller of {run.service} has gone while waiting: {what}")
+
     def _wait_for(self, run: Run, what: str) -> None:
+        self._refuse_late(run, what)
         if run.waits_for != what:
             run.waits_for = what
             self.get_logger().info(f"waiting: {what}", throttle_duration_sec=1.0)
@@ -320,7 +356,7 @@ class SequencerNode(Node):
     def _publish_diagnostics(self) -> None:
         run, last, feeds = self._run, self._last_result, self._scene.feeds
         refusals = [f"refused {f.topic}: {f.last_refusal}" for f in feeds if f.last_refusal]
-        idle = HOLDING if self._holding else IDLE
+        idle = HOLDING_PHASE if self._holding else IDLE_PHASE
         phase = f"{run.strategy.name}: {run.phase}" if run else idle
         values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
         values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
@@ -331,8 +367,9 @@ class SequencerNode(Node):
     def _clock_warning(self) -> str:
         if conflict := clock_conflict(self):
             return conflict
-        if self.get_clock().ros_time_is_active:
-            return self._clock_watch.warning(self.get_clock().now().nanoseconds, time.monotonic())
+        clock = self.get_clock()
+        if isinstance(clock, ROSClock) and clock.ros_time_is_active:
+            return self._clock_watch.warning(clock.now().nanoseconds, time.monotonic())
         if self.count_publishers("/clock"):
             return "/clock is published but use_sim_time is false: phases follow wall time"
         return ""
@@ -345,12 +382,14 @@ class SequencerNode(Node):
         self._background.join()
 
     def close(self) -> None:
-        """Let the node go."""
+        """Destroy the node."""
         self.destroy_node()
 
 
 def run(node: SequencerNode, stop: threading.Event) -> None:
-    """Serve until `stop`; then abort what runs while the executor can still call vent."""
+    """Serve until `stop`; then abort a running strategy while the executor can still call the vent
+    service.
+    """
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
 
@@ -374,7 +413,7 @@ def run(node: SequencerNode, stop: threading.Event) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; `run_node` tells the exit status."""
+    """Run the node; returns the exit status of `run_node`."""
     return run_node("sequencer", SequencerNode, run, usage=HELP, args=args)
 
 

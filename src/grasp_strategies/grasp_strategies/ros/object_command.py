@@ -1,4 +1,4 @@
-"""Commands that hold the simulator's object out to the hand, and which object that is."""
+"""Commands to hold the simulator's object out to the hand, and the name of that object."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
-from grasp_strategies.ros.messages import OBJECT, read_told
+from grasp_strategies.ros.messages import OBJECT, read_value
 from grasp_strategies.scene import Array, SceneError
-from softhand_ros.topics import SECOND, full_name, stamp_of_seconds
+from softhand_ros.topics import SECOND_NS, full_name, stamp_of_seconds
 
-TOPIC = "scene/hold_object"
-TOLD = "object"  # key in /diagnostics under which the simulator tells its object
+HOLD_OBJECT_TOPIC = "scene/hold_object"
+OBJECT_KEY = "object"  # key in /diagnostics under which the simulator tells its object
 
 
 class ObjectCommand:
-    """Who holds the object out; `simulator` is that node's name with its namespace."""
+    """Publisher of `scene/hold_object`; `simulator` is that node's name with its namespace."""
 
     def __init__(self, node: Node, simulator: str) -> None:
-        self._publisher = node.create_publisher(MultiDOFJointTrajectory, TOPIC, 10)
+        self._publisher = node.create_publisher(MultiDOFJointTrajectory, HOLD_OBJECT_TOPIC, 10)
         self._frame, self._simulator = full_name(node, "wrist"), simulator
         self.name = ""  # of the object, as the simulator has told last
 
-    def hear(self, report: Any) -> None:
-        """Take what the simulator tells in a DiagnosticArray."""
-        self.name = read_told(report, self._simulator, TOLD) or self.name
+    def receive(self, report: Any) -> None:
+        """Take the object's name from a DiagnosticArray of the simulator."""
+        self.name = read_value(report, self._simulator, OBJECT_KEY) or self.name
 
     def check(self, names: Collection[str]) -> None:
         """Raise SceneError unless the object has one of these names."""
@@ -39,8 +39,10 @@ class ObjectCommand:
             )
 
     def hold(self, position: Array, orientation: Array, effect: float) -> None:
-        """Publish where it is held, position (3,) [m] and quaternion (4,) in the wrist frame, from
-        the time `effect` [s] on. Raises SceneError when nobody hears it.
+        """Publish the pose at which the object is held, position (3,) [m] and quaternion (4,) in
+        the wrist frame, from the time `effect` [s] on.
+
+        Raises SceneError when nobody subscribes.
         """
         transform = Transform()
         place, turn = transform.translation, transform.rotation
@@ -50,14 +52,14 @@ class ObjectCommand:
 
     def release(self, duration: float, effect: float) -> None:
         """Publish that what holds it fades within a duration [s], as `hold`."""
-        fade = Duration(nanoseconds=round(duration * SECOND)).to_msg()
+        fade = Duration(nanoseconds=round(duration * SECOND_NS)).to_msg()
         self._publish(MultiDOFJointTrajectoryPoint(time_from_start=fade), effect)
 
     def _publish(self, point: MultiDOFJointTrajectoryPoint, effect: float) -> None:
         if not self._publisher.get_subscription_count():
             raise SceneError(
-                f"expected a simulator that can hold an object out to the hand, got nobody who "
-                f"hears {self._publisher.topic_name}"
+                "expected a simulator that can hold an object out to the hand, got no "
+                f"subscriber of {self._publisher.topic_name}"
             )
         message = MultiDOFJointTrajectory(joint_names=[OBJECT], points=[point])
         message.header.stamp = stamp_of_seconds(effect)

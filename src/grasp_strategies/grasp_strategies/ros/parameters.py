@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from grasp_strategies.dexterity.feix import COUNT
-from grasp_strategies.sequencer import ABORT_ACTIONS, CONTROL_STEP, VENT
+from grasp_strategies.sequencer import ABORT_ACTIONS, CONTROL_STEP, VENT_ACTION
 from softhand_ros.parameters import Parameter
 from softhand_ros.single import ALLOW_SECOND
 
 STRATEGY_PREFIX = "strategy."
 # what each service runs unless told otherwise: the first that is for the hand
-SHIPPED = {
+SHIPPED_STRATEGIES = {
     "push": ("rbo_hand_1_push",),
     "surface_constrained": ("surface_constrained", "rbo_hand_1_surface"),
     "edge": ("rbo_hand_1_edge",),
     "slide_to_wall": ("rbo_hand_2_slide_to_wall",),
+    "feix": ("feix/01",),  # a stored grasp of the Feix taxonomy
 }
-FEIX, FEIX_STRATEGY = "feix", "feix_strategy"  # a stored grasp, and the file that replays it
-GRASP_SERVICES = (*SHIPPED, FEIX)
-GRASP_TYPE, GRASP_PATTERNS = "grasp_type", "grasp_patterns"
+GRASP_SERVICES = tuple(SHIPPED_STRATEGIES)
 LOWER_AND_RELEASE = "lower_and_release"
+PREPARE_TIME_OUT = "prepare_time_out"
 
 
 def _strategy_parameter(service: str) -> Parameter:
-    shipped = " or ".join(SHIPPED.get(service, (FEIX_STRATEGY,)))
-    if service in SHIPPED:
-        shipped += ", by hand"
-    text = f"what grasp/{service} runs, by name or path of a YAML file; empty: {shipped}"
+    shipped = " or ".join(SHIPPED_STRATEGIES[service])
+    text = f"what grasp/{service} runs: name or path of a YAML file; empty: shipped ({shipped})"
     return Parameter(STRATEGY_PREFIX + service, "", text, read_only=False)
 
 
@@ -33,7 +30,7 @@ PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter(
         "abort_action",
-        VENT,
+        VENT_ACTION,
         "what grasp/abort does with the air; vent opens every outlet, hold keeps it",
         choices=ABORT_ACTIONS,
         read_only=False,
@@ -55,22 +52,18 @@ PARAMETERS = (
     Parameter(
         "connect_time_out",
         10.0,
-        "longest wall time to wait for simulator and driver",
+        "longest wall time to wait for simulator and driver, not counting their compilation",
         "s",
         (0.1, 120.0),
         read_only=False,
     ),
+    # a first start compiles for about a minute, on a busy machine for two
     Parameter(
-        GRASP_TYPE,
-        1,
-        "of the Feix taxonomy, whose stored grasp grasp/feix replays",
-        bounds=(1, COUNT),
-        read_only=False,
-    ),
-    Parameter(
-        GRASP_PATTERNS,
-        "",
-        "file of stored grasps, softhand-grasp-patterns/1; empty: the shipped one",
+        PREPARE_TIME_OUT,
+        120.0,
+        "longest wall time from a call to its first phase, including compilation",
+        "s",
+        (0.1, 600.0),
         read_only=False,
     ),
     ALLOW_SECOND,

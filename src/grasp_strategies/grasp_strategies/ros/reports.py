@@ -1,4 +1,4 @@
-"""What simulator and driver say of themselves in /diagnostics."""
+"""The latest diagnostics of simulator and driver."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken bac
 
 
 class Reports:
-    """The last report of each, by who publishes what: SIMULATOR or DRIVER.
+    """The latest report of each node, by source: SIMULATOR or DRIVER.
 
     Args:
-        node: in whose namespace they are.
+        node: its namespace is that of simulator and driver.
     """
 
     def __init__(self, node: Node) -> None:
         self.names = {source: full_name(node, name) for source, (name, _) in REPORTERS.items()}
         self._last: dict[str, NodeReport] = {}
 
-    def hear(self, message: DiagnosticArray) -> None:
-        """Keep what a message has of them."""
+    def receive(self, message: DiagnosticArray) -> None:
+        """Store the reports in a message."""
         for source, name in self.names.items():
             report = read_report(message, name, time.monotonic())
             if report is not None:
@@ -36,17 +36,19 @@ class Reports:
 
     @property
     def fault(self) -> str:
-        """Why they do not do their work; empty when all is well."""
-        told = ((who, self._last.get(source)) for source, (_, who) in REPORTERS.items())
-        return "; ".join(f"{who} reports: {r.fault}" for who, r in told if r and r.fault)
+        """Faults that simulator and driver report; empty when there is none."""
+        reports = ((who, self._last.get(source)) for source, (_, who) in REPORTERS.items())
+        return "; ".join(f"{who} reports: {r.fault}" for who, r in reports if r and r.fault)
 
     @property
     def preparing(self) -> bool:
-        """Whether one of them has said of late that it is not at work yet."""
+        """Whether one of them has recently reported that it is still starting up."""
         return any(report.preparing for report in filter(None, map(self._recent, REPORTERS)))
 
     def reason(self, source: str) -> str:
-        """Why something of a node is missing: what it says of itself, or a guess."""
+        """Why a topic or service of a node is missing: its own report, or a question to the
+        user.
+        """
         report = self._recent(source)
         if report is None:
             return f"is {source} running, and not paused?"
@@ -54,5 +56,5 @@ class Reports:
 
     def _recent(self, source: str) -> NodeReport | None:
         report = self._last.get(source)
-        recent = report is not None and time.monotonic() - report.heard < FAULT_MEMORY
+        recent = report is not None and time.monotonic() - report.received_at < FAULT_MEMORY
         return report if recent else None

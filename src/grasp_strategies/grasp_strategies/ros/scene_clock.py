@@ -1,16 +1,19 @@
-"""The scene's time: `/clock` tick by tick, and how far a simulator in lockstep may go.
+"""Time of the scene in ticks of `/clock`, and the lockstep with the simulator.
 
-A strategy acts at ticks that lie a control step apart. What it commands takes effect half a tick
-later, so that the simulator goes on meanwhile; it is told the time before which nothing more is
-commanded, and stands there. So a run is the same whatever the wall time that anybody takes.
+A strategy acts at ticks that are one control step apart. Its commands take effect half a tick
+later, so that the simulator can go on meanwhile. The strategy publishes the time before which it
+commands nothing more, and the simulator stops there. A run is therefore the same, however much wall
+time any process takes.
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 
+from rclpy.clock import ROSClock
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -32,16 +35,20 @@ from softhand_ros.topics import (
 )
 
 COMMANDED_UNTIL = "sim/commanded_until"
-TICK = 0.01  # from tick to tick, to a step of the simulator's physics [s]
-LEAD = 0.005  # from a tick until the commands take effect that are given at it [s]
-BEHIND = 0.1  # a simulator so far ahead waits for nobody, and is followed by its newest tick [s]
-STILL_PERIOD = 0.5  # wall time after which a wait looks whether time has stopped [s]
+CLOCK_TICK = 0.01  # period of /clock, up to one physics step of the simulator [s]
+COMMAND_LEAD = 0.005  # delay from a tick to the effect of the commands given at it [s]
+# with a larger lag the simulator is not in lockstep, and its newest tick is used [s]
+MAX_CLOCK_LAG = 0.1
+STILL_CHECK_PERIOD = 0.5  # wall time between checks whether /clock still has a publisher [s]
+# wall time after which a simulator in lockstep goes on without commands [s]
+STANDSTILL_TIMEOUT = 5.0
 
 
 class SceneClock:
-    """Time of the scene, waits that `interrupt` ends, and word to the simulator.
+    """Time of the scene, waits that `interrupt` ends, and the messages that keep the simulator in
+    lockstep.
 
-    All calls but `interrupt` come from one thread.
+    All methods but `interrupt` and `wake` must be called from one thread.
     """
 
     def __init__(self, node: Node) -> None:
@@ -52,14 +59,17 @@ class SceneClock:
         self._subscription = subscribe_by_hand(node, Clock, "/clock", TICKS)
         self._ticks: deque[float] = deque()
         self._newest: float | None = None
-        self._told = node.create_publisher(Header, COMMANDED_UNTIL, RELIABLE)
+        self._published = node.create_publisher(Header, COMMANDED_UNTIL, RELIABLE)
         self._until = Header(frame_id=full_name(node, node.get_name()))
+        self._due: float | None = None  # wall time of the next look, None when nothing runs [s]
+        self._stood_still = 0.0  # the most by which a look was late [s]
 
     # ---------------------------------------------------------------- time
     @property
     def simulated(self) -> bool:
         """Whether time is that of `/clock`."""
-        return bool(self._node.get_clock().ros_time_is_active)
+        clock = self._node.get_clock()
+        return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
     @property
     def ticked(self) -> bool:
@@ -75,57 +85,61 @@ class SceneClock:
 
     @property
     def effect(self) -> float:
-        """When a command takes effect that is given now [s]."""
-        return self.now + (LEAD if self.simulated else 0.0)
+        """When a command that is given now takes effect [s]."""
+        return self.now + (COMMAND_LEAD if self.simulated else 0.0)
 
     def forget(self) -> None:
         """Forget the ticks so far: they may be of a simulator that has ended."""
-        self._hear()
+        self._receive_ticks()
         self._ticks.clear()
         self._newest = None
 
     def take(self, earliest: float) -> bool:
-        """Go on to the first tick from `earliest` [s] on, or onto one that jumps back; whether it
-        has come.
+        """Advance to the first tick at or after `earliest` [s], or to one that jumps back; whether
+        there was one.
         """
-        self._hear()
+        self._receive_ticks()
         while self._ticks:
             tick, before = self._ticks.popleft(), self._newest
             self._newest = tick
             if before is not None and tick < before - 1e-9:
                 return True
             if tick > earliest - 1e-9:
-                if self._ticks and self._ticks[-1] - tick > BEHIND:
+                if self._ticks and self._ticks[-1] - tick > MAX_CLOCK_LAG:
                     self._newest = self._ticks.pop()
                     self._ticks.clear()
                 return True
         return False
 
-    def _hear(self) -> None:
+    def _receive_ticks(self) -> None:
         while (message := take(self._subscription)) is not None:
             self._ticks.append(seconds(message.clock))
 
     # ---------------------------------------------------------------- waiting
     def pass_time(self, duration: float, check: Callable[[], None]) -> None:
-        """Sleep until the time has gone on by `duration` [s] or `interrupt` was called.
+        """Sleep until the time has advanced by `duration` [s] or `interrupt` was called.
 
-        Simulated time may stand still as long as somebody publishes `/clock` (a paused simulation).
-        Raises SceneError when nobody does any more, when time jumps back because the simulator was
-        reset, and what `check` raises, which is called at every wake.
+        Simulated time may stand still as long as a node publishes `/clock` (a paused simulation).
+        `check` is called at every wake-up.
+
+        Raises:
+            SceneError: nobody publishes `/clock` any more, or time jumps back because the simulator
+                was reset; also what `check` raises.
         """
-        self._pass(duration, self.effect + max(duration, TICK), check)
+        self._pass(duration, self.effect + max(duration, CLOCK_TICK), check)
 
     def _pass(self, duration: float, until: float, check: Callable[[], None]) -> None:
-        """Pass time as `pass_time`, telling that nothing more is commanded before `until` [s]."""
+        """As `pass_time`, announcing that nothing more is commanded before `until` [s]."""
         start = self.now
-        self.tell(until)
+        self.publish_until(until)
         while not self._passed(start, duration) and not self.interrupted.is_set():
             check()
             if not self.simulated:
                 self.wait(start + duration - self.now)
-            elif not self.wait(STILL_PERIOD, self._subscription):
+            elif not self.wait(STILL_CHECK_PERIOD, self._subscription):
                 self._look_for_clock()
-                self.tell(until)  # who falls silent is waited for no longer
+                self.publish_until(until)  # the simulator stops waiting for a silent commander
+        self.refuse_standstill()
         if self.now < start - 1e-9:
             raise SceneError(
                 f"time jumped back from {start:.3f} s to {self.now:.3f} s: "
@@ -134,24 +148,50 @@ class SceneClock:
 
     def _passed(self, start: float, duration: float) -> bool:
         if self.simulated:
-            return self.take(start + max(duration, TICK) - LEAD)
+            return self.take(start + max(duration, CLOCK_TICK) - COMMAND_LEAD)
         return self.now > start + duration - 1e-9
 
     def settle(self, check: Callable[[], None]) -> None:
-        """Go on to the next tick and have a simulator in lockstep stand there, with all its samples
+        """Advance to the next tick, at which a simulator in lockstep stops with all its samples
         answered; `check` as in `pass_time`.
         """
         if self.simulated:
-            self._pass(TICK, self.now + TICK, check)
+            self._pass(CLOCK_TICK, self.now + CLOCK_TICK, check)
 
+    # ---------------------------------------------------------------- this process itself
+    def watch(self) -> None:
+        """From now on notice when this process itself stands still, as when a signal stopped it."""
+        self._due, self._stood_still = time.monotonic(), 0.0
+
+    def unwatch(self) -> None:
+        """Notice it no longer: nothing runs."""
+        self._due, self._stood_still = None, 0.0
+
+    def refuse_standstill(self) -> None:
+        """Raise SceneError when this process has stood still since the last call. It then has
+        neither commanded nor received, through no fault of the other nodes.
+        """
+        self._look()
+        still, self._stood_still = self._stood_still, 0.0
+        if self.simulated and still > STANDSTILL_TIMEOUT:
+            raise SceneError(f"this sequencer itself stood still for {still:.1f} s of wall time")
+
+    def _look(self, wait: float = 0.0) -> None:
+        """Keep by how much this call is late; the next is due in `wait` [s] of wall time."""
+        if self._due is not None:
+            now = time.monotonic()
+            self._stood_still = max(self._stood_still, now - self._due)
+            self._due = now + wait
+
+    # ---------------------------------------------------------------- waits of wall time
     def _look_for_clock(self) -> None:
         """Raise SceneError when nobody publishes /clock any more."""
         if not self.interrupted.is_set() and not self._node.count_publishers("/clock"):
             raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
 
     def await_tick(self, timeout: float) -> None:
-        """Go on to the next tick if it comes within `timeout` [s] of wall time."""
-        if self.simulated and not self.take(self.now + TICK - LEAD):
+        """Advance to the next tick if it comes within `timeout` [s] of wall time."""
+        if self.simulated and not self.take(self.now + CLOCK_TICK - COMMAND_LEAD):
             self.wait(timeout, self._subscription)
 
     def wait(self, timeout: float, subscription: Subscription | None = None) -> bool:
@@ -163,30 +203,36 @@ class SceneClock:
         waits.add_guard_condition(self._guard.handle)
         if subscription is not None:
             waits.add_subscription(subscription.handle)
+        self._look(max(0.0, timeout))
         waits.wait(max(0, int(timeout * 1e9)))
+        self._look()
         return bool(subscription and waits.get_ready_entities("subscription"))
 
     def interrupt(self) -> None:
-        """End a wait at once, from any thread; holds until `resume`."""
+        """End a wait at once, from any thread; stays in force until `resume`."""
         self.interrupted.set()
         self.wake()
 
     def wake(self) -> None:
-        """Have a wait look at what has changed, from any thread."""
+        """Make a wait check its conditions again, from any thread."""
         self._guard.trigger()
 
     def resume(self) -> None:
-        """Forget an interrupt."""
+        """Clear an interrupt."""
         self.interrupted.clear()
 
     # ---------------------------------------------------------------- word to the simulator
-    def tell(self, until: float | None = None) -> None:
-        """Tell that nothing more is commanded before `until` [s], or at the present tick."""
+    def publish_until(self, until: float | None = None) -> None:
+        """Announce that nothing more is commanded before `until` [s]; None: before the end of the
+        present tick.
+        """
         if self.simulated:
-            self._until.stamp = stamp_of_seconds(self.effect + TICK if until is None else until)
-            self._told.publish(self._until)
+            self._until.stamp = stamp_of_seconds(
+                self.effect + CLOCK_TICK if until is None else until
+            )
+            self._published.publish(self._until)
 
     def release(self) -> None:
-        """Tell that nothing is commanded any more."""
+        """Announce that this node commands nothing any more."""
         self._until.stamp = stamp_of_seconds(0.0)
-        self._told.publish(self._until)
+        self._published.publish(self._until)

@@ -37,13 +37,13 @@ from grasp_strategies.ros.reports import DRIVER, FAULT_MEMORY, SIMULATOR, Report
 from grasp_strategies.ros.scene_clock import SceneClock
 from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
-from softhand_ros.topics import LATEST, stamp_of_seconds, subscribe_by_hand, take
+from softhand_ros.topics import RELIABLE_DEEP, stamp_of_seconds, subscribe_by_hand, take
 
-MASS, PRESSURE = "mass", "pressure"  # control modes
-SILENCE = 0.5  # [s] of scene time without a message of a topic ...
-SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
-LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
-STATE_WAIT = 0.3  # [s] of wall time for which a tick waits for the state of its time
+MASS_MODE, PRESSURE_MODE = "mass", "pressure"  # control modes
+SILENCE_TIME = 0.5  # [s] of scene time without a message of a topic ...
+SILENCE_WALL_TIME = 1.0  # [s] ... and of wall time: its publisher has gone
+PUBLISHER_CHECK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
+STATE_TIMEOUT = 0.3  # [s] of wall time for which a tick waits for the state of its time
 
 
 class TopicScene:
@@ -72,24 +72,28 @@ class TopicScene:
         self._reports = Reports(node)
         self._object_command = ObjectCommand(node, self._reports.names[SIMULATOR])
         self._air_command = AirCommand(node)
-        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._receive_diagnostics, 10)
         self._driver = DriverCalls(node)
         self._target = AirTarget(np.zeros(0), np.zeros(0))
         self._modes: tuple[str, ...] = ()  # of the channels, as switched last
-        self._told_modes: tuple[str, ...] = ()  # by a report since then
+        self._reported_modes: tuple[str, ...] = ()  # by a report since then
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
-        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, LATEST)
+        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, RELIABLE_DEEP)
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
     def connect(self, time_out: float, on_wait: Callable[[str], None] = lambda what: None) -> None:
-        """Wait until every topic delivers and every command has a listener.
+        """Wait until every topic delivers messages and every command has a subscriber.
 
-        `on_wait` is told what is waited for. Raises SceneError after `time_out` [s] of wall time,
-        which names what is missing and who should provide it, and when interrupted. The time in
-        which a node reports that it is preparing does not count. From when all listen, simulated
-        time goes on by ticks, one a look, so that a strategy begins at the same in each run.
+        `on_wait` is called with what is missing, and may raise SceneError to end the wait. Time in
+        which a node reports that it is starting up does not count towards `time_out` [s] of wall
+        time. Once all are connected, simulated time advances tick by tick, so that a strategy
+        begins at the same simulated time in each run.
+
+        Raises:
+            SceneError: after `time_out`, naming what is missing and which node should provide it;
+                and when interrupted.
         """
         self._clock.forget()
         for feed in self.feeds:
@@ -97,27 +101,28 @@ class TopicScene:
                 pass  # what lies there may be from a simulator that has ended
             feed.forget()
         self._await_end_of(self._missing, time_out, on_wait)
-        # both tell once a second that a fault is over
+        # both report once a second, also that a fault is over
         self._await_end_of(self._standing_fault, FAULT_MEMORY, on_wait)
         self.channels = self._air.value.channels
         nothing = np.full(len(self.channels), np.nan)
         self._target = AirTarget(nothing, nothing)
-        told = self._told_modes or self._modes
-        self._modes = told if len(told) == len(nothing) else (MASS,) * len(nothing)
+        reported = self._reported_modes or self._modes
+        self._modes = reported if len(reported) == len(nothing) else (MASS_MODE,) * len(nothing)
+        self._clock.watch()
 
     def check_object(self, names: Collection[str]) -> None:
         """Raise SceneError unless the simulator has an object of one of these names, or when it
-        does not tell in a moment, in which it stands.
+        does not report one within FAULT_MEMORY.
         """
-        self._await_end_of(self._object_untold, FAULT_MEMORY)
+        self._await_end_of(self._object_unknown, FAULT_MEMORY)
         self._object_command.check(names)
 
-    def _object_untold(self) -> str:
+    def _object_unknown(self) -> str:
         if self._object_command.name:
             return ""
-        self._clock.tell()
-        self._clock.wait(LOOK_PERIOD)
-        return "word of the simulator which object it has"
+        self._clock.publish_until()
+        self._clock.wait(PUBLISHER_CHECK_PERIOD)
+        return "the simulator's report of its object"
 
     def _await_end_of(
         self,
@@ -136,29 +141,31 @@ class TopicScene:
                 raise SceneError(f"after {time_out:g} s of waiting: {what}")
 
     def _standing_fault(self) -> str:
-        """A fault that still stands after a moment, in which the simulator stands as well."""
+        """A fault that persists for a moment, in which the simulator stands still as well."""
         if fault := self._reports.fault:
-            self._clock.tell()
-            self._clock.wait(LOOK_PERIOD)
+            self._clock.publish_until()
+            self._clock.wait(PUBLISHER_CHECK_PERIOD)
         return fault
 
-    def _hear_others(self, message: DiagnosticArray) -> None:
-        self._reports.hear(message)
+    def _receive_diagnostics(self, message: DiagnosticArray) -> None:
+        self._reports.receive(message)
         if modes := read_modes(message, self._reports.names[DRIVER]):
-            self._told_modes = modes
-        self._object_command.hear(message)
+            self._reported_modes = modes
+        self._object_command.receive(message)
         if self._reports.fault:
             self._clock.wake()  # a strategy that sleeps ends at once
 
     def _missing(self) -> str:
-        """What is not there yet, by who should provide it; empty when all is there."""
+        """What is not available yet, by the node that should provide it; empty when nothing is
+        missing.
+        """
         absent = self._missing_listeners()
         if absent:
-            self._clock.wait(LOOK_PERIOD)
+            self._clock.wait(PUBLISHER_CHECK_PERIOD)
             self._clock.take(self._clock.now)
         else:
-            self._clock.tell()
-            self._clock.await_tick(LOOK_PERIOD)
+            self._clock.publish_until()
+            self._clock.await_tick(PUBLISHER_CHECK_PERIOD)
         self._catch_up()
         if self._clock.simulated and not self._clock.ticked:
             absent.setdefault(SIMULATOR, []).insert(0, "/clock")
@@ -171,7 +178,7 @@ class TopicScene:
         )
 
     def _missing_listeners(self) -> dict[str, list[str]]:
-        """Who does not hear commands yet, by the node that should."""
+        """Commands without a subscriber, by the node that should subscribe."""
         absent: dict[str, list[str]] = {}
         if not self._wrist_target.get_subscription_count():
             absent[SIMULATOR] = [f"a subscriber of {self._wrist_target.topic_name}"]
@@ -190,9 +197,9 @@ class TopicScene:
         return self._clock.now
 
     def step(self, duration: float) -> None:
-        """Sleep until the scene's time has gone on by `duration` [s] or `interrupt` was called.
+        """Sleep until the scene's time has advanced by `duration` [s] or `interrupt` was called.
 
-        Raises SceneError when time does not go on (`SceneClock.pass_time`), and at once when driver
+        Raises SceneError when time cannot advance (`SceneClock.pass_time`), and at once when driver
         or simulator report a fault.
         """
         self._air_command.repeat(self.time)
@@ -212,14 +219,17 @@ class TopicScene:
         self._wrist_target.publish(message)
 
     def hold_object(self, position: Array, orientation: Array) -> None:
-        """Publish where the object is held out, position (3,) [m] and quaternion (4,) in the wrist
-        frame; in simulated time it takes effect half a tick from now. Raises SceneError when nobody
-        hears it.
+        """Publish the pose at which the object is held out, position (3,) [m] and quaternion (4,)
+        in the wrist frame; in simulated time it takes effect half a tick from now.
+
+        Raises SceneError when nobody subscribes.
         """
         self._object_command.hold(position, orientation, self._clock.effect)
 
     def release_object(self, duration: float) -> None:
-        """Publish that what holds the object fades within a duration [s], as `hold_object`."""
+        """Publish that the holding spring fades within a duration [s]; effect and errors as
+        `hold_object`.
+        """
         self._object_command.release(duration, self._clock.effect)
 
     def command_air(self, masses: Array) -> None:
@@ -237,8 +247,8 @@ class TopicScene:
     def command_pressure(self, pressures: Array) -> None:
         """Publish target gauge pressures (channels,) [Pa], as `command_air`.
 
-        A channel that has to switch its control mode does so at a tick at which the simulation
-        stands: that takes one. Raises SceneError when the driver does not switch it.
+        A change of a channel's control mode takes one tick, at which the simulation stands still.
+        Raises SceneError when the driver does not change it.
         """
         keeps = np.isnan(pressures)
         self._command(
@@ -251,29 +261,33 @@ class TopicScene:
     def _command(self, target: AirTarget) -> None:
         self._target = target
         modes = tuple(
-            PRESSURE if np.isfinite(pressure) else MASS if np.isfinite(mass) else mode
+            PRESSURE_MODE if np.isfinite(pressure) else MASS_MODE if np.isfinite(mass) else mode
             for mode, mass, pressure in zip(self._modes, *target, strict=True)
         )
         if modes != self._modes:
             self._clock.settle(self._refuse_fault)
             if refusal := self._driver.set_modes(modes):
                 raise SceneError(refusal)
-            self._modes, self._told_modes = modes, ()
+            self._modes, self._reported_modes = modes, ()
+            self._clock.watch()  # the driver's answer may have taken long
         effect = self._clock.effect if self._clock.simulated else 0.0
         self._air_command.send(self.channels, target, self.time, effect)
 
     def take_air(self) -> None:
-        """Become a commander of the air; this and the next are for the executor's thread."""
+        """Begin to command the air; this and `go_on_holding` must be called in the executor's
+        thread.
+        """
         self._air_command.begin()
 
     def go_on_holding(self) -> bool:
         """After a strategy: keep the air in the hand, if there is any; whether there is."""
+        self._clock.unwatch()
         return self._air_command.hold(obeyed=not self._reports.fault)
 
     def vent(self) -> None:
-        """Call the driver's vent.
+        """Call the driver's vent service.
 
-        When it does not confirm, all air is commanded out and SceneError raised.
+        When the driver does not confirm, all air is commanded out and SceneError is raised.
         """
         refusal = self._driver.vent()
         if not refusal:
@@ -285,16 +299,17 @@ class TopicScene:
 
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
-        """Return the state of the scene's time; raises SceneError that names a topic that fell
-        silent.
+        """Return the state at the scene's time. Raises SceneError when a topic has fallen silent
+        (names it), or when this process itself was stopped.
         """
         self._refuse_fault()
         self._catch_up()
+        self._clock.refuse_standstill()
         now, wall = self.time, time.monotonic()
         for feed in self.feeds:
-            if feed.silent_for(now, wall, SILENCE, SILENCE_WALL):
+            if feed.silent_for(now, wall, SILENCE_TIME, SILENCE_WALL_TIME):
                 raise SceneError(
-                    f"no usable message on {_complaint(feed)} for {SILENCE:g} s "
+                    f"no usable message on {_complaint(feed)} for {SILENCE_TIME:g} s "
                     f"(has {feed.source} ended?)"
                 )
         air = self._air.value
@@ -316,19 +331,22 @@ class TopicScene:
         )
 
     def _refuse_fault(self) -> None:
+        self._clock.refuse_standstill()
         if fault := self._reports.fault:
             raise SceneError(fault)
 
     def _catch_up(self) -> None:
-        """Take of every topic what the scene's time has; wait a little for what comes with it."""
+        """Take the messages of every topic up to the scene's time, waiting briefly for those of
+        this tick.
+        """
         for feed in self.feeds:
             there = self._follow(feed)
             if feed.each_tick and self._clock.ticked:
                 feed.punctual = there or (feed.punctual and self._await(feed))
 
     def _await(self, feed: Feed) -> bool:
-        """Wait for the state of the scene's time on a topic; whether it has come."""
-        end = time.monotonic() + STATE_WAIT
+        """Wait for the message of a topic at the scene's time; whether it has come."""
+        end = time.monotonic() + STATE_TIMEOUT
         while (left := end - time.monotonic()) > 0 and not self._clock.interrupted.is_set():
             self._clock.wait(left, self._subscriptions[feed.topic])
             if self._follow(feed):

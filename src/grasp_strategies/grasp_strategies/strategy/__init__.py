@@ -1,4 +1,4 @@
-"""Strategies as data: their files, the world they were tried in, variants, what they fit."""
+"""Strategies as data: files, the scenes they were tried in, variants, and matching objects."""
 
 from grasp_strategies.strategy.description import (
     Condition,
@@ -9,10 +9,15 @@ from grasp_strategies.strategy.description import (
     Vector,
     Waypoint,
 )
-from grasp_strategies.strategy.reading import DATA, load_strategy, read_strategy, strategy_names
+from grasp_strategies.strategy.reading import (
+    STRATEGY_FOLDER,
+    load_strategy,
+    read_strategy,
+    strategy_names,
+)
 
 __all__ = [
-    "DATA",
+    "STRATEGY_FOLDER",
     "Condition",
     "HeldOut",
     "Phase",

@@ -1,4 +1,6 @@
-"""A grasp strategy as data: phases of wrist motion and air; `reading` tells of its file."""
+"""A grasp strategy as data: phases of wrist motion and air. The file format is described in
+`reading`.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,9 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Where the point `pivot` [m] of the wrist's axes goes: `position` [m] and, for the whole
-    wrist, `rpy` [rad], None to keep it, in a frame.
+    """Goal of a wrist motion: where the point `pivot` (3,) [m] of the wrist frame moves, as
+    `position` (3,) [m] in a `frame`. `rpy` (3,) [rad] is the goal orientation of the wrist; None
+    keeps it.
     """
 
     frame: str
@@ -34,8 +37,8 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Where the object is held out to the hand: position [m], quaternion (x, y, z, w), in the wrist
-    frame.
+    """Pose in the wrist frame at which the object is held out to the hand: position (3,) [m],
+    quaternion (x, y, z, w).
     """
 
     position: Vector
@@ -65,9 +68,11 @@ class Condition:
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg], gauge pressures [Pa]; see
-    `reading`. `held_out` is where the object is held from its beginning on, `release` the
-    time in which it is let go.
+    """One phase of a strategy; its keys are described in `reading`.
+
+    Times are in [s], speeds in [m/s] and [rad/s], air masses in [kg], gauge pressures in [Pa].
+    `held_out` is the pose at which the object is held from the beginning of the phase, `release`
+    the time in which the holding spring fades.
     """
 
     name: str
@@ -88,14 +93,14 @@ class Phase:
 
     @property
     def conditional(self) -> bool:
-        """Whether a condition ends it, rather than the end of motion, ramp and duration."""
+        """Whether a condition ends the phase, rather than the end of motion, ramp and duration."""
         return bool(self.until or self.until_touching)
 
 
 @dataclass(frozen=True)
 class Success:
-    """When a grasp counts: least lift [m] and hold [s], the phase to judge, largest slip [m] and
-    largest turn [rad] of the object in the hand.
+    """Criteria of success: least lift [m], least hold time [s], name of the hold phase, largest
+    slip [m] and largest turn [rad] of the object in the hand.
     """
 
     lift_height: float = 0.100

@@ -1,10 +1,12 @@
-"""Which shipped strategy fits an object, by what the strategies' files say that they lift."""
+"""Which shipped strategies lift an object, according to the strategies' files."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from grasp_strategies.strategy import Strategy, load_strategy, strategy_names
 from grasp_strategies.strategy.tried_with import TriedWith
-from softhand_model.documents.quoted import quoted
+from softhand_common.documents.quoted import quoted
 
 USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"
 
@@ -47,6 +49,23 @@ def choose_strategy(object_name: str | None, hand: str | None = None) -> str:
             "it is tried all the same with one of your choice (make: STRATEGY=..., else --strategy)"
         )
     return fitting[0]
+
+
+def simulator_parameters(strategy: Strategy) -> dict[str, Any]:
+    """Parameters of a simulator, by name, for a strategy that holds its object out to the hand;
+    empty for others, which run with any object and scene.
+    """
+    if not strategy.holds_object_out:
+        return {}
+    tried = strategy.tried_with
+    return {
+        "hand": strategy.hand,
+        "object": strategy.objects[0],
+        "scene": tried.scene,
+        "step": tried.step,
+        "segments": tried.segments,
+        "finger_contact": tried.finger_contact,
+    }
 
 
 def misfit(strategy: Strategy, object_name: str) -> str:

@@ -49,14 +49,14 @@ from grasp_strategies.strategy.description import (
     Vector,
     Waypoint,
 )
-from grasp_strategies.strategy.tried_with import KEYS as TRIED_WITH
-from grasp_strategies.strategy.tried_with import read_tried_with
-from softhand_model.documents.quoted import listed, quoted
-from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
+from grasp_strategies.strategy.tried_with import TRIED_WITH_KEYS, read_tried_with
+from softhand_common.documents.quoted import listed, unknown
+from softhand_common.documents.yaml_document import Bounds, Node, is_document, read_document
 
-DATA = Path(__file__).parents[1] / "data" / "strategies"
-FRAMES = ("object", "environment", "wrist", "wrist_level")
-TOUCHING = "touching"
+STRATEGY_FOLDER = Path(__file__).parents[1] / "data" / "strategies"
+TAXONOMY_FOLDER = "feix"  # folder of the grasps of the Feix taxonomy, written by `thesis run feix`
+WAYPOINT_FRAMES = ("object", "environment", "wrist", "wrist_level")
+TOUCHING_KEY = "touching"
 DEFAULT_TURN_SPEED = 1.5  # [rad/s]
 
 _PHASE_KEYS = (
@@ -75,22 +75,32 @@ _PHASE_KEYS = (
     "option",
 )
 # one of these a phase has to have
-DOES = ("wrist", "air_mass", "pressure", "duration", "until", "hold_object", "release_object")
+ACTION_KEYS = (
+    "wrist",
+    "air_mass",
+    "pressure",
+    "duration",
+    "until",
+    "hold_object",
+    "release_object",
+)
 
-LONGEST = Bounds(0.0, 3600.0, "s")
-PLACE = Bounds(-10.0, 10.0, "m")
-ANGLE = Bounds(-4.0 * math.pi, 4.0 * math.pi, "rad")
-AIR_MASS = Bounds(0.0, 0.1, "kg")  # 80 l
-PRESSURE = Bounds(0.0, 1e6, "Pa")
-THRESHOLDS = {
+DURATION_BOUNDS = Bounds(0.0, 3600.0, "s")
+POSITION_BOUNDS = Bounds(-10.0, 10.0, "m")
+ANGLE_BOUNDS = Bounds(-4.0 * math.pi, 4.0 * math.pi, "rad")
+AIR_MASS_BOUNDS = Bounds(0.0, 0.1, "kg")  # 80 l
+PRESSURE_BOUNDS = Bounds(0.0, 1e6, "Pa")
+THRESHOLD_BOUNDS = {
     "contact_force": Bounds(-1e4, 1e4, "N"),
-    "height": PLACE,
+    "height": POSITION_BOUNDS,
     "air_mass_error": Bounds(-0.1, 0.1, "kg"),
     "pressure_error": Bounds(0.0, 1e6, "Pa"),
     "pressure": Bounds(-1e5, 1e7, "Pa"),
 }
-BOUNDS = {
-    **dict.fromkeys(("duration", "air_ramp", "time_out", "hold_time", "release_object"), LONGEST),
+KEY_BOUNDS = {
+    **dict.fromkeys(
+        ("duration", "air_ramp", "time_out", "hold_time", "release_object"), DURATION_BOUNDS
+    ),
     **dict.fromkeys(("lift_height", "max_slip"), Bounds(0.0, 10.0, "m")),
     "speed": Bounds(0.0, 10.0, "m/s"),
     "turn_speed": Bounds(0.0, 100.0, "rad/s"),
@@ -98,9 +108,15 @@ BOUNDS = {
 }
 
 
-def strategy_names() -> list[str]:
-    """Names of the strategies that come with the package."""
-    return sorted(path.stem for path in DATA.glob("*.yaml"))
+def strategy_names(folder: str = "") -> list[str]:
+    """Names of the strategies that come with the package: those of general use, or of a folder.
+
+    >>> strategy_names("feix")[:2]
+    ['feix/01', 'feix/02']
+    """
+    return sorted(
+        f"{folder}/{p.stem}".strip("/") for p in (STRATEGY_FOLDER / folder).glob("*.yaml")
+    )
 
 
 def load_strategy(name: str | Path) -> Strategy:
@@ -114,12 +130,13 @@ def load_strategy(name: str | Path) -> Strategy:
     """
     path = Path(name)
     if path.suffix != ".yaml":
-        if str(name) not in strategy_names():
+        stored = strategy_names(TAXONOMY_FOLDER)
+        if str(name) not in (*strategy_names(), *stored):
             raise ValueError(
-                f"strategy: expected one of {', '.join(strategy_names())} or the path of a "
-                f".yaml file, got {quoted(str(name))}"
+                f"strategy: expected one of {', '.join(strategy_names())}, {stored[0]} to "
+                f"{stored[-1]} or the path of a .yaml file, got {unknown(name, strategy_names())}"
             )
-        path = DATA / f"{name}.yaml"
+        path = STRATEGY_FOLDER / f"{name}.yaml"
     return read_strategy(read_document(path, FORMAT))
 
 
@@ -127,7 +144,7 @@ def read_strategy(document: Node) -> Strategy:
     """The strategy of a document; raises ValueError as `load_strategy`."""
     top = document.fields(
         ("format", "name", "description", "hand", "phases"),
-        ("object_rpy", "objects", "success", *TRIED_WITH),
+        ("object_rpy", "objects", "success", *TRIED_WITH_KEYS),
     )
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
@@ -140,7 +157,7 @@ def read_strategy(document: Node) -> Strategy:
         top["name"].text(),
         top["description"].text(),
         _hand(top["hand"]),
-        _vector(top["object_rpy"], ANGLE) if "object_rpy" in top else None,
+        _vector(top["object_rpy"], ANGLE_BOUNDS) if "object_rpy" in top else None,
         tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
@@ -161,11 +178,9 @@ def _hand(node: Node) -> str:
 
 def _success(node: Node) -> Success:
     fields = node.fields(optional=tuple(Success.__dataclass_fields__))
-    read = {
-        key: child.text() if key == "hold_phase" else _above_zero(child, BOUNDS[key])
-        for key, child in fields.items()
-    }
-    return Success(**read)
+    phase = fields.pop("hold_phase", None)
+    read = {key: _above_zero(child, KEY_BOUNDS[key]) for key, child in fields.items()}
+    return Success(**read, hold_phase=Success.hold_phase if phase is None else phase.text())
 
 
 def _phase(node: Node) -> Phase:
@@ -179,8 +194,8 @@ def _phase(node: Node) -> Phase:
         speed=_positive(fields, "speed"),
         turn_speed=_positive(fields, "turn_speed") or DEFAULT_TURN_SPEED,
         duration=_positive(fields, "duration"),
-        air_mass=_by_channel(fields, "air_mass", AIR_MASS),
-        pressure=_by_channel(fields, "pressure", PRESSURE),
+        air_mass=_by_channel(fields, "air_mass", AIR_MASS_BOUNDS),
+        pressure=_by_channel(fields, "pressure", PRESSURE_BOUNDS),
         air_ramp=_positive(fields, "air_ramp") or 0.0,
         until=conditions,
         until_touching=touching,
@@ -196,15 +211,15 @@ def _phase(node: Node) -> Phase:
 def _held_out(node: Node) -> HeldOut:
     fields = node.fields(("position",), ("orientation",))
     if "orientation" not in fields:
-        return HeldOut(_vector(fields["position"], PLACE), (0.0, 0.0, 0.0, 1.0))
+        return HeldOut(_vector(fields["position"], POSITION_BOUNDS), (0.0, 0.0, 0.0, 1.0))
     x, y, z, w = fields["orientation"].vector(4)
     if not abs(math.hypot(x, y, z, w) - 1.0) < 1e-2:
         raise fields["orientation"].error("a unit quaternion x, y, z, w")
-    return HeldOut(_vector(fields["position"], PLACE), (x, y, z, w))
+    return HeldOut(_vector(fields["position"], POSITION_BOUNDS), (x, y, z, w))
 
 
 def _positive(fields: dict[str, Node], key: str) -> float | None:
-    return _above_zero(fields[key], BOUNDS[key]) if key in fields else None
+    return _above_zero(fields[key], KEY_BOUNDS[key]) if key in fields else None
 
 
 def _above_zero(node: Node, bounds: Bounds) -> float:
@@ -218,7 +233,7 @@ def _vector(node: Node, bounds: Bounds) -> Vector:
 
 
 def _check_timing(node: Node, fields: dict[str, Node]) -> None:
-    """Refuse phases that could not end or whose speed is not defined."""
+    """Raise DocumentError for a phase that could not end or whose speed is undefined."""
     if "wrist" in fields and ("speed" in fields) == ("duration" in fields):
         raise node.error("either `speed` or `duration` beside `wrist`")
     if "wrist" not in fields and "speed" in fields:
@@ -227,12 +242,14 @@ def _check_timing(node: Node, fields: dict[str, Node]) -> None:
         raise node.error("a `time_out` beside `until`")
     if "until" not in fields and ("time_out" in fields or "on_time_out" in fields):
         raise node.error("an `until` beside `time_out`")
-    if not set(DOES) & fields.keys():
-        raise node.error(f"at least one of {', '.join(f'`{key}`' for key in DOES)}")
+    if not set(ACTION_KEYS) & fields.keys():
+        raise node.error(f"at least one of {', '.join(f'`{key}`' for key in ACTION_KEYS)}")
 
 
 def _check_air(fields: dict[str, Node]) -> None:
-    """Refuse a ramp of nothing, and a channel that is to have both a mass and a pressure."""
+    """Raise DocumentError for a ramp without a target, and for a channel with both mass and
+    pressure.
+    """
     air = [fields[key] for key in ("air_mass", "pressure") if key in fields]
     if "air_ramp" in fields and not air:
         raise fields["air_ramp"].error("no ramp in a phase without `air_mass` or `pressure`")
@@ -243,10 +260,10 @@ def _check_air(fields: dict[str, Node]) -> None:
 def _waypoint(node: Node) -> Waypoint:
     fields = node.fields(("frame", "position"), ("rpy", "pivot"))
     return Waypoint(
-        fields["frame"].choice(FRAMES),
-        _vector(fields["position"], PLACE),
-        _vector(fields["rpy"], ANGLE) if "rpy" in fields else None,
-        _vector(fields["pivot"], PLACE) if "pivot" in fields else (0.0, 0.0, 0.0),
+        fields["frame"].choice(WAYPOINT_FRAMES),
+        _vector(fields["position"], POSITION_BOUNDS),
+        _vector(fields["rpy"], ANGLE_BOUNDS) if "rpy" in fields else None,
+        _vector(fields["pivot"], POSITION_BOUNDS) if "pivot" in fields else (0.0, 0.0, 0.0),
     )
 
 
@@ -257,13 +274,15 @@ def _by_channel(fields: dict[str, Node], key: str, bounds: Bounds) -> dict[str, 
 
 
 def _until(node: Node) -> tuple[tuple[Condition, ...], frozenset[str]]:
-    """Conditions on quantities, and the bodies of which all shall press on the object."""
-    fields = node.fields(optional=(*QUANTITIES, TOUCHING))
+    """Conditions on quantities, and the bodies that must all press on the object."""
+    fields = node.fields(optional=(*QUANTITIES, TOUCHING_KEY))
     if not fields:
-        raise node.error(f"at least one of {', '.join((*QUANTITIES, TOUCHING))}")
-    bodies = [name.text() for name in fields[TOUCHING].items()] if TOUCHING in fields else []
-    if TOUCHING in fields and not bodies:
-        raise fields[TOUCHING].error("at least one name")
+        raise node.error(f"at least one of {', '.join((*QUANTITIES, TOUCHING_KEY))}")
+    bodies = (
+        [name.text() for name in fields[TOUCHING_KEY].items()] if TOUCHING_KEY in fields else []
+    )
+    if TOUCHING_KEY in fields and not bodies:
+        raise fields[TOUCHING_KEY].error("at least one name")
     conditions = [_condition(name, fields[name]) for name in QUANTITIES if name in fields]
     return tuple(conditions), frozenset(bodies)
 
@@ -273,4 +292,4 @@ def _condition(quantity: str, node: Node) -> Condition:
     if len(bounds) != 1:
         raise node.error("either `above` or `below`")
     ((relation, value),) = bounds.items()
-    return Condition(quantity, relation == "above", value.within(THRESHOLDS[quantity]))
+    return Condition(quantity, relation == "above", value.within(THRESHOLD_BOUNDS[quantity]))

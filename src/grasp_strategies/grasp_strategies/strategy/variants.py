@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from grasp_strategies.strategy import Phase, Strategy, Vector
-from softhand_model.documents.quoted import listed
+from softhand_common.documents.quoted import listed
 
-DISPLACED = ("object", "environment")  # frames in which a goal stands anew, not from the last one
+# frames in which a goal stands anew, not from the last one
+DISPLACED_FRAMES = ("object", "environment")
 
 
 def varied(
@@ -17,10 +18,10 @@ def varied(
     air_scale: float = 1.0,
     displacement: Vector = (0.0, 0.0, 0.0),
 ) -> Strategy:
-    """A strategy changed on purpose.
+    """A modified copy of a strategy.
 
     Args:
-        strategy: as it was written.
+        strategy: the original.
         without: names of the phases that are left out.
         air_scale: factor on commanded air masses and pressures [-]; 0: nothing is inflated.
         displacement: added to wrist goals (x, y, z) [m] in the frames `object` and `environment`.
@@ -48,7 +49,7 @@ def _with_air(phase: Phase, scale: float) -> Phase:
 
 def _displaced(phase: Phase, displacement: Vector) -> Phase:
     goal = phase.wrist
-    if goal is None or goal.frame not in DISPLACED:
+    if goal is None or goal.frame not in DISPLACED_FRAMES:
         return phase
     x, y, z = (a + b for a, b in zip(goal.position, displacement, strict=True))
     return replace(phase, wrist=replace(goal, position=(x, y, z)))

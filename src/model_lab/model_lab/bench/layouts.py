@@ -1,7 +1,7 @@
 """Planned sets, before anything is measured: runs driven by an input, held tips, valve pulses.
 
-A held tip is in ever other poses, the base on a force-torque sensor. Valve pulses start from many
-pressures: of a channel whose vessel is set anew before each pulse.
+In `base_torque` the tip is held in changing poses while a force-torque sensor carries the base.
+Valve pulses start at many channel pressures, each set before its pulse.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from model_lab.aliases import Array, Mask
 from model_lab.bench.protocols import PROTOCOLS
-from model_lab.experiments.base_torque import SEGMENTS
+from model_lab.experiments.base_torque import FINGER_SEGMENTS
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
     DEFLATE,
@@ -29,10 +29,10 @@ from softhand_model.gas import AMBIENT_PRESSURE, psi
 from softhand_model.hand.section import free_curvature
 
 DURATION = 24.0  # [s] of a run
-SAMPLES = 200
+SAMPLES_A_RUN = 200
 PEAKS = {"free_bending": 45e3, "blocked_tip": 45e3, "uniaxial": 2.0}  # [Pa], or stretch above 1
 MODE_PEAKS = {"uniaxial": 3.5, "pure_shear": 2.5, "equibiaxial": 1.6}  # stretch above 1 of rubber
-SHARES = (1.0, 1.0, 0.5, 0.5, 1.0, 2.0)  # of DURATION, by protocol
+DURATION_SHARES = (1.0, 1.0, 0.5, 0.5, 1.0, 2.0)  # of DURATION, by protocol
 SPECIMENS = {
     "thin": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025},
     "thick": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.004, "side_wall": 0.0025},
@@ -44,8 +44,8 @@ SETTINGS = (  # temperature [K] and mount of each protocol in turn
     (293.15, "base_up"),
     (313.15, "bending_plane_level"),
 )
-HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
-PEAK = 40e3  # [Pa]
+HELD_RUN_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
+PEAK_PRESSURE = 40e3  # [Pa]
 # protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
 # bending, twist), and the share of it that a force does instead of a moment, nearer the base
 PUSHES = {
@@ -71,11 +71,13 @@ PRESSURES = {  # share of the peak over share of the duration
 }
 PULSES = 200
 SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
-LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
-QUICKER = 6.0  # times shorter deflating
-LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
-DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
-POINTS = 9  # of the integrals over a pulse
+PULSE_DURATIONS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
+DEFLATION_SPEEDUP = 6.0  # times shorter deflating
+CHANNEL_PRESSURES = (10e3, 150e3)  # [Pa] gauge
+PRESSURE_DRIFT = (
+    0.05  # of the pressures within a pulse, falling on the one side and rising on the other
+)
+INTEGRAL_POINTS = 9  # of the integrals over a pulse
 
 
 # ---------------------------------------------------------------------- driven by an input
@@ -84,15 +86,15 @@ def driven_set(experiment: str) -> MeasurementSet:
     runs = []
     specimens: dict[str, Specimen] = {}
     for repeat in "ab":
-        for order, (protocol, share) in enumerate(zip(PROTOCOLS, SHARES, strict=False)):
+        for order, (protocol, share) in enumerate(zip(PROTOCOLS, DURATION_SHARES, strict=False)):
             warm, mount = SETTINGS[order % len(SETTINGS)]
             specimen = _specimen(experiment, order, mount)
             specimens[specimen.name] = specimen
             mode = MODES[order // 2 % len(MODES)] if experiment == "rubber" else ""
             peak = MODE_PEAKS[mode] if mode else PEAKS[experiment]
-            time, course = protocol.course(share * DURATION, peak, SAMPLES)
+            time, course = protocol.course(share * DURATION, peak, SAMPLES_A_RUN)
             columns = {"time": time, **_driving(experiment, course)}
-            columns[OUTPUTS[experiment][0]] = np.zeros(SAMPLES)
+            columns[OUTPUTS[experiment][0]] = np.zeros(SAMPLES_A_RUN)
             name = f"r{order + 1}{repeat}"
             runs.append(Run(name, specimen.name, protocol.name, warm, columns, mode=mode))
     title = f"synthesised {experiment.replace('_', ' ')}"
@@ -117,9 +119,10 @@ def _specimen(experiment: str, order: int, mount: str) -> Specimen:
 def held_tip_set() -> MeasurementSet:
     """One actuator under six ways to push and turn its tip."""
     finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
-    outputs = {name: np.zeros(HELD_SAMPLES) for name in OUTPUTS["base_torque"]}
+    outputs = {name: np.zeros(HELD_RUN_SAMPLES) for name in OUTPUTS["base_torque"]}
     columns = {
-        protocol: held_columns(finger, protocol, PEAK, HELD_DURATION, HELD_SAMPLES) | outputs
+        protocol: held_columns(finger, protocol, PEAK_PRESSURE, HELD_DURATION, HELD_RUN_SAMPLES)
+        | outputs
         for protocol in PUSHES
     }
     runs = [
@@ -151,7 +154,7 @@ def _course(corners: tuple[tuple[float, float], ...], time: Array) -> Array:
 def _chain(finger: Specimen, columns: dict[str, Array]) -> SegmentChain:
     run = Run("r", finger.name, "r", 293.15, columns)
     alone = MeasurementSet("base_torque", "", {finger.name: finger}, (run,))
-    return SpecimenSegments(alone, SEGMENTS).chains[finger.name]
+    return SpecimenSegments(alone, FINGER_SEGMENTS).chains[finger.name]
 
 
 def _free_angle(finger: Specimen, pressure: Array) -> Array:
@@ -168,12 +171,12 @@ def _pose(
     *most, forced = push
     course = _course(PUSH_COURSE, time)
     place, rotation = np.zeros((len(time), 3)), Rotation.identity(len(time))
-    for joint in range(SEGMENTS):
+    for joint in range(FINGER_SEGMENTS):
         # a force at the tip bends the base more than the tip, a moment all alike
-        share = 1.0 + forced * (1.0 - (2.0 * joint + 1.0) / SEGMENTS)
+        share = 1.0 + forced * (1.0 - (2.0 * joint + 1.0) / FINGER_SEGMENTS)
         place = place + rotation.apply(chain.offset[joint])
-        bend = np.outer(course * share, most) / SEGMENTS
-        bend[:, 1] += angle / SEGMENTS
+        bend = np.outer(course * share, most) / FINGER_SEGMENTS
+        bend[:, 1] += angle / FINGER_SEGMENTS
         rotation = rotation * Rotation.from_rotvec(bend)
     place = place + rotation.apply(chain.tip_offset)
     return dict(zip(TIP_POSE, [*place.T, *rotation.as_quat().T], strict=True))
@@ -184,11 +187,11 @@ def pulse_set(random: np.random.Generator) -> MeasurementSet:
     """Short and long pulses at three supply pressures, inflating and deflating."""
     columns = {
         f"{supply}_{length}": pulse_columns(
-            SUPPLIES[supply] + AMBIENT_PRESSURE, LENGTHS[length], random
+            SUPPLIES[supply] + AMBIENT_PRESSURE, PULSE_DURATIONS[length], random
         )
         | {"mass": np.zeros(PULSES)}
         for supply in SUPPLIES
-        for length in LENGTHS
+        for length in PULSE_DURATIONS
     }
     runs = [
         Run(f"r{order + 1}{repeat}", "channel", protocol, 293.15, columns[protocol])
@@ -206,8 +209,9 @@ def pulse_columns(
     inflating = random.uniform(size=PULSES) < 0.5
     shortest, longest = length
     duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)
-    duration = np.where(inflating, duration, duration / QUICKER)
-    channel = AMBIENT_PRESSURE + random.uniform(LEAST, min(MOST, 0.9 * supply - 101e3), PULSES)
+    duration = np.where(inflating, duration, duration / DEFLATION_SPEEDUP)
+    low, high = CHANNEL_PRESSURES
+    channel = AMBIENT_PRESSURE + random.uniform(low, min(high, 0.9 * supply - 101e3), PULSES)
     sagging = supply * random.uniform(0.94, 1.0, PULSES)  # other channels draw from it as well
     p_in = np.where(inflating, sagging, channel)
     p_out = np.where(inflating, channel, AMBIENT_PRESSURE)
@@ -224,7 +228,7 @@ def pulse_columns(
 
 def _integrals(inflating: Mask, p_in: Array, p_out: Array) -> tuple[Array, Array]:
     """Means (pulses,) [Pa] of p_in - p_out and of p_in*Psi while the channel's pressure moves."""
-    along = DRIFT * np.linspace(0.0, 1.0, POINTS)[:, None]
+    along = PRESSURE_DRIFT * np.linspace(0.0, 1.0, INTEGRAL_POINTS)[:, None]
     into = np.where(inflating, p_in, p_in * (1.0 - along))
     out = np.where(inflating, p_out * (1.0 + along), p_out)
     return np.mean(into - out, axis=0), np.mean(into * psi(out / into), axis=0)

@@ -1,4 +1,4 @@
-"""Protocols that tell effects apart: courses of the driving input (pressure or stretch) over time.
+"""Protocols that separate effects: courses of the driving input (pressure or stretch) over time.
 
 All go from rest to a peak; `plan` chooses among them and `synthesize` measures with them.
 """

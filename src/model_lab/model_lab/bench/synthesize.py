@@ -18,9 +18,12 @@ import numpy as np
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
-from model_lab.experiments.valve_pulse import USUAL
+from model_lab.experiments.valve_pulse import USUAL_CONDUCTANCE
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.measurements.save import write_set
+from model_lab.measurements.save import check_folder, set_files
+from softhand_common.documents.json_document import json_node
+from softhand_common.documents.output_file import write_files
+from softhand_common.documents.yaml_document import Node
 from softhand_model.effects import Effect, effect_classes
 
 SEAL = ".seal"
@@ -34,16 +37,18 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
 }
 EXPERIMENTS = tuple(EMPTY)
 NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
-FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
-MODULUS = (0.93, 1.07)  # calibration, over its nominal value
-NUDGE = 1.05  # of the calibration, to see what it takes up
-TRIES = 100  # effects that are drawn at the most
+EFFECT_OVER_NOISE = (
+    3.0,
+    10.0,
+)  # change of the readings by the effect, root mean square, least and most
+BATCH_MODULUS_SCALES = (0.93, 1.07)  # calibration, over its nominal value
+CALIBRATION_STEP = 1.05  # of the calibration, to see what it takes up
+MOST_DRAWS = 100  # effects that are drawn at the most
 
 
-def seal(folder: Path, truth: dict[str, Any]) -> None:
-    """Put the truth into the folder, encoded so that no glance at the file gives it away."""
-    text = base64.b64encode(json.dumps(truth).encode()).decode()
-    (folder / SEAL).write_text(text + "\n", encoding="ascii")
+def sealed(truth: dict[str, Any]) -> str:
+    """The truth, encoded so that nobody reads it by accident."""
+    return base64.b64encode(json.dumps(truth).encode()).decode() + "\n"
 
 
 def open_seal(folder: Path) -> dict[str, Any]:
@@ -55,12 +60,27 @@ def open_seal(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         raise ValueError(f"{path}: expected the seal of a synthesised set, got no such file")
     try:
-        truth = json.loads(base64.b64decode(path.read_text(encoding="ascii"), validate=False))
+        text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
         raise ValueError(f"{path}: expected an unbroken seal, got {reason}") from reason
-    if not isinstance(truth, dict):
-        raise ValueError(f"{path}: expected the truth of a synthesised set, got {truth!r}")
-    return truth
+    node = json_node(str(path), text)
+    truth = node.fields(["effects", "calibration", "noise", "seed"])
+    for effect in truth["effects"].items():
+        of_effect = effect.fields(["name", "parameters"])
+        of_effect["name"].text()
+        _check_numbers(of_effect["parameters"])
+    _check_numbers(truth["calibration"])
+    truth["noise"].number(0.0)
+    return dict(node.value)
+
+
+def _check_numbers(node: Node) -> None:
+    """Raise DocumentError unless all entries are numbers, by name, or by name and batch."""
+    for child in node.mapping().values():
+        if isinstance(child.value, dict):
+            _check_numbers(child)
+        else:
+            child.number()
 
 
 @dataclass(frozen=True)
@@ -95,7 +115,7 @@ def synthesize(
             f"experiment: expected one of {', '.join(EXPERIMENTS)} to synthesize, got {experiment}"
         )
     random = np.random.default_rng(seed)
-    bench = _Bench(EMPTY[experiment](random), random, noise)
+    bench = _Rig(EMPTY[experiment](random), random, noise)
     known = effect_classes() if classes is None else classes
     chosen = (bench.hidden_effect(known, tell),) if hide else ()
     truth = {
@@ -109,12 +129,12 @@ def synthesize(
 
 def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
     """Write the set and, beside it, the sealed truth."""
-    write_set(made.data, folder, force)
-    seal(folder, made.truth)
+    check_folder(folder, force)
+    write_files(set_files(made.data, folder) | {folder / SEAL: sealed(made.truth)})
 
 
-class _Bench:
-    """What the set is measured on: its true calibration and its noise."""
+class _Rig:
+    """The simulated rig: its true calibration and its noise."""
 
     def __init__(self, empty: MeasurementSet, random: np.random.Generator, noise: float) -> None:
         self.empty, self._random, self._scatter = empty, random, noise
@@ -134,12 +154,16 @@ class _Bench:
         ]
         given_way = np.linalg.qr(self._nudges())[0]
         order = self._random.permutation(len(able))
-        for attempt in range(TRIES if able else 0):
-            tell("drawing an effect that shows", attempt + 1, TRIES)
+        for attempt in range(MOST_DRAWS if able else 0):
+            tell("drawing an effect that shows", attempt + 1, MOST_DRAWS)
             effect = self._drawn(able[order[attempt % len(able)]])
             change = self._predicted((effect,)) - self._base
             change = change - given_way @ (given_way.T @ change)
-            if FLOORS[0] <= np.sqrt(np.mean(change**2)) / self._floor <= FLOORS[1]:
+            if (
+                EFFECT_OVER_NOISE[0]
+                <= np.sqrt(np.mean(change**2)) / self._floor
+                <= EFFECT_OVER_NOISE[1]
+            ):
                 return effect
         raise ValueError(
             f"effects: expected one that shows in {self.empty.experiment}, "
@@ -175,9 +199,9 @@ class _Bench:
         columns = []
         for name, entry in self.calibration.items():
             moved = (
-                {key: NUDGE * value for key, value in entry.items()}
+                {key: CALIBRATION_STEP * value for key, value in entry.items()}
                 if isinstance(entry, Mapping)
-                else NUDGE * entry
+                else CALIBRATION_STEP * entry
             )
             columns.append(self._predicted((), {**self.calibration, name: moved}) - self._base)
         return np.transpose(columns)
@@ -197,5 +221,8 @@ class _Bench:
 def _calibration(empty: MeasurementSet, random: np.random.Generator) -> dict[str, Any]:
     """A true calibration, as a model file holds it."""
     if empty.experiment == "valve_pulse":
-        return {name: value * float(random.uniform(*MODULUS)) for name, value in USUAL.items()}
-    return {"modulus_scale": {"A": float(random.uniform(*MODULUS))}}
+        return {
+            name: value * float(random.uniform(*BATCH_MODULUS_SCALES))
+            for name, value in USUAL_CONDUCTANCE.items()
+        }
+    return {"modulus_scale": {"A": float(random.uniform(*BATCH_MODULUS_SCALES))}}

@@ -13,23 +13,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
+from model_lab.bench.layouts import PUSHES, SAMPLES_A_RUN, held_columns, pulse_columns
 from model_lab.bench.protocols import PROTOCOLS
 from model_lab.measurements.measurement_set import INFLATE, MODES, MeasurementSet, Run, Specimen
 from model_lab.measurements.specimens import MOUNTS
 
-SAMPLES = 200
-LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
-LONGEST = 4.0  # of the longest run so far
+DURATION_FACTORS = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
+LONGEST_FACTOR = 4.0  # of the longest run so far
 USUAL_DURATION = 20.0  # [s] of a run by hand, where no time was recorded
 FASTEST_RISE = {"uniaxial": 4.0, "rubber": 4.0}  # [s] from rest to the peak that any bench manages
 USUAL_RISE = 1.0
-WARMER = 20.0  # [K]
-THICKER = 1.6  # wall of another specimen
-THICKEST = 0.9  # of half the height
-SHORTER = 0.6  # length of another specimen
-HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
-SEED = 0  # of the pulses
+TEMPERATURE_STEP = 20.0  # [K]
+WALL_FACTOR = 1.6  # wall of another specimen
+THICKEST_WALL = 0.9  # of half the height
+LENGTH_FACTOR = 0.6  # length of another specimen
+PLANNED_HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
+PROTOCOL_SEED = 0  # of the pulses
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def _driven(data: MeasurementSet, base: str) -> Iterator[TrialRun]:
         (protocol, {"time": time, driving: rest + course})
         for protocol in PROTOCOLS
         for duration in _durations(data, protocol.fastest() * abs(peak), abs(peak), driving)
-        for time, course in [protocol.course(duration, peak, SAMPLES)]
+        for time, course in [protocol.course(duration, peak, SAMPLES_A_RUN)]
     ]
     for specimen, temperature, changes in _settings(data, base):
         for protocol, columns in courses:
@@ -101,7 +100,9 @@ def _durations(data: MeasurementSet, steepest: float, peak: float, driving: str)
     rise = FASTEST_RISE.get(data.experiment, USUAL_RISE)
     shortest = steepest / max(peak / rise, _fastest(data, driving, longest / 50.0))
     return [shortest] + [
-        shortest * factor for factor in LONGER[1:] if shortest * factor <= LONGEST * longest
+        shortest * factor
+        for factor in DURATION_FACTORS[1:]
+        if shortest * factor <= LONGEST_FACTOR * longest
     ]
 
 
@@ -122,7 +123,7 @@ def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float
     first = used[0]
     for specimen in _unlike(used):
         yield specimen, usual, ()
-    yield first, usual + WARMER, (f"{WARMER:g} K warmer",)
+    yield first, usual + TEMPERATURE_STEP, (f"{TEMPERATURE_STEP:g} K warmer",)
     if data.experiment == "free_bending" and "mass" in first.values and base == "pneuflex":
         seen = {specimen.mount for specimen in used}
         for mount in (mount for mount in MOUNTS if mount not in seen):
@@ -151,8 +152,8 @@ def _other_wall(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...
     if len(walls) > 1 or not np.isfinite(wall) or np.ndim(first.values["wall"]):
         return
     height = float(np.min(np.reshape(first.values["height"], (-1, 1))[:, -1]))
-    most = THICKEST * height / 2.0
-    other = min(THICKER * wall, most) if THICKER * wall < 1.2 * most else wall / THICKER
+    most = THICKEST_WALL * height / 2.0
+    other = min(WALL_FACTOR * wall, most) if WALL_FACTOR * wall < 1.2 * most else wall / WALL_FACTOR
     values = {**first.values, "wall": other}
     words = f"another specimen, like {first.name} with a wall of {1e3 * other:.3g} mm"
     yield replace(first, name=f"{first.name}_wall_{1e3 * other:.3g}_mm", values=values), (words,)
@@ -167,10 +168,10 @@ def _other_length(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, .
         map(np.ndim, first.values.values())
     ):
         return
-    length = SHORTER * float(first.values["length"])
+    length = LENGTH_FACTOR * float(first.values["length"])
     values = {**first.values, "length": length}
     if "mass" in values:
-        values["mass"] = SHORTER * values["mass"]
+        values["mass"] = LENGTH_FACTOR * values["mass"]
     words = f"another specimen, like {first.name} but {1e3 * length:.3g} mm long"
     yield replace(first, name=f"{first.name}_{1e3 * length:.3g}_mm_long", values=values), (words,)
 
@@ -185,7 +186,7 @@ def _held(data: MeasurementSet) -> Iterator[TrialRun]:
     longest = max(float(np.ptp(run.columns["time"])) for run in data.runs)
     for protocol in PUSHES:
         for share in HELD_PEAKS:
-            columns = held_columns(first, protocol, share * peak, longest, HELD_SAMPLES)
+            columns = held_columns(first, protocol, share * peak, longest, PLANNED_HELD_SAMPLES)
             words = f"tip {protocol.replace('_', ' ')}, up to {share:g} of the pressure so far"
             yield TrialRun(protocol, words, first, usual, columns)
 
@@ -204,7 +205,7 @@ def _pulses(data: MeasurementSet) -> Iterator[TrialRun]:
     durations = joined["duration"][inflating]
     low, high = float(durations.min()), float(durations.max())
     middle = float(np.sqrt(low * high))
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(PROTOCOL_SEED)
     for supply in dict.fromkeys([supplies[0], supplies[1], 0.75 * supplies[0]]):
         for name, length in {"short": (low, middle), "long": (middle, high)}.items():
             words = (

@@ -13,9 +13,10 @@ from typing import Any
 
 from model_lab.cli import options
 from model_lab.cli.options import Argument, argument
-from softhand_model.progress import Progress
+from model_lab.own_effects import file_of_each, own_classes
+from softhand_common.progress import Progress
 
-REPORT, LEARNED = "report.html", "learned.html"
+REPORT, LEARNED_PAGE = "report.html", "learned.html"
 NOISE = 0.006  # of synthesised sets
 
 
@@ -28,6 +29,34 @@ class Command:
     examples: tuple[str, ...]
     arguments: tuple[Argument, ...]
     run: Callable[[argparse.Namespace], None]
+
+
+def import_files(arguments: argparse.Namespace) -> None:
+    """Propose what the columns are, ask what is open, and write the set."""
+    import sys
+
+    from model_lab.importing import told
+    from model_lab.importing.importing import make_set, propose
+    from model_lab.measurements.save import check_folder
+    from model_lab.report.text import text_table
+
+    check_folder(arguments.out, arguments.force)
+    maps, shifts = dict(arguments.map), dict(arguments.shift)
+    with Progress("reading") as progress:
+        progress("the files", 0, 0)
+        proposal = propose(arguments.files, arguments.experiment, maps, arguments.msgs)
+    print(text_table(told.table_rows(proposal)))
+    if proposal.unsure and not arguments.yes and sys.stdin.isatty():
+        maps = told.asked(proposal, maps, input)
+        proposal = propose(arguments.files, arguments.experiment, maps, arguments.msgs)
+    found = make_set(proposal, arguments.hand, shifts)
+    found.write(arguments.out)
+    given = (arguments.experiment, maps, arguments.hand, shifts, arguments.msgs)
+    print(f"\n{proposal.experiment}, {len(found.runs)} runs; written: {arguments.out}")
+    for remark in found.remarks:
+        print(f"note: {remark}")
+    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, *given)}")
+    _print_next([f"model-lab compare {arguments.out}", f"model-lab diagnose {arguments.out}"])
 
 
 def compare(arguments: argparse.Namespace) -> None:
@@ -51,14 +80,12 @@ def diagnose(arguments: argparse.Namespace) -> None:
     from model_lab.diagnosis.result import UNEXPLAINED
     from model_lab.learning.learn import learn as learn_curve
     from model_lab.report.text import diagnosis_text
-    from softhand_model.documents.output_file import check_new
+    from softhand_common.documents.output_file import check_new
 
     options.check_json(arguments)
     if arguments.report is not None:
         check_new(arguments.report / REPORT, arguments.force)
-    model = options.model(arguments)
-    classes = options.classes(arguments, model)
-    data = options.measurements(arguments)
+    model, classes, data = options.given(arguments)
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
@@ -72,7 +99,6 @@ def diagnose(arguments: argparse.Namespace) -> None:
         if outcome.diagnosis.verdict == UNEXPLAINED:
             with Progress("learning") as progress:
                 learned = learn_curve(data, model, classes, progress)
-        arguments.report.mkdir(parents=True, exist_ok=True)
         commands = [lines.diagnosed_again(arguments), *following]
         write_report(outcome, arguments.report / REPORT, commands, learned)
 
@@ -89,13 +115,11 @@ def add(arguments: argparse.Namespace) -> None:
 
     options.check_json(arguments)
     check_model_file(arguments.out, arguments.force)
-    model = options.model(arguments)
-    classes = options.classes(arguments, model)
-    data = options.measurements(arguments)
+    model, classes, data = options.given(arguments)
     with Progress("adding") as progress:
         addition = add_effect(arguments.effect, data, model, classes, progress)
     known = {effect.name for effect in addition.model.effects}
-    own = {name: path for name, path in options.files(arguments).items() if name in known}
+    own = {name: path for name, path in file_of_each(arguments.effects).items() if name in known}
     written = replace(addition.model, files={**model.files, **own})
     fitted_to = data.title or data.experiment
     comment = f"{arguments.effect} added to {arguments.model}, fitted to {fitted_to}"
@@ -111,15 +135,13 @@ def learn(arguments: argparse.Namespace) -> None:
     from model_lab.learning.learn import learn
     from model_lab.learning.result import learning_json
     from model_lab.report.text import text_table
-    from softhand_model.documents.output_file import check_new, write_new
+    from softhand_common.documents.output_file import check_new, write_new
 
     options.check_json(arguments)
     effect_file.check_name(arguments.out, arguments.force)
     if arguments.report is not None:
-        check_new(arguments.report / LEARNED, arguments.force)
-    model = options.model(arguments)
-    classes = options.classes(arguments, model)
-    data = options.measurements(arguments)
+        check_new(arguments.report / LEARNED_PAGE, arguments.force)
+    model, classes, data = options.given(arguments)
     with Progress("learning") as progress:
         found = learn(data, model, classes, progress)
     print(f"{words.verdict(found)}\n\n{text_table(words.alternative_rows(found))}")
@@ -135,7 +157,6 @@ def learn(arguments: argparse.Namespace) -> None:
     if arguments.report is not None:
         from model_lab.report import write_learned
 
-        arguments.report.mkdir(parents=True, exist_ok=True)
         write_learned(found, arguments.report, lines.learned_again(arguments))
 
 
@@ -162,15 +183,12 @@ def plan(arguments: argparse.Namespace) -> None:
     options.check_json(arguments)
     if arguments.out is not None:
         check_folder(arguments.out, arguments.force)
-    model = options.model(arguments)
-    classes = options.classes(arguments, model)
-    data = options.measurements(arguments)
+    model, classes, data = options.given(arguments)
     with Progress("diagnosing and planning") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     diagnosis, files = outcome.diagnosis, []
     print(plan_text(diagnosis), end="")
     if diagnosis.next_experiment is not None and arguments.out is not None:
-        arguments.out.mkdir(parents=True, exist_ok=True)
         files = write_template(diagnosis.next_experiment, data, arguments.out)
         print(f"Written: {', '.join(map(str, files))}")
     options.save_json(arguments, plan_json(diagnosis, files))
@@ -183,7 +201,7 @@ def synthesize(arguments: argparse.Namespace) -> None:
 
     options.check_json(arguments)
     check_folder(arguments.out, arguments.force)
-    own = options.own_classes(arguments) or None
+    own = own_classes(arguments.effects) or None
     experiment = arguments.experiment
     with Progress("measuring") as progress:
         made = synthesize(
@@ -221,6 +239,69 @@ def _calibration(entries: Mapping[str, Any]) -> str:
 
 
 COMMANDS: Mapping[str, Command] = {
+    "import": Command(
+        "make a set of files as you have them",
+        "Make a measurement set of CSV or text files in any dialect, spreadsheets, MAT files and "
+        "bags. Columns "
+        "are recognised by their names (English, German, French) and units; what is not certain "
+        "is asked, or without a terminal named in one line. Of two files of one run, one has the "
+        "input and one the output, each with its own times. The set keeps the units of the files "
+        "(kPa, psi, deg, N, ...).",
+        (
+            "model-lab import r1.csv r2.csv -o out/set --hand rbo_hand_2",
+            "model-lab import druck.csv winkel.csv -o out/set --map pressure=p:mbar",
+        ),
+        (
+            argument(
+                "files",
+                nargs="+",
+                type=Path,
+                metavar="FILE",
+                help="CSV, TXT, XLSX or MAT files, rosbag2 folders, ROS 1 bags",
+            ),
+            argument(
+                "-o", "--out", type=Path, required=True, metavar="SET", help="folder to write"
+            ),
+            argument(
+                "--experiment",
+                metavar="E",
+                help="free_bending, blocked_tip or uniaxial (default: as the columns say)",
+            ),
+            argument(
+                "--map",
+                type=options.column_map,
+                action="append",
+                default=[],
+                metavar="NAME=COLUMN[:UNIT]",
+                help="which column is time, pressure, tip_angle, tip_force, stretch, strain or "
+                "stress, and its unit; may be given again. The tip angle may be made of what was "
+                "tracked: quaternion(X,Y,Z,W), markers(X1,Y1,X2,Y2), tip(X,Y) from the base, or "
+                "chord(ANGLE)",
+            ),
+            argument(
+                "--msgs",
+                type=Path,
+                metavar="DIR",
+                help="definitions PACKAGE/msg/NAME.msg of message types that a bag does not define",
+            ),
+            argument(
+                "--shift",
+                type=options.clock_shift,
+                action="append",
+                default=[],
+                metavar="FILE=SECONDS",
+                help="time to add to the clock of a file; may be given again",
+            ),
+            argument(
+                "--hand",
+                metavar="HAND[:FINGER]",
+                help="hand by name or file, of which a finger was measured",
+            ),
+            argument("--yes", action="store_true", help="ask nothing; take what is certain"),
+            argument("--force", action="store_true", help="overwrite files that exist"),
+        ),
+        import_files,
+    ),
     "compare": Command(
         "how far a model is off, and where",
         "Compare a model with measurements: error over all data and held out, fit in percent, "
@@ -232,10 +313,7 @@ COMMANDS: Mapping[str, Command] = {
             "model-lab compare out/set --model model.yaml --json after.json",
         ),
         (
-            options.DATA,
-            options.MODEL,
-            options.FREE_MODULUS,
-            *options.EFFECTS,
+            *options.GIVEN,
             *options.RESULTS,
             options.SEED,
         ),
@@ -252,10 +330,7 @@ COMMANDS: Mapping[str, Command] = {
             "model-lab diagnose out/set --effects examples/own_effect.py --jobs 2",
         ),
         (
-            options.DATA,
-            options.MODEL,
-            options.FREE_MODULUS,
-            *options.EFFECTS,
+            *options.GIVEN,
             argument(
                 "--report",
                 type=Path,
@@ -304,15 +379,15 @@ COMMANDS: Mapping[str, Command] = {
             "my_effect.yaml",
         ),
         (
-            options.DATA,
-            options.MODEL,
-            options.FREE_MODULUS,
+            *options.GIVEN,
             argument(
                 "--out", type=Path, required=True, metavar="NAME.py", help="effect file to write"
             ),
-            *options.EFFECTS,
             argument(
-                "--report", type=Path, metavar="DIR", help=f"folder in which to write {LEARNED}"
+                "--report",
+                type=Path,
+                metavar="DIR",
+                help=f"folder in which to write {LEARNED_PAGE}",
             ),
             *options.RESULTS,
         ),
@@ -349,10 +424,7 @@ COMMANDS: Mapping[str, Command] = {
             "model-lab plan out/set --model model.yaml --json next.json",
         ),
         (
-            options.DATA,
-            options.MODEL,
-            options.FREE_MODULUS,
-            *options.EFFECTS,
+            *options.GIVEN,
             argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
             *options.RESULTS,
             options.SEED,

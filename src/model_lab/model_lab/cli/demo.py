@@ -1,4 +1,4 @@
-"""`make lab-demo`: the whole loop on a set with one sealed effect, told with its numbers.
+"""`make lab-demo`: all steps on a set with one hidden effect, with their results explained.
 
 Every step is a command that a user would type; this module only runs them in turn and says what
 their results mean. Exit status: 0 whatever the verdict, or that of the first command that failed.
@@ -16,16 +16,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from model_lab.cli.main import PROGRAM
 from model_lab.measurements.units import display_of
 from model_lab.report.sentences import listed
 
 EXPERIMENT = "free_bending"
-MODEL = "base"
-PROGRAM = "model-lab"
+DEMO_MODEL = "base"
 
 
 class StepFailed(Exception):
-    """A command of the story failed; its exit status."""
+    """A command of the demonstration failed; its exit status."""
 
     def __init__(self, status: int) -> None:
         super().__init__(status)
@@ -33,14 +33,14 @@ class StepFailed(Exception):
 
 
 @dataclass(frozen=True)
-class Story:
-    """The demonstration in a folder; force: whether results of an earlier one give way."""
+class Demonstration:
+    """The demonstration in a folder; force: whether results of an earlier one are overwritten."""
 
     folder: Path
     seed: int
     force: bool
 
-    def tell(self) -> None:
+    def run(self) -> None:
         """Run all steps.
 
         Raises StepFailed when a command fails.
@@ -49,10 +49,10 @@ class Story:
         _say(1, "A set is measured, on actuators that do something the model leaves out.")
         self._run("synthesize", EXPERIMENT, "--hide", "--seed", self.seed, "--out", data)
         _say(2, "The model is compared with it: how far is it off, and where?")
-        before = self._json("compare", data, "--model", MODEL, out="before.json")
+        before = self._json("compare", data, "--model", DEMO_MODEL, out="before.json")
         _say(3, "What is missing? The diagnosis tries every effect, and may refuse to name one.")
         found = self._json(
-            "diagnose", data, "--model", MODEL, "--report", self.folder, out="diagnosis.json"
+            "diagnose", data, "--model", DEMO_MODEL, "--report", self.folder, out="diagnosis.json"
         )
         if found["effects"]:
             self._add(data, before, found)
@@ -65,7 +65,7 @@ class Story:
     def _add(self, data: Path, before: dict[str, Any], found: dict[str, Any]) -> None:
         named = [effect["name"] for effect in found["effects"]]
         _say(4, f"The model gets what it lacks: {listed(named)}.")
-        model: Path | str = MODEL
+        model: Path | str = DEMO_MODEL
         for number, name in enumerate(named, start=1):
             last = number == len(named)
             out = self.folder / ("model.yaml" if last else f"model-{number}.yaml")
@@ -96,7 +96,7 @@ class Story:
 
 
 def ending(found: dict[str, Any], truth: dict[str, Any]) -> str:
-    """Whether the diagnosis `found` has it right, given the `truth` that was sealed."""
+    """Whether the diagnosis `found` names what was hidden, given the sealed `truth`."""
     hidden = [effect["name"] for effect in truth["effects"]]
     named = [effect["name"] for effect in found["effects"]]
     tied = [name for names in found["tied"] for name in names]
@@ -119,7 +119,7 @@ def _say(number: int, sentence: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Tell the story; see the module for the exit status."""
+    """Run the demonstration; see the module for the exit status."""
     parser = argparse.ArgumentParser(
         prog="softhand lab-demo",
         description="Hide an effect, find it, add it, and open the seal.",
@@ -128,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("out/lab-demo"), help="folder of results")
     options = parser.parse_args(arguments)
     try:
-        Story(options.out, options.seed, options.out.exists()).tell()
+        Demonstration(options.out, options.seed, options.out.exists()).run()
     except StepFailed as failed:
         return failed.status
     return 0

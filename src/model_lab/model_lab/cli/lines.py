@@ -8,10 +8,11 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from model_lab.diagnosis.result import LEFT_OVER, UNEXPLAINED, Diagnosis
+from model_lab.diagnosis.result import SLIP, UNEXPLAINED, Diagnosis
+from model_lab.rules import RULES
 from softhand_model.model_file import ALLOW_EFFECT_FILES
 
-LEARNED, MODEL, NEXT = "my_effect.py", "model.yaml", "next"
+LEARNED_FILE, MODEL_FILE, NEXT = "my_effect.py", "model.yaml", "next"
 
 
 def diagnosed_again(arguments: argparse.Namespace) -> str:
@@ -27,9 +28,13 @@ def learned_again(arguments: argparse.Namespace) -> str:
 
 
 def after_diagnosis(arguments: argparse.Namespace, diagnosis: Diagnosis) -> list[str]:
-    """What to do next: part what is tied, add what is named, learn what nothing known explains."""
+    """What to do next: separate tied effects, add the named ones, learn what no known effect
+    explains; nothing before a slip is mended.
+    """
+    if diagnosis.verdict == SLIP:
+        return []
     names = [effect.name for effect in diagnosis.effects]
-    models = [arguments.model, *numbered(MODEL, len(names))]
+    models = [arguments.model, *numbered(MODEL_FILE, len(names))]
     lines = [
         _line(arguments, ["add", name, "--data", arguments.data], old, ["--out", new])
         for name, (old, new) in zip(names, pairwise(models), strict=True)
@@ -37,9 +42,12 @@ def after_diagnosis(arguments: argparse.Namespace, diagnosis: Diagnosis) -> list
     if any(diagnosis.tied) and diagnosis.next_experiment is not None:
         planned = _line(arguments, ["plan", arguments.data], arguments.model, ["--out", NEXT])
         lines.insert(0, planned)
-    much = diagnosis.rmse_after > LEFT_OVER * diagnosis.noise_floor
-    if diagnosis.verdict == UNEXPLAINED or (names and much):
-        lines.append(_line(arguments, ["learn", arguments.data], models[-1], ["--out", LEARNED]))
+    much = diagnosis.rmse_after > RULES.rest_error * diagnosis.noise_floor
+    unexplained = (diagnosis.verdict_mended or diagnosis.verdict) == UNEXPLAINED
+    if unexplained or (names and much):
+        lines.append(
+            _line(arguments, ["learn", arguments.data], models[-1], ["--out", LEARNED_FILE])
+        )
     return lines
 
 
@@ -55,7 +63,7 @@ def after_learning(arguments: argparse.Namespace, files: Sequence[Path]) -> list
 
 
 def numbered(name: str, count: int) -> list[str]:
-    """So many names of files, of which the first is the plain one.
+    """File names: the first as given, the others numbered.
 
     >>> numbered("model.yaml", 2)
     ['model.yaml', 'model_2.yaml']

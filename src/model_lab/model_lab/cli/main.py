@@ -1,22 +1,23 @@
 """`model-lab`: compare a model with measurements, learn what it lacks, add it, see the error fall.
 
 Exit status: 0 done, whatever the verdict; 2 unusable input, with one line on the standard error
-that names file, row or key, what was expected, what was found, and the mend; 130 interrupted.
+that names file, row or key, what was expected, what was found, and the mend; 74 standard output
+that cannot be written; 130 interrupted.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from textwrap import fill
 from typing import NoReturn
 
 from model_lab.cli.commands import COMMANDS
+from softhand_common.standard_output import with_checked_output
 
 PROGRAM = "model-lab"
-WIDTH = 80  # of descriptions
+HELP_WIDTH = 80  # of descriptions
 DONE, UNUSABLE, INTERRUPTED = 0, 2, 130
 
 
@@ -27,6 +28,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(UNUSABLE, f"{self.prog}: {message}; {self.prog} --help tells more\n")
 
 
+@with_checked_output(PROGRAM)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; see the module for the exit status."""
     parsed = make_parser().parse_args(arguments)
@@ -38,8 +40,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print(f"{PROGRAM}: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader, such as `head`, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as reason:
         wanted = "expected a file or folder that can be read or written"
         print(f"{PROGRAM}: {reason.filename}: {wanted}, got {reason.strerror}", file=sys.stderr)
@@ -59,7 +59,7 @@ def make_parser() -> argparse.ArgumentParser:
         of_command = commands.add_parser(
             name,
             help=command.help,
-            description=fill(command.description, WIDTH),
+            description=fill(command.description, HELP_WIDTH),
             epilog="\n".join(["examples:", *(f"  {line}" for line in command.examples)]),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )

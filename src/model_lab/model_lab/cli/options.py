@@ -10,12 +10,22 @@ from typing import Any
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
-from softhand_model.documents.output_file import check_new, write_json
-from softhand_model.effects import Effect, effect_classes, effects_in_file
-from softhand_model.effects.effect import EXPERIMENTS
+from model_lab.own_effects import all_classes, file_of_each, own_classes
+from softhand_common.documents.output_file import check_new, write_json
+from softhand_common.progress import Progress
+from softhand_model.effects import Effect
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP, Model, load_model
-from softhand_model.progress import Progress
 
+MAPPED = (
+    "time",
+    "pressure",
+    "tip_angle",
+    "tip_force",
+    "stretch",
+    "strain",
+    "stress",
+    "temperature",
+)  # quantities of columns of an imported file
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 """What `ArgumentParser.add_argument` takes."""
 
@@ -50,6 +60,26 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
+def column_map(text: str) -> tuple[str, tuple[str, str]]:
+    """Quantity, column and unit ("" if it is not given) of NAME=COLUMN[:UNIT]."""
+    quantity, equals, column = text.partition("=")
+    name, _, unit = column.partition(":")
+    if not equals or not name or quantity not in MAPPED:
+        raise argparse.ArgumentTypeError(
+            f"expected NAME=COLUMN:UNIT with NAME of {', '.join(MAPPED)}, got {text}"
+        )
+    return quantity, (name, unit)
+
+
+def clock_shift(text: str) -> tuple[str, float]:
+    """File and time [s] of FILE=SECONDS."""
+    file, _, seconds = text.rpartition("=")
+    try:
+        return file, float(seconds)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected FILE=SECONDS, got {text}") from None
+
+
 # ---------------------------------------------------------------------- declared
 DATA = argument(
     "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
@@ -76,6 +106,7 @@ EFFECTS = (
     ),
     argument(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP),
 )
+GIVEN = (DATA, MODEL, FREE_MODULUS, *EFFECTS)
 RESULTS = (
     argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too"),
     argument("--force", action="store_true", help="overwrite files that exist"),
@@ -110,41 +141,19 @@ def model(arguments: argparse.Namespace) -> Model:
 
 def named_model(arguments: argparse.Namespace, name: str) -> Model:
     """A model by file or shipped name; it may name the user's own effects without their file."""
-    found = load_model(name, own_classes(arguments), arguments.allow_effect_files)
+    found = load_model(name, own_classes(arguments.effects), arguments.allow_effect_files)
     found = replace(found, free_modulus=found.free_modulus or arguments.free_modulus)
     named = {effect.name for effect in found.effects}
-    own = {key: path for key, path in files(arguments).items() if key in named}
+    own = {key: path for key, path in file_of_each(arguments.effects).items() if key in named}
     return replace(found, files={**found.files, **own})
 
 
-def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effect]]:
-    """Effects that take part: built-in ones, those of the model, and the user's own."""
-    of_model = {effect.name: type(effect) for effect in known.effects}
-    return {**effect_classes(), **of_model, **own_classes(arguments)}
-
-
-def own_classes(arguments: argparse.Namespace) -> dict[str, type[Effect]]:
-    """The user's own effects, by name.
-
-    Raises ValueError for one that acts in no experiment, or in two files.
-    """
-    found: dict[str, type[Effect]] = {}
-    for path in arguments.effects:
-        for name, effect in effects_in_file(path).items():
-            if name in found:
-                raise ValueError(f"{path}: effect {name}: expected it in one file, got it in two")
-            if not effect.experiments:
-                raise ValueError(
-                    f"{path}: effect {name}: experiments: expected some of "
-                    f"{', '.join(EXPERIMENTS)}, got none"
-                )
-            found[name] = effect
-    return found
-
-
-def files(arguments: argparse.Namespace) -> dict[str, Path]:
-    """The file of each of the user's own effects."""
-    return {name: path for path in arguments.effects for name in effects_in_file(path)}
+def given(
+    arguments: argparse.Namespace,
+) -> tuple[Model, dict[str, type[Effect]], MeasurementSet]:
+    """Model, effects that take part, and measurement set."""
+    known = model(arguments)
+    return known, all_classes(known, arguments.effects), measurements(arguments)
 
 
 def check_json(arguments: argparse.Namespace) -> None:

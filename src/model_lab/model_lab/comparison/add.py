@@ -33,7 +33,8 @@ from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
-from softhand_model.documents.output_file import check_new, plain, write_new
+from softhand_common.documents.output_file import check_new, plain, write_new
+from softhand_common.documents.quoted import unknown
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
@@ -64,12 +65,15 @@ def add_effect(
     Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
     """
     if name not in classes:
-        raise ValueError(f"effect: expected one of {', '.join(sorted(classes))}, got {name}")
+        known = ", ".join(sorted(classes))
+        raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
     if any(effect.name == name for effect in model.effects):
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
     reason = inapplicable(classes[name], data, model.base)
     if reason is not None:
-        raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
+        raise ValueError(
+            f"effect {name}: expected one that can act in these data, got this: {reason}"
+        )
     tell("fitting the model as it is", 1, 2)
     problem, given = pose_problem(data, model, classes)
     tell(f"fitting {name}", 2, 2)
@@ -88,8 +92,8 @@ def add_effect(
 
 
 def _written(calibration: dict[str, Any], modulus: Mapping[str, Estimate] | None) -> dict[str, Any]:
-    """The calibration of a model file: a modulus that was measured stands as such, so that it acts
-    in other specimens too; alone if there is but one.
+    """The calibration of a model file: a measured modulus is written as `modulus`, which applies to
+    other specimens too; as one number for a single batch.
     """
     if not modulus:
         return calibration
@@ -102,7 +106,7 @@ def _written(calibration: dict[str, Any], modulus: Mapping[str, Estimate] | None
 def _before_and_after(
     problem: FitProblem, given: Sequence[str], name: str
 ) -> tuple[FitProblem, Scored, Scored]:
-    """The model without and with an effect; the problem with the floor that is then seen.
+    """The model without and with an effect; the problem with the noise floor beside that model.
 
     Raises ValueError when the data do not show the effect.
     """
@@ -122,8 +126,9 @@ def _scored(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:
 
 
 def _with_generic_term(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:
-    """The model with a generic term, fitted by least squares: it has to take off as much of the
-    error as it can, not to explain it. What the data do not show of it stays where it does nothing.
+    """The model with a generic term, fitted by least squares: it must reduce the error as much as
+    possible, not explain it. Parameters that the data do not determine keep the value without
+    effect.
     """
     effect = problem.classes[name]
     likelihood = problem.likelihood((*before.effects, name))
@@ -200,7 +205,8 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
     if model.effects:
         lines.append("effects:")
         lines += [
-            f"  - {_in_one_line(_entry(model, effect, folder))}{_remark(effect)}"
+            f"  - {_in_one_line(_entry(model, effect, folder))}"
+            f"{'' if effect.physical else f'  # {NOT_PHYSICS}'}"
             for effect in model.effects
         ]
     return "\n".join(lines) + "\n"
@@ -216,10 +222,6 @@ def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
     std = plain(dict(model.std.get(effect.name, {})))
     known = {name: value for name, value in std.items() if value is not None}
     return entry | ({"std": known} if known else {})
-
-
-def _remark(effect: Effect) -> str:
-    return "" if effect.physical else f"  # {NOT_PHYSICS}"
 
 
 def _in_one_line(value: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, IntArray, Tell, tell_nobody
-from model_lab.diagnosis.result import calibration_of
+from model_lab.diagnosis.result import calibration_at_bound, calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.noise_floor import NoiseFloor
@@ -19,9 +19,14 @@ from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable
+from model_lab.series.events import NO_SERIES, Series, examine
+from model_lab.series.within_runs import WithinRuns, residual_tests
+from model_lab.slips.find import find_slips
+from model_lab.slips.outside import below_ambient
+from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
-STEPS = 3  # of a comparison, as they are told
+PROGRESS_STEPS = 3  # of the progress of a comparison
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ class Errors:
     without its own data. calibration: the one of as_is.
 
     data: the set as it was judged; table: of its samples. residual_as_is, residual (samples,):
-    residual is the held-out one.
+    residual is the held-out one. at_bound: parameters of the fitted calibration on a bound.
     """
 
     model: Model
@@ -82,6 +87,7 @@ class Errors:
     table: SampleTable
     residual_as_is: Array
     residual: Array
+    at_bound: tuple[str, ...] = ()
 
 
 def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> Errors:
@@ -89,10 +95,10 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> E
 
     Raises ValueError for data that the model cannot use.
     """
-    tell("fitting", 1, STEPS)
+    tell("fitting", 1, PROGRESS_STEPS)
     problem, given = pose_problem(data, model, {})
     data = problem.data
-    tell("holding data out", 2, STEPS)
+    tell("holding data out", 2, PROGRESS_STEPS)
     scored = score_base(problem, [effect.name for effect in given])
     forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
     calibrated = not all(_given(model, data, name) for name in _names(forward))
@@ -111,6 +117,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> E
         table=data.table,
         residual_as_is=as_is,
         residual=held_out,
+        at_bound=calibration_at_bound(scored) if calibrated else (),
     )
 
 
@@ -127,7 +134,7 @@ def _names(forward: Forward) -> list[str]:
 
 def _given(model: Model, data: MeasurementSet, parameter: str) -> bool:
     """Whether the model's file has a value of the calibration such as `modulus_scale[A]`; where the
-    modulus is free, the modulus itself will do.
+    modulus is free, a value of the modulus counts too.
     """
     key, _, member = parameter.rstrip("]").partition("[")
     value = model.calibration.get(key)
@@ -150,7 +157,9 @@ class Comparison:
     """A model against a measurement set, in SI units.
 
     runs, specimens, outputs: the errors in parts. localisation, relation, notices: of the held-out
-    residual.
+    residual. slips: mistakes in how the data are stated; all else is about the data as stated.
+    series: what repeats say of the order of the runs; within: residual tests within runs.
+    outside: what of the data the model does not describe at all, empty if nothing.
     """
 
     data: MeasurementSet
@@ -161,6 +170,10 @@ class Comparison:
     localisation: Localisation
     relation: InputRelation | None
     notices: tuple[Notice, ...]
+    slips: tuple[Slip, ...] = ()
+    series: Series = NO_SERIES
+    within: WithinRuns | None = None
+    outside: str = ""
 
 
 def compare(
@@ -171,8 +184,9 @@ def compare(
     seed: of the tests of the localisation; same seed, same answer. Raises ValueError for
     data that the model cannot use.
     """
+    checked = find_slips(data, model, tell)
     errors = errors_of(data, model, tell)
-    tell("localising the error", 3, STEPS)
+    tell("localising the error", 3, PROGRESS_STEPS)
     found = localise(data, errors.residual, seed)
     specimens = list(dict.fromkeys(run.specimen for run in data.runs))
     specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.table.run]
@@ -185,6 +199,10 @@ def compare(
         found,
         input_relation(data, errors.residual),
         notices(errors.data, errors.floor, errors.residual),
+        checked.slips,
+        examine(errors.data, errors.residual, errors.floor.within),
+        residual_tests(errors.data, errors.residual),
+        outside=below_ambient(checked.data, model.base) or "",
     )
 
 

@@ -16,21 +16,23 @@ from scipy.interpolate import BSpline
 from model_lab.aliases import Array
 from model_lab.fitting.fit import Fit, inverse
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run
+from model_lab.rules import RULES
 
-SPLINE_PIECES = 6
+BLACK_BOX_PIECES = 6
 PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input
 FILTERS = 6  # time constants, evenly in their logarithm
-FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
+WAVES = 6  # half periods of a drift over the session
 FEWEST_SAMPLES = 3  # of a run, for slopes
 REWEIGHTED = 4  # times
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
 AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
-REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")
 
 
 @dataclass(frozen=True)
 class BlackBox:
-    """A black box fitted to a model's rest: held-out residual (samples,) and number of features."""
+    """A black box fitted to a model's residual: held-out residual (samples,) and number of
+    features.
+    """
 
     name: str
     residual: Array
@@ -42,20 +44,19 @@ class BlackBox:
         return AXIS_OF.get(self.name, self.name)
 
     @property
-    def remembers(self) -> bool:
-        """Whether it depends on what was before."""
-        return self.name in REMEMBERING
-
-    @property
     def rmse(self) -> float:
         """Held-out root mean square error."""
         return float(np.sqrt(np.mean(self.residual**2)))
 
 
 def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[BlackBox]:
-    """All black boxes that these data feed, fitted to the rest of `fit`; the best first.
+    """The black boxes whose inputs these data have, sorted by their held-out error.
 
-    predicted (samples,) is what the base model says.
+    Args:
+        fit: of a model, whose residual (measured less fitted) they are fitted to.
+        data: the measurements.
+        predicted: outputs (samples,) [SI unit of the set] of the model without added effects, on
+            which some black boxes depend.
     """
     found = []
     for name, feature in FEATURES.items():
@@ -67,7 +68,9 @@ def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Bl
 
 @dataclass(frozen=True)
 class _Inputs:
-    """One output of one run as features see it; driving and predicted relative to their scale."""
+    """One output of one run, as input of the features; driving and predicted relative to their
+    scale.
+    """
 
     data: MeasurementSet
     index: int
@@ -140,8 +143,8 @@ def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
 
 
 def _spline(position: Array) -> Array:
-    """Cubic B-splines (n, SPLINE_PIECES + 3) over 0..1."""
-    inner = np.linspace(0.0, 1.0, SPLINE_PIECES + 1)
+    """Cubic B-splines (n, BLACK_BOX_PIECES + 3) over 0..1."""
+    inner = np.linspace(0.0, 1.0, BLACK_BOX_PIECES + 1)
     knots = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
     return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).todense())
 
@@ -178,7 +181,7 @@ def _strictly(time: Array) -> Array:
 
 
 def _memory_of_time(inputs: _Inputs) -> Array | None:
-    """What slow filters of the prediction lag behind it, over the time constants of the runs."""
+    """Prediction less its low-pass filtered values, for time constants that the runs resolve."""
     if inputs.time is None or any(run.samples < FEWEST_SAMPLES for run in inputs.data.runs):
         return None
     longest = max(run.columns["time"][-1] - run.columns["time"][0] for run in inputs.data.runs)
@@ -198,7 +201,7 @@ def _low_pass(values: Array, time: Array, tau: float) -> Array:
 
 
 def _direction(inputs: _Inputs) -> Array | None:
-    """Plays of several widths: what depends on where the input turned."""
+    """Plays of several widths, for errors that depend on where the input reversed."""
     if inputs.time is None and inputs.data.experiment == "valve_pulse":
         return None
     plays = [inputs.driving - _play(inputs.driving, share) for share in PLAY_SHARES]
@@ -247,7 +250,7 @@ def _specimen(inputs: _Inputs) -> Array | None:
 def _run_order(inputs: _Inputs) -> Array | None:
     """Slow drift over the session of zero and gain."""
     runs = len(inputs.data.runs)
-    if runs < FEWEST_RUNS:
+    if runs < RULES.drift_runs:
         return None
     within = np.linspace(0.0, 1.0, len(inputs.predicted))
     session = (inputs.index + within) / runs

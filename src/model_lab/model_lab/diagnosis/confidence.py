@@ -2,7 +2,7 @@
 
 A logistic model for each verdict, over numbers of `diagnosis.evidence`. Its coefficients, and where
 they come from, stand in confidence.json, which `python -m bench.lab.calibrate` writes from sets
-with hidden effects; it knows nothing of a set but its evidence. Where too few sets of an experiment
+with hidden effects; of a set it uses the evidence alone. Where too few sets of an experiment
 or with a verdict were seen, nothing is said.
 """
 
@@ -17,30 +17,50 @@ from typing import Any
 
 import numpy as np
 
+from model_lab.rules import RULES
+
 FILE = "confidence.json"
-FEWEST = 10  # sets of an experiment, and of a verdict, below which nothing is said
 
 
 @dataclass(frozen=True)
 class Confidence:
     """Probability (0 to 1) that a verdict is right, None where it is not known; a guess where it is
-    below the limit.
+    below the limit. beyond: numbers of the evidence that lie beyond those of all sets that were
+    seen: then the probability is not known.
     """
 
     value: float | None
     guess: bool = False
+    beyond: tuple[str, ...] = ()
 
 
 def confidence_of(
     experiment: str, verdict: str, evidence: Mapping[str, float], most: float = 1.0
 ) -> Confidence:
-    """How sure a verdict is, `most` at the most."""
+    """Confidence in a verdict, at most `most`."""
     known = calibration()
     model = known["verdicts"][verdict]
-    if min(model["sets"], known["experiments"].get(experiment, 0)) < FEWEST:
+    if min(model["sets"], known["experiments"].get(experiment, 0)) < RULES.confidence_sets:
         return Confidence(None)
     value = min(probability(model, evidence), most)
-    return Confidence(round(value, 3), value < known["limit"])
+    guess = value < known["limit"]
+    outside = beyond(model, evidence)
+    return Confidence(None, guess, outside) if outside else Confidence(round(value, 3), guess)
+
+
+def beyond(model: Mapping[str, Any], evidence: Mapping[str, float]) -> tuple[str, ...]:
+    """Numbers of the evidence that lie clearly beyond the ends between which they were seen.
+
+    >>> term = {"scale": 0.1, "low": 0.0, "high": 1.0}
+    >>> beyond({"terms": {"left": term, "after": term}}, {"left": 1.5, "after": 1.05})
+    ('left',)
+    """
+    return tuple(
+        name
+        for name, term in model["terms"].items()
+        if max(term["low"] - evidence[name], evidence[name] - term["high"])
+        > RULES.confidence_beyond * term["scale"]
+    )
 
 
 def probability(model: Mapping[str, Any], evidence: Mapping[str, float]) -> float:

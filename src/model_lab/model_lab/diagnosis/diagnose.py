@@ -1,9 +1,9 @@
-"""Diagnosis of a model against a measurement set: what is missing, as far as the data can tell."""
+"""Diagnosis of a model against a measurement set: which effects are missing."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,28 +13,32 @@ import numpy as np
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.confidence import confidence_of
-from model_lab.diagnosis.errors import excess
+from model_lab.diagnosis.criteria import depends_on, excess, verdict_of
+from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
+from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
+    ADEQUATE,
     EFFECTS_MISSING,
-    LEFT_OVER,
+    SLIP,
     UNEXPLAINED,
     Diagnosis,
     Failure,
     Help,
+    NamedEffect,
     NotVisible,
     Ranked,
     Unexplained,
+    calibration_at_bound,
     calibration_of,
     correlation_of,
     modulus_of,
     named_effect,
 )
-from model_lab.diagnosis.search import Scored
+from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.diagnosis.selection import Selection, detectable_effects, select
-from model_lab.diagnosis.story import helping, story
-from model_lab.diagnosis.verdict import depends_on, verdict_of
+from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
@@ -42,16 +46,19 @@ from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
+from model_lab.measurements.specimens import DOCUMENT
+from model_lab.rules import RULES
+from model_lab.series.within_runs import WithinRuns, residual_tests
+from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips
+from model_lab.slips.outside import below_ambient
+from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model, load_model
-
-WORTH_FINER = 2.0  # error after over the noise floor
-NOT_ALL = 0.94  # most confidence in effects that leave LEFT_OVER floors of what was held out
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A diagnosis with what it was drawn from, for reports."""
+    """A diagnosis with the fits and notices behind it, for reports."""
 
     diagnosis: Diagnosis
     problem: FitProblem
@@ -70,62 +77,124 @@ def diagnose(
 ) -> Outcome:
     """Compare a model with a set, search the effects for what is missing, and judge the rest.
 
+    Before that it looks for slips, mistakes in how the data are stated, and for events in the
+    series of runs, and goes on without them.
+
     classes: effects that take part, the built-in ones if None. Effects of the model file that carry
     standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
     recordings are thinned. Raises ValueError for data that the model cannot use.
     """
-    tell("fitting the model as it is", 0, 0)
+    checked = find_slips(data, model, tell)
+    outside = below_ambient(checked.data, model.base)
+    if outside is not None:
+        raise ValueError(f"{data.folder / DOCUMENT}: pressure: {outside}")
     known = effect_classes() if classes is None else classes
-    problem, given = pose_problem(thinned(data), model, known)
-    candidates, hidden = _candidates(problem, model)
-    plain = [name for name in candidates if not problem.classes[name].refines]
-    search = partial(
-        select, given=[effect.name for effect in given], seed=seed, jobs=jobs, tell=tell
+
+    def pose(measured: MeasurementSet) -> tuple[FitProblem, list[str]]:
+        tell("fitting the model as it is", 0, 0)
+        problem, given = pose_problem(thinned(measured), model, known)
+        return problem, [effect.name for effect in given]
+
+    def judge(problem: FitProblem, given: Sequence[str]) -> Judgement:
+        search = partial(select, given=given, seed=seed, jobs=jobs, tell=tell)
+        return searched(problem, candidates_of(problem, model)[0], search, tell)
+
+    judged, faults = judged_series(
+        checked.data, pose, lambda problem: candidates_of(problem, model)[0], judge
     )
-    outcome = _searched(problem, partial(search, effects=plain), hidden, seed, tell)
-    if len(plain) == len(candidates) or not _falls_short(outcome.diagnosis):
-        return outcome
-    finer = _searched(problem, partial(search, effects=candidates), hidden, seed, tell)
-    only_finer_fails = finer.diagnosis.verdict == UNEXPLAINED != outcome.diagnosis.verdict
-    return outcome if only_finer_fails else finer
+    outcome = _described(judged, candidates_of(judged.problem, model)[1], seed)
+    instead = _instead(data, model, known, checked) if checked.slips else ()
+    return _with_faults(outcome, faults, checked.slips, instead)
 
 
-def _falls_short(diagnosis: Diagnosis) -> bool:
-    """Whether plain effects leave so much that their finer forms are worth a try."""
-    left = diagnosis.rmse_after > WORTH_FINER * diagnosis.noise_floor
-    return diagnosis.verdict == UNEXPLAINED or (diagnosis.verdict == EFFECTS_MISSING and left)
-
-
-def _searched(
-    problem: FitProblem,
-    search: Callable[[FitProblem], Selection],
-    hidden: list[NotVisible],
-    seed: int,
-    tell: Tell,
+def _with_faults(
+    outcome: Outcome, faults: Faults, slips: Sequence[Slip], instead: tuple[str, ...]
 ) -> Outcome:
-    """The outcome of a search, which is done again where its best effect lowers the floor, and
-    where what it has found does so once more.
+    """The diagnosis of a set without slips and without what happened in its series, with these, and
+    the effects that would explain the same instead of the slips.
     """
-    selection = search(problem)
-    for best in (_best_alone, _found):
-        lower = with_lower_floor(problem, best(selection).fit)
+    mended, every = outcome.diagnosis, (*slips, *faults.slips)
+    if not every and not faults.events:
+        return outcome
+    verdict = UNEXPLAINED if mended.verdict == ADEQUATE else mended.verdict
+    told = replace(
+        mended,
+        verdict=SLIP if every else verdict,
+        slips=every,
+        events=tuple(event.as_json() for event in faults.events),
+        verdict_mended=mended.verdict,
+        instead=instead,
+    )
+    return replace(outcome, diagnosis=told)
+
+
+def _instead(
+    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]], checked: Checked
+) -> tuple[str, ...]:
+    """Effects without memory that explain the data as stated as well as the slips do."""
+    try:
+        problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, classes)
+        base = score_base(problem, [effect.name for effect in given])
+    except ValueError:  # what the model cannot use, no effect explains
+        return ()
+    size = float(np.sqrt(np.mean(problem.data.table.value**2)))
+    most = RULES.slip_alike * checked.relative_error
+    plain = [name for name in candidates_of(problem, model)[0] if not classes[name].has_memory]
+    tried = [score_with(problem, base, name) for name in plain if not classes[name].refines]
+    return tuple(
+        scored.added
+        for scored in tried
+        if isinstance(scored, Scored) and scored.plausible and scored.held_out.rmse <= most * size
+    )
+
+
+Search = Callable[..., Selection]
+"""`select` with all but the problem and the effects."""
+
+
+def searched(
+    problem: FitProblem, candidates: Sequence[str], search: Search, tell: Tell = tell_nobody
+) -> Judgement:
+    """The judgement on a search of the plain effects; of the refined ones too, where the plain ones
+    leave much, unless they alone explain the error.
+    """
+    plain = [name for name in candidates if not problem.classes[name].refines]
+    first = _judged_search(problem, plain, search, tell)
+    if len(plain) == len(candidates) or not _falls_short(first):
+        return first
+    finer = _judged_search(problem, candidates, search, tell)
+    return first if finer.verdict == UNEXPLAINED != first.verdict else finer
+
+
+def _falls_short(judged: Judgement) -> bool:
+    """Whether plain effects leave so much that their refined forms are worth a try."""
+    most = judged.problem.rules.finer_error * judged.problem.floor.total
+    much = judged.named.held_out.rmse > most
+    return judged.verdict == UNEXPLAINED or (judged.verdict == EFFECTS_MISSING and much)
+
+
+def _judged_search(
+    problem: FitProblem, effects: Sequence[str], search: Search, tell: Tell
+) -> Judgement:
+    """The judgement on a search. It is repeated with a lower noise floor where the best single
+    effect, or the final model, lowers the floor.
+    """
+    selection = search(problem, effects)
+    for of_several in (False, True):
+        alone = next(iter(selection.proven), selection.base)
+        lower = with_lower_floor(problem, (selection.final if of_several else alone).fit)
         if lower is not None:
-            problem, selection = lower, search(lower)
+            problem, selection = lower, search(lower, effects)
     tell("judging what is left", 0, 0)
-    return _judged(problem, selection, hidden, seed)
+    base, final = selection.base, selection.final
+    black_boxes = _black_boxes(problem, base, final)
+    verdict = verdict_of(problem, base, final, black_boxes)
+    named = final if verdict == EFFECTS_MISSING else base
+    helped = helping(problem, base, selection.forward) if verdict == UNEXPLAINED else ()
+    return Judgement(problem, selection, black_boxes, verdict, named, helped)
 
 
-def _best_alone(selection: Selection) -> Scored:
-    """The best proven effect beside the base, or the base."""
-    return next(iter(selection.proven), selection.base)
-
-
-def _found(selection: Selection) -> Scored:
-    """The model with all that was found."""
-    return selection.final
-
-
-def _candidates(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
+def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
     """Effects that could be missing, and those that cannot show in this set at all."""
     present = {effect.name for effect in model.effects}
     absent = {
@@ -145,42 +214,31 @@ def diagnose_folder(
     return outcome.diagnosis.as_json()
 
 
-def _judged(
-    problem: FitProblem, selection: Selection, hidden: list[NotVisible], seed: int
-) -> Outcome:
-    """The verdict, and all that the diagnosis says besides."""
-    base, final = selection.base, selection.final
-    black_boxes = _black_boxes(problem, base, final)
-    verdict = verdict_of(problem, selection, black_boxes)
-    named = final if verdict == EFFECTS_MISSING else base
-    helped = helping(problem, base, selection.growth) if verdict == UNEXPLAINED else ()
-    added = [name for name in named.effects if name not in base.effects]
-    floor = problem.floor
-    rest = excess(problem, named)
-    left_over = bool(added) and named.held_out.rmse > LEFT_OVER * floor.total
+# ---------------------------------------------------------------------- the whole diagnosis
+def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcome:
+    """The diagnosis: the verdict, and what is reported beside it."""
+    problem, selection, named = judged.problem, judged.selection, judged.named
+    base, floor, added = selection.base, problem.floor, judged.added
     odd = notices(problem.data, floor, named.held_out.residual)
     localised = localise(problem.data, base.held_out.residual, seed)
-    against: tuple[str, ...] = ()
-    if helped:
-        rest_of = helped[-1]
-        left = localise(problem.data, rest_of.held_out.residual, seed)
-        against = depends_on(problem.data, rest_of, _black_boxes(problem, base, rest_of), left)
-    elif verdict == UNEXPLAINED:
-        against = depends_on(problem.data, final, black_boxes, localised)
-    elif left_over:
-        left = localise(problem.data, named.held_out.residual, seed)
-        against = depends_on(problem.data, named, black_boxes, left)
-    evidence = evidence_of(problem, selection, black_boxes, len(odd))
-    most = NOT_ALL if left_over else 1.0
+    within = residual_tests(problem.data, named.fit.residual)
+    failing = _failing(judged, localised, within)
+    verdict = UNEXPLAINED if failing else judged.verdict
+    evidence = evidence_of(problem, selection, judged.black_boxes, len(odd))
+    most = problem.rules.rest_confidence if judged.leaves_much else 1.0
     sure = confidence_of(problem.data.experiment, verdict, evidence, most)
+    effects = _named_effects(judged, sure.value)
+    if any(effect.undetermined for effect in effects):
+        sure = replace(sure, value=None, guess=True)
+        effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
         verdict=verdict,
         holdout=problem.data.table.holdout,
-        effects=tuple(named_effect(named, name) for name in added),
+        effects=effects,
         tied=selection.ties if added else (),
         ranking=tuple(_ranked(problem, base, s, selection) for s in selection.singles),
-        not_visible=(*hidden, *(NotVisible(u.name, u.reason) for u in selection.unseen)),
+        not_visible=(*absent, *(NotVisible(u.name, u.reason) for u in selection.unseen)),
         detectable=tuple(detectable_effects(problem, selection)),
         calibration=calibration_of(named),
         noise_floor=floor.total,
@@ -193,15 +251,66 @@ def _judged(
         next_experiment=proposal(problem, named, selection.ties) if added else None,
         correlation=correlation_of(named),
         modulus=modulus_of(named, problem.data),
-        unexplained=Unexplained(rest, against),
-        story=story(problem, base, selection.growth) if added else (),
+        unexplained=Unexplained(
+            excess(problem, named), failing or _rest_against(judged, localised, seed)
+        ),
+        story=error_by_step(problem, base, selection.forward) if added else (),
         notices=tuple(notice.as_json() for notice in odd),
-        helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in helped),
+        helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in judged.helping),
         confidence=sure.value,
         guess=sure.guess,
+        beyond=sure.beyond,
         evidence=evidence,
+        residual_tests=None if within is None else within.as_json(),
+        at_bound=calibration_at_bound(base),
     )
-    return Outcome(diagnosis, problem, selection, black_boxes, odd)
+    return Outcome(diagnosis, problem, selection, judged.black_boxes, odd)
+
+
+def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEffect, ...]:
+    """The named effects with their classes of causes. A verdict counts as right if the truth is
+    among what is tied: confidence is of the class only where nothing else is tied.
+    """
+    classes, found = judged.problem.classes, []
+    for name, tied in zip(judged.added, judged.selection.ties, strict=False):
+        cause = classes[name].cause
+        alike = [other for other in tied if cause and classes[other].cause == cause]
+        members = {one: classes[one].member for one in [name, *alike]} if alike else {}
+        sure = confidence if len(alike) == len(tied) else None
+        effect = named_effect(judged.named, name)
+        found.append(replace(effect, cause=cause, members=members, cause_confidence=sure))
+    return tuple(found)
+
+
+def _failing(
+    judged: Judgement, localised: Localisation, within: WithinRuns | None
+) -> tuple[str, ...]:
+    """Axes against which a model fails beyond chance and by much though its error lies within the
+    noise floor: then it is not adequate. Empty with any other verdict.
+    """
+    if judged.verdict != ADEQUATE:
+        return ()
+    failing = [axis.against for axis in localised.certain_failures]
+    follows = ["pressure"] if within is not None and within.follows_input else []
+    return tuple(dict.fromkeys([*failing, *follows]))[:3]
+
+
+def _rest_against(judged: Judgement, of_base: Localisation, seed: int) -> tuple[str, ...]:
+    """Axes on which the rest depends: what the helping effects leave, else what the final model
+    leaves; empty if that is little. of_base: localisation of the error of the base.
+    """
+    problem, selection, black_boxes = judged.problem, judged.selection, judged.black_boxes
+    if judged.helping:
+        scored = judged.helping[-1]
+        black_boxes = _black_boxes(problem, selection.base, scored)
+    elif judged.verdict == UNEXPLAINED:
+        return depends_on(problem.data, selection.final, black_boxes, of_base)
+    elif judged.leaves_much:
+        scored = judged.named
+    else:
+        return ()
+    localised = localise(problem.data, scored.held_out.residual, seed)
+    return depends_on(problem.data, scored, black_boxes, localised)
 
 
 def _failures(localised: Localisation) -> tuple[Failure, ...]:
@@ -213,9 +322,14 @@ def _failures(localised: Localisation) -> tuple[Failure, ...]:
 
 
 def _black_boxes(problem: FitProblem, base: Scored, scored: Scored) -> tuple[BlackBox, ...]:
-    """What black boxes make of a model's rest, the best first."""
+    """Black boxes fitted to a model's residual, the best first."""
     predicted = problem.data.table.value - base.fit.residual
-    return tuple(fit_black_boxes(scored.fit, problem.data, predicted))
+    return problem.once(
+        lambda: tuple(fit_black_boxes(scored.fit, problem.data, predicted)),
+        "black boxes",
+        scored.effects,
+        scored.fit.values.tobytes(),
+    )
 
 
 def _ranked(problem: FitProblem, base: Scored, scored: Scored, selection: Selection) -> Ranked:

@@ -1,4 +1,4 @@
-"""What a verdict rests on, in numbers without units, from what the search has found out anyway."""
+"""Evidence for a verdict: numbers without units, computed from the results of the search."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from model_lab.diagnosis.black_boxes import BlackBox
-from model_lab.diagnosis.errors import error_of, share_left
-from model_lab.diagnosis.growth import criterion
+from model_lab.diagnosis.criteria import error_of, share_left
+from model_lab.diagnosis.forward_selection import criterion
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.problem import FitProblem
-from model_lab.measurements.sample_table import PROTOCOLS
+from model_lab.measurements.sample_table import WHOLE_PROTOCOLS
 from softhand_model.effects import Parameter
 
-FARTHEST = 5.0  # a natural logarithm beyond which more says no more
+LARGEST_LOGARITHM = 5.0  # natural logarithms of ratios are cut off here
 DIGITS = 4
 
 
 def evidence_of(
     problem: FitProblem, selection: Selection, black_boxes: Sequence[BlackBox], notices: int = 0
 ) -> dict[str, float]:
-    """Numbers by name; ratios are natural logarithms, cut off at FARTHEST.
+    """Numbers by name; ratios are natural logarithms, cut off at LARGEST_LOGARITHM.
 
     The final model is the one with the effects that were found, whether they count as an
     explanation or not; the rival is the best one of as many effects that is neither it nor tied.
@@ -39,7 +39,7 @@ def evidence_of(
         "ties": float(np.mean([len(names) for names in selection.ties] or [0])),
         "proof": _log(_weakest(selection), selection.threshold),
         "margin": _margin(base, final, rival),
-        "lead": _log(rival.held_out.rmse, final.held_out.rmse) if rival else FARTHEST,
+        "lead": _log(rival.held_out.rmse, final.held_out.rmse) if rival else LARGEST_LOGARITHM,
         "folds_helped": float(np.mean(fold_ratio < 1.0)),
         "worst_fold": _log(float(np.max(fold_ratio)), 1.0),
         "black_box": _log(best, final.held_out.rmse),
@@ -52,7 +52,7 @@ def evidence_of(
         "folds": float(np.log(len(table.folds))),
         "runs": float(np.log(len(problem.data.runs))),
         "samples": float(np.log(table.samples)),
-        "by_protocols": float(table.holdout == PROTOCOLS),
+        "by_protocols": float(table.holdout == WHOLE_PROTOCOLS),
         "repeats": float(problem.floor.gain_known),
         "notices": float(notices),
     }
@@ -60,9 +60,9 @@ def evidence_of(
 
 
 def _log(value: float, over: float) -> float:
-    """Logarithm of a ratio within what still tells something."""
+    """Logarithm of a ratio, cut off at LARGEST_LOGARITHM."""
     ratio = np.log(max(value, 1e-300)) - np.log(max(over, 1e-300))
-    return float(np.clip(ratio, -FARTHEST, FARTHEST))
+    return float(np.clip(ratio, -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
 
 
 def _weakest(selection: Selection) -> float:
@@ -73,13 +73,13 @@ def _weakest(selection: Selection) -> float:
 
 
 def _rival(selection: Selection) -> Scored | None:
-    """The best model of the final one's size that it does not stand for."""
+    """The best model of the same size that is neither the final one nor tied with it."""
     base, final = selection.base, selection.final
     added = [name for name in final.effects if name not in base.effects]
     groups = [{name, *ties} for name, ties in zip(added, selection.ties, strict=False)]
     same_size: Sequence[Scored] = selection.singles
     if len(added) > 1:
-        same_size = selection.growth.sizes[len(added) - 1]
+        same_size = selection.forward.sizes[len(added) - 1]
     others = [s for s in same_size if not all(group & set(s.effects) for group in groups)]
     return min(others, key=criterion, default=None) if added else None
 
@@ -101,9 +101,9 @@ def _known(problem: FitProblem, base: Scored, final: Scored) -> float:
     for effect, index, parameter in _parameters(problem, final):
         if effect not in base.effects:
             distance = abs(final.fit.values[index] - (parameter.neutral or 0.0))
-            told = 1.0 if scales.logarithmic[index] else distance
-            best[effect] = max(best.get(effect, -FARTHEST), _log(told, spread[index]))
-    return min(best.values(), default=FARTHEST)
+            size = 1.0 if scales.logarithmic[index] else distance
+            best[effect] = max(best.get(effect, -LARGEST_LOGARITHM), _log(size, spread[index]))
+    return min(best.values(), default=LARGEST_LOGARITHM)
 
 
 def _unusual(problem: FitProblem, final: Scored) -> int:

@@ -5,13 +5,12 @@ could be made (`bench.trial_runs`) the separation of a pair is
 
     d**2 = D' (C + J1 S1 J1' + J2 S2 J2')**-1 D,
 
-with the difference D of their predictions, the noise C of a run, and what each explanation may
-still give way, its Jacobian J and the covariance S of its parameters. The experiment whose worst
-pair is furthest apart is proposed; where several are far enough, the one with the fewest changes.
+with the difference D of their predictions, the noise C of a run, and how far each explanation can
+still adapt: its Jacobian J and the covariance S of its parameters. The experiment whose worst pair
+is furthest apart is proposed; where several are far enough, the one with the fewest changes.
 
-Every run begins with the chamber open to the air. Explanations that differ in what a gauge then
-reads are told apart by that, if no run has begun so yet: the reading is as one of them has it, or
-there are readings that rule the other out.
+Every run begins with the chamber open to the air. Explanations that predict different readings of
+the gauge at that moment are separated by it, if no earlier run began so.
 """
 
 from __future__ import annotations
@@ -25,17 +24,15 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
-from model_lab.diagnosis.beforehand import AGREES, read_at_rest
+from model_lab.diagnosis.priors import read_at_rest
 from model_lab.diagnosis.search import Scored, score_with, score_without
-from model_lab.fitting.fit import DIFFERENCE
+from model_lab.fitting.fit import JACOBIAN_STEP
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run
+from model_lab.rules import RULES
 from softhand_model.effects import InputEffect
 
-ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
-BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie
-PARTNERS = 3  # tied names for which an experiment is sought, nearest first
 HISTORY_SAMPLES = 40
 READINGS = 400  # at which an explanation is asked for the pressure in the chamber
 
@@ -43,7 +40,7 @@ READINGS = 400  # at which an explanation is asked for the pressure in the chamb
 @dataclass(frozen=True)
 class Experiment:
     """A proposed run; separation: of the worst tied pair in units of noise; floors: their distance
-    over the noise floor (root mean square); separates: the names that it tells apart; at_rest: what
+    over the noise floor (root mean square); separates: the names that it separates; at_rest: what
     a gauge reads [Pa] of an open chamber, by these names, where that differs.
     """
 
@@ -72,7 +69,7 @@ class Experiment:
             "peak": _furthest(trial.columns[driving]) if driving else None,
             "separation": self.separation,
             "floors": self.floors,
-            "breaks": self.separation >= BREAKS,
+            "breaks": self.separation >= RULES.separation_breaks,
             "separates": [list(group) for group in self.separates],
             "at_rest": dict(self.at_rest),
             "inputs": {name: values.tolist() for name, values in trial.columns.items()},
@@ -101,7 +98,7 @@ def explanations(
         if not others:
             continue
         without = score_without(problem, final, effect)
-        tried = {name: score_with(problem, without, name) for name in others[:PARTNERS]}
+        tried = {name: score_with(problem, without, name) for name in others[: RULES.planned_ties]}
         fitted = {name: model for name, model in tried.items() if isinstance(model, Scored)}
         if fitted:
             groups.append({effect: final, **fitted})
@@ -122,8 +119,8 @@ def next_experiment(
     apart = np.array([bank.apart(*pair) for pair in pairs])
     worst = np.min(apart[:, 0], axis=0)
     cost = np.array([len(trial.changes) for trial in trials])
-    reached = np.minimum(worst, ENOUGH)
-    best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
+    reached = np.minimum(worst, RULES.separation_enough)
+    best = np.lexsort([-worst, cost, -np.round(reached / RULES.separation_enough, 1)])[0]
     return Experiment(
         _named_anew(trials[best], problem.data),
         float(worst[best]),
@@ -151,11 +148,11 @@ class _Bank:
         if not self._is_told(low, high):
             return surely
         lower = self._planned(low).apart(first, second)
-        lower[0] = np.minimum(lower[0], 1.0 / AGREES)
+        lower[0] = np.minimum(lower[0], 1.0 / RULES.zero_agreement)
         return np.maximum(surely, lower)
 
     def readings_at_rest(self, groups: Sequence[Mapping[str, Scored]]) -> dict[str, float]:
-        """What a gauge reads [Pa] of an open chamber, by explanation, where that tells a pair."""
+        """Reading [Pa] of a gauge on an open chamber, by explanation, where it separates a pair."""
         found = {
             name: _open_reading(self._problem, scored)
             for group in groups
@@ -166,7 +163,7 @@ class _Bank:
 
     def _is_told(self, low: float, high: float) -> bool:
         zero = max(abs(low), abs(high))
-        differ = high - low > AGREES * zero
+        differ = high - low > RULES.zero_agreement * zero
         return differ and not len(read_at_rest(self._problem.data, zero))
 
     def _planned(self, lowest: float) -> _Planned:
@@ -262,7 +259,7 @@ class _Planned:
         forward = replace(self._problem, data=self.data).likelihood(scored.effects).forward
         fit = scored.fit
         scales = fit.likelihood.scales
-        center, step = scales.inward(fit.values), DIFFERENCE * scales.width
+        center, step = scales.inward(fit.values), JACOBIAN_STEP * scales.width
         values = scales.outward(np.vstack([center, center + np.diag(step)]))
         order = [p.name for p in fit.likelihood.parameters]
         values = values[:, [order.index(p.name) for p in forward.parameters]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,29 +12,59 @@ from scipy.stats import t as student
 from model_lab.aliases import Array
 from model_lab.diagnosis.search import Scored
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.rules import RULES
+from model_lab.slips.slip import Slip
 
-FORMAT = "softhand-diagnosis/1"
+DIAGNOSIS_FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
-CONFIDENCE = 0.975
-LEFT_OVER = 2.0  # error after over the noise floor, from which the rest is worth a word
+SLIP = "slip"  # a mistake in how the data are stated; the diagnosis is that of the mended data
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted parameter: value, standard error and 95 % interval in its unit."""
+    """A fitted parameter: value, standard error and 95 % interval in its unit.
+
+    undetermined: the data do not fix it: the interval reaches over all possible values, or the
+    value lies at their end.
+    """
 
     value: float
     std: float
     interval: tuple[float, float]
     unit: str
+    undetermined: bool = False
 
 
 @dataclass(frozen=True)
 class NamedEffect:
-    """A missing effect with its fitted parameters by name."""
+    """A missing effect with its fitted parameters by name.
+
+    cause: the class of causes it belongs to, such as "lag"; its own name without one. members: of
+    that class those that explain the data alike, by name of effect, in words such as "tube", the
+    effect itself first; empty where it stands alone. cause_confidence: share (0 to 1) of such
+    verdicts in which the class is right, None where that is not known.
+    """
 
     name: str
     parameters: Mapping[str, Estimate]
+    cause: str = ""
+    members: Mapping[str, str] = field(default_factory=dict)
+    cause_confidence: float | None = None
+
+    @property
+    def undetermined(self) -> list[str]:
+        """Names of the parameters that the data do not fix."""
+        return [name for name, entry in self.parameters.items() if entry.undetermined]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry of `effects` in the JSON of a diagnosis."""
+        return {
+            "name": self.name,
+            "parameters": {name: asdict(entry) for name, entry in self.parameters.items()},
+            "class": self.cause or self.name,
+            "class_members": list(self.members),
+            "class_confidence": self.cause_confidence,
+        }
 
 
 @dataclass(frozen=True)
@@ -110,10 +140,16 @@ class Diagnosis:
     """The verdict on a model and a measurement set, in SI units.
 
     story: the named effects as they were found. helps: where nothing known explains the error,
-    effects that each take half of it or more, in order. notices: what is odd about the set whatever
+    effects that each take half of it or more, in order. notices: anomalies of the set whatever
     the model, see `fitting.notices`. confidence: share of such verdicts that are right, 0 to 1,
     None if it is not known; guess: whether that is too little to stand by it; evidence: what it
-    follows from, see `diagnosis.confidence`.
+    follows from, see `diagnosis.confidence`; beyond: of this what lies beyond all that was seen
+    when the confidence was calibrated, which is why it is not known. slips: mistakes in how the
+    data are stated, told before all else; events: what happened in the series of runs, see
+    `series.events`. With either, all else is about the data without them, and verdict_mended is the
+    verdict on these. instead: effects that would explain the data as stated as well as the slips
+    do. at_bound: parameters of the calibration that lie on a bound in the model as it is.
+    residual_tests: whether the residual within runs is white, see `series.within_runs`.
     """
 
     experiment: str
@@ -142,10 +178,18 @@ class Diagnosis:
     confidence: float | None = None
     guess: bool = False
     evidence: Mapping[str, float] | None = None
+    beyond: tuple[str, ...] = ()
+    slips: tuple[Slip, ...] = ()
+    verdict_mended: str | None = None
+    events: tuple[Mapping[str, Any], ...] = ()
+    residual_tests: Mapping[str, Any] | None = None
+    instead: tuple[str, ...] = ()
+    at_bound: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """The dictionary that `--json` writes."""
-        return {"format": FORMAT, **asdict(self)}
+        effects = tuple(effect.as_json() for effect in self.effects)
+        return {"format": DIAGNOSIS_FORMAT, **asdict(self), "effects": effects}
 
 
 def named_effect(scored: Scored, effect: str) -> NamedEffect:
@@ -166,7 +210,7 @@ def estimate(scored: Scored, index: int) -> Estimate:
     parameter = fitted.likelihood.parameters[index]
     spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
     runs = fitted.likelihood.spectrum.table.runs
-    factor = float(student.ppf(CONFIDENCE, max(runs - len(fitted.values), 3)))
+    factor = float(student.ppf(RULES.interval_level, max(runs - len(fitted.values), 3)))
     center = scales.inward(fitted.values)
     ends = []
     for side in (-1.0, 1.0):
@@ -175,7 +219,11 @@ def estimate(scored: Scored, index: int) -> Estimate:
         ends.append(float(scales.outward(np.clip(moved, scales.low, scales.high))[index]))
     value = float(fitted.values[index])
     std = value * spread if scales.logarithmic[index] else spread
-    return Estimate(value, std, (ends[0], ends[1]), parameter.unit)
+    reach = factor * spread
+    unbounded = center[index] - reach <= scales.low[index]
+    unbounded = unbounded and center[index] + reach >= scales.high[index]
+    undetermined = bool(unbounded or fitted.at_limit[index])
+    return Estimate(value, std, (ends[0], ends[1]), parameter.unit, undetermined)
 
 
 def calibration_of(scored: Scored) -> dict[str, Any]:
@@ -190,6 +238,12 @@ def calibration_of(scored: Scored) -> dict[str, Any]:
             else:
                 found[name] = value
     return found
+
+
+def calibration_at_bound(scored: Scored) -> tuple[str, ...]:
+    """Names of the parameters of the calibration that lie on a bound."""
+    pairs = zip(scored.fit.likelihood.parameters, scored.fit.at_limit, strict=True)
+    return tuple(p.name for p, limit in pairs if p.effect is None and limit)
 
 
 def modulus_of(scored: Scored, data: MeasurementSet) -> dict[str, Estimate] | None:

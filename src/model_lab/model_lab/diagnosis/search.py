@@ -14,19 +14,16 @@ from multiprocessing import get_context
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.diagnosis.beforehand import is_resolved, seen_at_rest, unusual
+from model_lab.diagnosis.priors import is_resolved, seen_at_rest, unusual
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.held_out import HeldOut, hold_out
 from model_lab.fitting.problem import FitProblem, base_starts
+from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect, Parameter
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
 LARGEST_GRID = 16
 ROUNDING = 1e-9
-SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to be seen at all
-LARGEST_PARTS = 2  # effects that are fitted for the part of the error that they promise
-KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
-KNOWN_BESIDE = 1.0 / 3.0  # the former of an effect beside others: what is left invites small ones
 
 
 @dataclass(frozen=True)
@@ -111,11 +108,12 @@ def starts(found: Signature, fit: Fit) -> Array:
 
 
 def promise(found: Signature, fit: Fit) -> tuple[float, float]:
-    """Fall of the deviance, and share of the mean square error, that the signatures promise.
+    """How much an effect could gain at best, before it is fitted: the largest fall of the deviance,
+    and the largest share of the mean square error that goes.
 
-    Each is made as large as suits the banded noise best, and as large as suits the error itself. An
-    effect that tells runs apart shows in few coefficients: it brings little likelihood, and much of
-    the error.
+    Each of its signatures (changes of the prediction at trial values) is scaled twice: so that the
+    likelihood rises most, and so that the error falls most. The two differ for an effect that moves
+    whole runs: that changes the error much, the likelihood little, as runs may differ.
     """
     spectrum = fit.likelihood.spectrum
     change = found.change * np.sqrt(fit.variance)[spectrum.bands]
@@ -148,11 +146,11 @@ def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
     return 2.0 * along - square, scaled
 
 
-def invisible(found: Signature, floor: float) -> str | None:
+def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | None:
     """Why an effect does not show in these runs however strong it is; None if it does."""
-    if found.raw.max() < SMALLEST_SIGNATURE * floor:
+    if found.raw.max() < rules.visible_share * floor:
         return "changes nothing in these runs"
-    if found.size.max() < SMALLEST_SIGNATURE * floor:
+    if found.size.max() < rules.visible_share * floor:
         return "acts like the calibration or the effects already in the model"
     return None
 
@@ -161,9 +159,9 @@ def invisible(found: Signature, floor: float) -> str | None:
 class Scored:
     """A fitted model with what it says of held-out data.
 
-    known: whether every effect has a parameter that the data tell. improvement: fall of the
-    deviance against the model it came from. signature: of the effect that was added last. unusual:
-    deviance by which the model is unlikely besides its error (`beforehand`).
+    known: whether a parameter of every effect can be estimated. improvement: fall of the deviance
+    against the model it came from. signature: of the effect that was added last. unusual: deviance
+    by which the model is unlikely besides its error (`priors`). rules: by which it is judged.
     """
 
     effects: tuple[str, ...]
@@ -173,6 +171,7 @@ class Scored:
     improvement: float = 0.0
     signature: Signature | None = None
     unusual: float = 0.0
+    rules: Rules = RULES
 
     @property
     def added(self) -> str:
@@ -209,45 +208,69 @@ def score_base(
     parameters = likelihood.parameters
     if start is None and all(p.name in problem.fitted for p in parameters):
         start = np.array([problem.fitted[p.name] for p in parameters], float)
-    found = fit(likelihood, base_starts(parameters) if start is None else start[None])
+    starts_of_fit = base_starts(parameters) if start is None else start[None]
+    found, held_out = _fitted(problem, likelihood, tuple(effects), starts_of_fit)
     return Scored(
         tuple(effects),
         found,
-        hold_out(found),
-        unusual=unusual(found) - seen_at_rest(problem.data, found),
+        held_out,
+        unusual=unusual(found) - seen_at_rest(problem.data, found, problem.rules),
+        rules=problem.rules,
     )
+
+
+def _fitted(
+    problem: FitProblem, likelihood: Likelihood, effects: tuple[str, ...], first: Array
+) -> tuple[Fit, HeldOut]:
+    """The model with these effects, fitted from starts (n, k), and its held-out error."""
+
+    def make() -> tuple[Fit, HeldOut]:
+        found = fit(likelihood, first)
+        return found, hold_out(found)
+
+    return problem.once(make, "fit", effects, first.tobytes())
+
+
+def _signature(problem: FitProblem, before: Scored, effect: str) -> Signature:
+    """The signature of an effect beside a fitted model."""
+
+    def make() -> Signature:
+        likelihood = problem.likelihood((*before.effects, effect))
+        return signature(likelihood, before.fit, problem.classes[effect])
+
+    return problem.once(make, "signature", before.effects, effect, before.fit.values.tobytes())
 
 
 def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Unseen:
     """The model with one effect more."""
     effects = (*before.effects, effect)
     likelihood = problem.likelihood(effects)
-    found = signature(likelihood, before.fit, problem.classes[effect])
-    reason = invisible(found, problem.floor.total)
+    found = _signature(problem, before, effect)
+    reason = invisible(found, problem.floor.total, problem.rules)
     if reason is not None:
         return Unseen(effect, reason)
     first = with_trials(likelihood, before.fit, effect, starts(found, before.fit))
-    after = fit(likelihood, first)
+    after, held_out = _fitted(problem, likelihood, effects, first)
     gained = before.fit.deviance - after.deviance
-    kind = problem.classes[effect]
-    resolved = is_resolved(problem.data, after, kind, bool(before.effects))
-    known = before.known and resolved and is_known(after, kind, bool(before.effects))
-    odds = unusual(after) - seen_at_rest(problem.data, after)
-    return Scored(effects, after, hold_out(after), known, gained, found, odds)
+    rules, kind, beside = problem.rules, problem.classes[effect], bool(before.effects)
+    resolved = is_resolved(problem.data, after, kind, beside, rules)
+    known = before.known and resolved and is_known(after, kind, rules)
+    odds = unusual(after) - seen_at_rest(problem.data, after, rules)
+    return Scored(effects, after, held_out, known, gained, found, odds, rules)
 
 
-def is_known(fit: Fit, effect: type[Effect], beside: bool = False) -> bool:
-    """Whether any parameter of an effect is known: its standard error tells it from no effect.
+def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:
+    """Whether any parameter of an effect differs from no effect by more than its standard error.
 
-    Where none is, a term grows without bound against another, and stands for neither.
+    Otherwise two terms grow without bound against each other, and neither means anything.
     """
     scales, spread = fit.likelihood.scales, np.sqrt(np.diag(fit.covariance))
     place = {parameter.name: index for index, parameter in enumerate(fit.likelihood.parameters)}
     for parameter in effect.parameters:
         index = place[f"{effect.name}.{parameter.name}"]
         distance = abs(fit.values[index] - (parameter.neutral or 0.0))
-        share = KNOWN_BESIDE if beside else KNOWN
-        allowed = KNOWN_FACTOR if scales.logarithmic[index] else share * distance
+        linear = rules.known_error * distance
+        allowed = rules.known_log_error if scales.logarithmic[index] else linear
         if spread[index] < allowed:
             return True
     return not effect.parameters
@@ -295,12 +318,11 @@ def _most_promising(
     """The effects that promise most likelihood, and then those that promise most of the error."""
     promised = {}
     for effect in effects:
-        likelihood = problem.likelihood((*before.effects, effect))
-        found = signature(likelihood, before.fit, problem.classes[effect])
-        promised[effect] = promise(found, before.fit)
-    by_error = sorted(effects, key=lambda effect: -promised[effect][1])[:LARGEST_PARTS]
+        promised[effect] = promise(_signature(problem, before, effect), before.fit)
+    few = problem.rules.fitted_by_error
+    by_error = sorted(effects, key=lambda effect: -promised[effect][1])[:few]
     by_likelihood = sorted(effects, key=lambda effect: -promised[effect][0])
-    chosen = by_likelihood[: limit - LARGEST_PARTS]
+    chosen = by_likelihood[: limit - few]
     return list(dict.fromkeys([*chosen, *by_error, *by_likelihood]))[:limit]
 
 

@@ -1,29 +1,35 @@
-"""Selection of the missing effects: each alone, then several (`growth`), then what ties with them.
+"""Selection of the missing effects: each alone, several (`forward_selection`), then their ties.
 
-An effect is only named if it brings more than the best of all candidates does in mere noise, whose
+An effect is only named if it gains more than the best of all candidates does in pure noise, whose
 distribution is drawn. Besides, the smallest value of each effect that would have been detected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.diagnosis.beforehand import is_between_samples
-from model_lab.diagnosis.errors import (
-    OF_ANOTHER_FORM,
-    SURE,
+from model_lab.diagnosis.criteria import (
     beyond_repeats,
+    error_of,
     excess,
     has_few_folds,
     is_noise,
     lowers,
 )
-from model_lab.diagnosis.growth import FITTED, Growth, Search, criterion, grow, proven
+from model_lab.diagnosis.forward_selection import (
+    ForwardSelection,
+    Search,
+    criterion,
+    proven,
+    select_forward,
+    with_own_held_out,
+)
+from model_lab.diagnosis.priors import is_between_samples
 from model_lab.diagnosis.result import Detectable
 from model_lab.diagnosis.search import (
     Scored,
@@ -37,31 +43,22 @@ from model_lab.fitting.fit import PSEUDO_OBSERVATIONS
 from model_lab.fitting.noise_floor import Spectrum
 from model_lab.fitting.problem import FitProblem
 
-DRAWS = 2000  # sets of mere noise
-SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error material
-SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
-TIE = 8.0  # deviance within which two explanations are not told apart
-TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
-OTHER_FORM = 0.06  # the same that another form of an equation may make up
-BETWEEN_SAMPLES = 0.12  # the same of what lasts for less than the time between samples
-FEW = 2  # names that are tied for that, besides
-UNUSUAL = 1.0  # deviance of parameters from which on they are unusual: those of an effect that has
-# become another one, as a load that is lost at low pressure and at the highest too
+NOISE_DRAWS = 2000  # simulated sets of pure noise
 
 
 @dataclass(frozen=True)
 class Selection:
     """The search and its outcome.
 
-    base: the model as it was; singles: every effect alone; unseen: those that cannot show; growth:
-    models of more effects and the chosen one; p_values of singles by name; ties: for each effect of
-    the final model the names that explain as much in its place, nearest first.
+    base: the model as it was; singles: every effect alone; unseen: those that cannot show;
+    forward: models of more effects and the chosen one; p_values: of singles by name; ties: for each
+    effect of the final model the names that explain as much in its place, nearest first.
     """
 
     base: Scored
     singles: tuple[Scored, ...]
     unseen: tuple[Unseen, ...]
-    growth: Growth
+    forward: ForwardSelection
     p_values: dict[str, float]
     threshold: float
     ties: tuple[tuple[str, ...], ...]
@@ -69,11 +66,11 @@ class Selection:
     @property
     def final(self) -> Scored:
         """The chosen model; the base if nothing is missing."""
-        return self.growth.final
+        return self.forward.final
 
     @property
     def proven(self) -> list[Scored]:
-        """Plausible single effects that bring more than mere noise does, the best first."""
+        """Plausible single effects that gain more than pure noise would, best first."""
         return proven(self.singles, self.threshold)
 
 
@@ -91,18 +88,48 @@ def select(
     tried = search(problem, base, effects)
     singles = tuple(sorted((s for s in tried if isinstance(s, Scored)), key=criterion))
     unseen = tuple(s for s in tried if isinstance(s, Unseen))
-    maxima = null_maxima([s.signature for s in singles if s.signature], problem.spectrum, seed)
-    threshold = float(np.quantile(maxima, 1.0 - SIGNIFICANCE))
+    shown = [s for s in singles if s.signature]
+    maxima = problem.once(
+        lambda: null_maxima([s.signature for s in shown if s.signature], problem.spectrum, seed),
+        "maxima",
+        tuple(s.effects for s in shown),
+        seed,
+    )
+    threshold = float(np.quantile(maxima, 1.0 - problem.rules.significance))
     p_values = {s.added: p_value(maxima, s.improvement) for s in singles}
-    growth = grow(problem, base, singles, threshold, search)
-    ties = _ties(problem, growth.final, base, singles, search)
-    return Selection(base, singles, unseen, growth, p_values, threshold, ties)
+    forward = select_forward(problem, base, singles, threshold, search)
+    ties = _ties(problem, forward.final, base, singles, search)
+    for _ in range(problem.rules.most_effects):
+        better = _better_member(problem, forward.final, base, ties)
+        if better is None:
+            break
+        forward = replace(forward, final=better)
+        ties = _ties(problem, better, base, singles, search)
+    names = tuple(tuple(scored.added for scored in group) for group in ties)
+    return Selection(base, singles, unseen, forward, p_values, threshold, names)
+
+
+def _better_member(
+    problem: FitProblem, final: Scored, base: Scored, ties: Sequence[Sequence[Scored]]
+) -> Scored | None:
+    """The best model with another member of the same class of causes, if it has a smaller error."""
+    causes = [problem.classes[name].cause for name in final.effects if name not in base.effects]
+    alike = [
+        scored
+        for cause, group in zip(causes, ties, strict=True)
+        for scored in group
+        if cause and problem.classes[scored.added].cause == cause and scored.plausible
+    ]
+    best = min(alike, key=lambda scored: error_of(problem, scored), default=None)
+    if best is None or error_of(problem, best) >= error_of(problem, final):
+        return None
+    return with_own_held_out(problem, best)
 
 
 def _ties(
     problem: FitProblem, final: Scored, base: Scored, singles: Sequence[Scored], search: Search
-) -> tuple[tuple[str, ...], ...]:
-    """For each effect of the final model the names that explain as much in its place."""
+) -> tuple[tuple[Scored, ...], ...]:
+    """For each effect of the final model the models that explain as much in its place."""
     added = [name for name in final.effects if name not in base.effects]
     result = []
     for effect in added:
@@ -110,7 +137,7 @@ def _ties(
         if len(added) > 1:
             without = score_without(problem, final, effect)
             names = [s.added for s in singles if s.added not in final.effects]
-            tried = search(problem, without, names, limit=FITTED)
+            tried = search(problem, without, names, limit=problem.rules.fitted_beside)
             instead = [s for s in tried if isinstance(s, Scored)]
         others = sorted((s for s in instead if s.added != effect), key=criterion)
         result.append(_as_near(problem, effect, others, final, without))
@@ -119,31 +146,33 @@ def _ties(
 
 def _as_near(
     problem: FitProblem, effect: str, others: Sequence[Scored], final: Scored, without: Scored
-) -> tuple[str, ...]:
-    """Names of models, nearest first, that explain as much as the final one beyond the one without
-    an effect; and of few that would with unusual parameters, or but for the form of an equation.
-    What is unlikely besides its error is none of them.
+) -> tuple[Scored, ...]:
+    """Models, nearest first, that explain as much as the final one beyond the one without an
+    effect; and few that would with unusual parameters, or but for the form of an equation. Models
+    that are unlikely a priori, or whose error is far larger, are left out.
     """
     gained = criterion(without) - criterion(final)
-    likely = [s for s in others if s.unusual - final.unusual < TIE]
+    rules = problem.rules
+    largest = rules.tie_error * max(error_of(problem, final), problem.floor.total)
+    near_enough = [s for s in others if error_of(problem, s) <= largest]
+    likely = [s for s in near_enough if s.unusual - final.unusual < rules.tie_deviance]
     behind = {s.added: criterion(s) - criterion(final) for s in likely}
-    equal = [
-        s
-        for s in likely
-        if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
-    ]
-    tied = [s.added for s in equal if s.unusual - final.unusual < UNUSUAL]
-    tied += [s.added for s in equal if s.added not in tied][: max(0, FEW - len(tied))]
+    most = rules.tie_deviance
+    equal = [s for s in likely if behind[s.added] < most or _as_good(problem, s, final)]
+    tied = [s.added for s in equal if s.unusual - final.unusual < rules.tie_unusual]
+    free = max(0, rules.most_unusual_ties - len(tied))
+    tied += [s.added for s in equal if s.added not in tied][:free]
     of_another_form = _leaves_more_than_noise(problem, final)
     unseen = is_between_samples(problem.data, final.fit, problem.classes[effect])
-    share = BETWEEN_SAMPLES if unseen else OTHER_FORM
+    share = rules.tie_share_unresolved if unseen else rules.tie_share_other_form
     for scored in likely:
         near = behind[scored.added] < share * gained
         if of_another_form and not near:
-            near = excess(problem, scored) <= OF_ANOTHER_FORM * excess(problem, without)
-        if len(tied) < FEW and scored.plausible and near and scored.added not in tied:
+            near = excess(problem, scored) <= rules.left_share * excess(problem, without)
+        free = len(tied) < rules.most_unusual_ties and scored.added not in tied
+        if free and scored.plausible and near:
             tied.append(scored.added)
-    return tuple(name for name in behind if name in tied)
+    return tuple(scored for scored in likely if scored.added in tied)
 
 
 def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
@@ -153,7 +182,7 @@ def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
     """
     if not problem.floor.gain_known:
         return not is_noise(problem, scored)
-    return beyond_repeats(problem, scored.fit.residual) < SURE
+    return beyond_repeats(problem, scored.fit.residual) < problem.rules.misfit_p_value
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
@@ -173,7 +202,7 @@ def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
 
 
 def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) -> Array:
-    """Largest fall of the deviance over all candidates (draws,), sorted, in sets of mere noise.
+    """Largest fall of the deviance over all candidates (draws,), sorted, in sets of pure noise.
 
     Noise of every band is drawn with a level that is itself only known from that band's
     coefficients and the floor's pseudo-observations. Each candidate is represented by its
@@ -182,17 +211,17 @@ def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) 
     changes = [found.change[found.size > 0.0] for found in signatures]
     stacked = np.concatenate([change for change in changes if len(change)] or [np.zeros((0, 1))])
     if not len(stacked):
-        return np.zeros(DRAWS)
+        return np.zeros(NOISE_DRAWS)
     stacked = stacked / np.linalg.norm(stacked, axis=1, keepdims=True)
     random = np.random.default_rng(seed)
-    drawn = np.zeros((DRAWS, len(stacked)))
+    drawn = np.zeros((NOISE_DRAWS, len(stacked)))
     for band, count in enumerate(spectrum.counts()):
         part = stacked[:, spectrum.bands == band]
         level, vectors = np.linalg.eigh(part @ part.T)
         root = vectors * np.sqrt(np.maximum(level, 0.0))
         known = count + PSEUDO_OBSERVATIONS
-        spread = np.sqrt(known / random.chisquare(known, DRAWS))
-        drawn += spread[:, None] * (random.standard_normal((DRAWS, len(root))) @ root.T)
+        spread = np.sqrt(known / random.chisquare(known, NOISE_DRAWS))
+        drawn += spread[:, None] * (random.standard_normal((NOISE_DRAWS, len(root))) @ root.T)
     return np.sort(np.max(drawn**2, axis=1))
 
 
@@ -204,11 +233,11 @@ def p_value(maxima: Array, improvement: float) -> float:
 
 def detectable_effects(problem: FitProblem, selection: Selection) -> list[Detectable]:
     """For each effect that could show, the weakest value of its first parameter that would have."""
-    found = []
+    found, size = [], problem.rules.detectable_share * problem.floor.total
     for scored in selection.singles:
         effect = problem.classes[scored.added]
         if effect.parameters and scored.signature is not None:
-            smallest = _weakest(scored, selection.threshold, SMALLEST_SHOWN * problem.floor.total)
+            smallest = _weakest(scored, selection.threshold, size)
             if smallest is not None:
                 found.append(Detectable(effect.name, effect.parameters[0].name, smallest))
     return found

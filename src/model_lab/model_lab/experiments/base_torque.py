@@ -16,6 +16,7 @@ from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
 from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
+from softhand_common.numerics.rotations import matrices
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.bending.whole_runs import curvature_in_runs
 from softhand_model.chain.segments import SegmentChain
@@ -26,15 +27,14 @@ from softhand_model.effects.stages import SectionShape, StructureEffect
 from softhand_model.equilibrium.joint_springs import Factor, JointSprings, springs_of
 from softhand_model.equilibrium.spatial import BaseLoad, HeldChain, Hold
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
-from softhand_model.numerics.rotations import matrices
 
-SEGMENTS = 10
-DOWN = {
+FINGER_SEGMENTS = 10
+GRAVITY_DIRECTION = {
     "bending_plane_level": (0.0, -1.0, 0.0),
     "base_up": (0.0, 0.0, 1.0),
     "base_down": (0.0, 0.0, -1.0),
 }  # in the frame of the base: z along the actuator, x to the bending side
-HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
+FULL_GRAVITY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
@@ -52,7 +52,7 @@ class BaseTorque:
     """
 
     def __init__(
-        self, data: MeasurementSet, segments: int = SEGMENTS, joints: SpringModel = THESIS
+        self, data: MeasurementSet, segments: int = FINGER_SEGMENTS, joints: SpringModel = THESIS
     ) -> None:
         require_columns(data, INPUTS["base_torque"], "the model of base_torque")
         self._data = data
@@ -80,7 +80,7 @@ class BaseTorque:
         shape = at_modulus(self._segments.shape, modulus)
         acting = [effect for effect in staged.all if effect not in staged.output]
         values = lane_values(calibration, acting)
-        plain = neutral_lane(values, calibration, acting, HEAVY)
+        plain = neutral_lane(values, calibration, acting, FULL_GRAVITY)
         angles = self._free_angles(staged, shape, pressure)
         torque = self._torque(staged, values, plain, modulus, angles)
         shown = [
@@ -162,7 +162,7 @@ class BaseTorque:
     def _gravity(self, specimen: str, scale: Array, lanes: int, rows: Indices) -> Array:
         """Gravity (3, points) [m/s2] times the scale of the mass."""
         require_keys(self._data, self._data.specimens[specimen], ("mass",), "the effect gravity")
-        down = np.reshape(DOWN[self._data.specimens[specimen].mount], (3, 1))
+        down = np.reshape(GRAVITY_DIRECTION[self._data.specimens[specimen].mount], (3, 1))
         pull = STANDARD_GRAVITY * np.broadcast_to(np.ravel(scale), lanes)
         return np.asarray(down * np.repeat(pull, len(rows)))
 

@@ -18,8 +18,10 @@ from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurements.bent_input import with_bends
-from model_lab.measurements.held_input import DRIVING, with_jumps
+from model_lab.measurements.held_input import DRIVING_COLUMN, with_jumps
+from model_lab.measurements.lead import with_lead
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.rules import RULES
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import BASES
@@ -29,12 +31,13 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 Calibration = Mapping[str, float | Mapping[str, float]]
 """As in a model file: numbers, or numbers by batch, specimen or direction."""
 
-MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
+USUAL_MODULUS_SCALES, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
-FREE_MODULUS, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
-STRAIGHT, ONE_RATE = 0.05, 3.0  # departure of a ramp from a line over its span; factor of rates
-TREND = 3  # runs of a specimen that tell one
-WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
+FREE_MODULUS_RANGE, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
+COEFFICIENT_RANGE, USUAL_COEFFICIENT_RANGE = (
+    4.0,
+    0.2,
+)  # of coefficients about their least-squares start, over their size
 
 
 class Experiment(Protocol):
@@ -64,7 +67,7 @@ class FreeParameter:
     """A parameter to fit: `modulus_scale[A]`, or `gent_stiffening.jm` with the effect's name.
 
     low, high: bounds; typical: where it is usually found; start: where a search starts; spread: one
-    sigma about 1 within which it is known beforehand.
+    sigma of its prior about 1.
     """
 
     name: str
@@ -118,20 +121,25 @@ class Forward:
             if free_calibration
             else []
         )
-        self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
+        free = (_free_parameter(e, parameter) for e in self._free for parameter in e.parameters)
+        self.parameters = (*calibrated, *free)
         self.measured = data.table.value
 
     def _between_samples(self) -> tuple[MeasurementSet, Indices | slice]:
-        """The set with what its input did between samples, where that matters, and the places of
-        its own samples. What remembers without a time of its own follows the path alone.
+        """The set with what its input did before the first sample and, where that matters, between
+        samples, and the places of its own ones. What remembers without a time of its own follows
+        the path alone.
         """
-        if self._data.jumps:
-            return with_jumps(self._data)
+        led, own = with_lead(self._data)
+        if led.jumps:
+            driven, places = with_jumps(led)
+            return driven, places[own]
         effects: list[type[Effect] | Effect] = [*self._fixed, *self._free]
         timed = any(e.has_memory and p.unit == "s" for e in effects for p in e.parameters)
-        if timed and self._data.experiment in DRIVING:
-            return with_bends(self._data)
-        return self._data, slice(None)
+        if timed and self._data.experiment in DRIVING_COLUMN:
+            driven, places = with_bends(led)
+            return driven, places[own]
+        return led, own
 
     def start(self) -> Array:
         """Values (k,) from which a search starts."""
@@ -205,20 +213,16 @@ def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     if effect.refines and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
     reason = inapplicable(effect, data, base)
-    if reason is None and "run_order" in effect.axes and _most_runs(data) < TREND:
-        return "two runs of a specimen tell no trend from their scatter"
+    runs = max(Counter(run.specimen for run in data.runs).values())
+    if reason is None and "run_order" in effect.axes and runs < RULES.trend_runs:
+        return "two runs of a specimen show no trend beyond their scatter"
     if reason is None and effect.has_memory and _is_clock(data):
         return "the input rises evenly, at one rate: time and input are one"
     return reason
 
 
-def _most_runs(data: MeasurementSet) -> int:
-    """Runs of the specimen that has most."""
-    return max(Counter(run.specimen for run in data.runs).values())
-
-
 def _is_clock(data: MeasurementSet) -> bool:
-    """Whether the input tells the time: it rises in straight lines of about one rate."""
+    """Whether input and time are proportional: ramps in straight lines of about one rate."""
     if data.experiment == "base_torque":  # which the tip's pose drives too
         return False
     rest, rates = 1.0 if data.stretched else 0.0, []
@@ -228,10 +232,10 @@ def _is_clock(data: MeasurementSet) -> bool:
         if not duration * span > 0.0:
             return False
         line = driving[0] + (driving[-1] - driving[0]) * (time - time[0]) / duration
-        if driving[-1] <= driving[0] or np.max(np.abs(driving - line)) > STRAIGHT * span:
+        if driving[-1] <= driving[0] or np.max(np.abs(driving - line)) > RULES.straight_ramp * span:
             return False
         rates.append(span / duration)
-    return max(rates) < ONE_RATE * min(rates)
+    return max(rates) < RULES.one_rate * min(rates)
 
 
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
@@ -252,10 +256,6 @@ def _unit(data: MeasurementSet) -> str:
     if data.experiment == "valve_pulse":
         return "kg/(s Pa)"
     return f"{data.unit}/Pa" if "pressure" in INPUTS[data.experiment] else data.unit
-
-
-def _free_parameters(effect: type[Effect]) -> list[FreeParameter]:
-    return [_free_parameter(effect, parameter) for parameter in effect.parameters]
 
 
 def _free_parameter(effect: type[Effect], parameter: Parameter) -> FreeParameter:
@@ -284,12 +284,15 @@ def _of_calibration(name: str, start: float, unit: str, free_modulus: bool) -> F
     """A scale of the modulus, free or within 15 %, or a coefficient about its least squares."""
     if name.startswith("modulus_scale"):
         if free_modulus:
-            return FreeParameter(name, "", *FREE_MODULUS, start, USUAL_FREE, True, None)
+            return FreeParameter(name, "", *FREE_MODULUS_RANGE, start, USUAL_FREE, True, None)
         return FreeParameter(
-            name, "", *MODULUS_RANGE, start, USUAL_MODULUS, False, None, MODULUS_SPREAD
+            name, "", *USUAL_MODULUS_SCALES, start, USUAL_MODULUS, False, None, MODULUS_SPREAD
         )
-    low, high = start - WIDEST * abs(start), start + WIDEST * abs(start)
-    usual = (start - USUAL * abs(start), start + USUAL * abs(start))
+    low, high = start - COEFFICIENT_RANGE * abs(start), start + COEFFICIENT_RANGE * abs(start)
+    usual = (
+        start - USUAL_COEFFICIENT_RANGE * abs(start),
+        start + USUAL_COEFFICIENT_RANGE * abs(start),
+    )
     return FreeParameter(name, unit, low, high, start, usual, False, None)
 
 

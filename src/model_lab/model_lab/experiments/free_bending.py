@@ -25,15 +25,16 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 
-MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
-ALIKE = 16  # samples in which a finger moves little
+# share of the weight that bends the actuator
+GRAVITY_OF_MOUNT = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}
+SAMPLES_A_GROUP = 16  # samples in which a finger moves little
 
 
 class FreeBending:
     """Tip angles (lanes, samples) [rad], run after run.
 
     Raises DocumentError for a specimen that lacks a key of the model (also in `predict`: the mass,
-    under gravity), ValueError for a mount that is none of MOUNTS.
+    under gravity), ValueError for a mount that is none of GRAVITY_OF_MOUNT.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -83,7 +84,7 @@ class FreeBending:
         if remembers(staged.elastic):
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
-            lambda part, run: finger.of_rows(run).stepping(SteppedBalance(staged), ALIKE)(
+            lambda part, run: finger.of_rows(run).stepping(SteppedBalance(staged), SAMPLES_A_GROUP)(
                 part, NO_TIME
             ),
             pressure,
@@ -137,9 +138,9 @@ class _Fingers:
 
 
 def _share_of_weight(specimen: Specimen) -> float:
-    if specimen.mount not in MOUNTS:
+    if specimen.mount not in GRAVITY_OF_MOUNT:
         raise ValueError(
-            f"specimen {specimen.name}: mount: expected one of {', '.join(MOUNTS)}, "
+            f"specimen {specimen.name}: mount: expected one of {', '.join(GRAVITY_OF_MOUNT)}, "
             f"got {specimen.mount}"
         )
-    return MOUNTS[specimen.mount]
+    return GRAVITY_OF_MOUNT[specimen.mount]

@@ -22,7 +22,7 @@ from softhand_model.bending.whole_runs import stretch_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
-EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
+LINEAR_EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
 
 
 class LinearBase:
@@ -32,9 +32,9 @@ class LinearBase:
     """
 
     def __init__(self, data: MeasurementSet) -> None:
-        if data.experiment not in EXPERIMENTS:
+        if data.experiment not in LINEAR_EXPERIMENTS:
             raise ValueError(
-                f"base linear: expected one of the experiments {', '.join(EXPERIMENTS)}, "
+                f"base linear: expected one of the experiments {', '.join(LINEAR_EXPERIMENTS)}, "
                 f"got {data.experiment}"
             )
         self._data, self._output = data, data.outputs[0]

@@ -130,7 +130,7 @@ class SampleRows:
         return self.through(shown, staged.output, values)[:, :, 0]
 
     def _surround(self, effects: Sequence[Effect], rows: Indices | slice) -> None:
-        """Tell effects the values of their axes (`Effect.around`) at the rows of a call."""
+        """Pass effects the values of their axes (`Effect.around`) at the rows of a call."""
         for effect in effects:
             if effect.axes:
                 around = {axis: self._axis(axis)[rows][None, :, None] for axis in effect.axes}

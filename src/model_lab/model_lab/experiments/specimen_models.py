@@ -28,10 +28,10 @@ Largest = Mapping[Entry, Array]
 
 PASSES = 3  # over all runs, until these values agree at ends and starts
 UNCHANGED = 1e-9
-POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
-POINTS_A_PIECE = 3  # of a size that changes in several
-KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
-SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
+GAUSS_POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
+GAUSS_POINTS_A_PIECE = 3  # of a size that changes in several
+SPECIMEN_KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
+GAUSS_POINTS_A_SEGMENT = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 # ---------------------------------------------------------------------- what they remember
@@ -99,13 +99,15 @@ class SpecimenSections:
     running (runs, sections, sections) [m]: integrals from the base to each point.
 
     uniform: whether a specimen of constant height, width and walls counts as one section.
-    Raises DocumentError for a specimen without the keys of KEYS.
+    Raises DocumentError for a specimen without the keys of SPECIMEN_KEYS.
     """
 
     def __init__(self, data: MeasurementSet, uniform: bool) -> None:
         names = dict.fromkeys(run.specimen for run in data.runs)
         for name in names:
-            require_keys(data, data.specimens[name], KEYS, f"the model of {data.experiment}")
+            require_keys(
+                data, data.specimens[name], SPECIMEN_KEYS, f"the model of {data.experiment}"
+            )
         rules = {name: _rule(data.specimens[name], uniform) for name in names}
         longest = max(len(rule.x) for rule in rules.values())
         runs = [data.specimens[run.specimen] for run in data.runs]
@@ -182,7 +184,7 @@ def _rule(specimen: Specimen, uniform: bool) -> _Rule:
         return _Rule(middle, np.array([length]), middle[:, None])
     corners = np.concatenate([[0.0, length], *(size[:, 0] for size in sizes if size.ndim)])
     edges = np.unique(np.clip(corners, 0.0, length))
-    count = max(POINTS_A_PIECE, -(-POINTS // (len(edges) - 1)))
+    count = max(GAUSS_POINTS_A_PIECE, -(-GAUSS_POINTS // (len(edges) - 1)))
     nodes, weights = np.polynomial.legendre.leggauss(count)
     half = np.diff(edges)[:, None] / 2.0
     x = edges[:-1, None] + half * (nodes + 1.0)
@@ -195,7 +197,7 @@ class SpecimenSegments:
 
     chains: by specimen, of the nominal modulus. shape: sections (1, runs, segments*points) of each
     run's specimen, segment after segment; weight [m] (1, runs, segments, points). Where no section
-    varies one stands for all: segments and points are 1.
+    varies segments and points are 1: one value holds for all.
 
     Raises DocumentError for a specimen without the keys of the model.
     """
@@ -204,7 +206,7 @@ class SpecimenSegments:
         names = dict.fromkeys(run.specimen for run in data.runs)
         specimens = {name: data.specimens[name] for name in names}
         for specimen in specimens.values():
-            require_keys(data, specimen, KEYS, f"the model of {data.experiment}")
+            require_keys(data, specimen, SPECIMEN_KEYS, f"the model of {data.experiment}")
         actuators = {name: _actuator(specimen) for name, specimen in specimens.items()}
         self.chains = {
             name: _chain(actuator, segments, joints) for name, actuator in actuators.items()
@@ -227,7 +229,7 @@ def _one_section(actuator: Actuator, segments: int) -> tuple[Array, Array]:
 
 def _gauss(actuator: Actuator, segments: int) -> tuple[Array, Array]:
     """Points and weights (segments, points) [m]."""
-    nodes, weights = np.polynomial.legendre.leggauss(SEGMENT_POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS_A_SEGMENT)
     half = actuator.length / segments / 2.0
     middle = half * (2.0 * np.arange(segments) + 1.0)
     return middle[:, None] + half * nodes, np.tile(half * weights, (segments, 1))

@@ -15,7 +15,7 @@ from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
 
 DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
-USUAL = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3
+USUAL_CONDUCTANCE = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3
 
 
 class ValvePulse:
@@ -58,7 +58,9 @@ class ValvePulse:
         chosen = {"inflate": self._inflating, "deflate": ~self._inflating}
         known = np.isfinite(self._measured)
         return {
-            name: _slope(product[rows & known], self._measured[rows & known], USUAL[name])
+            name: _slope(
+                product[rows & known], self._measured[rows & known], USUAL_CONDUCTANCE[name]
+            )
             for name, rows in chosen.items()
             if rows.any()
         }

@@ -1,6 +1,6 @@
 """What the input did between samples: whether it was held until it jumped, or went straight.
 
-On it hang time constants near the distance of the samples. Both are tried with the model as it is
+Time constants near the time between samples depend on it. Both are tried with the model as it is
 and a lag behind it, of whatever size; the one that predicts what was held out better is kept.
 """
 
@@ -15,11 +15,10 @@ from model_lab.aliases import Array
 from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.held_input import jumps, with_jumps
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.rules import RULES
 from softhand_model.effects.stages import Memory, lagged
 
 LAGS = np.geomspace(0.02, 50.0, 16)  # time constants over the time between samples
-BETTER = 0.9  # held-out error over that with straight lines, below which an input counts as held
-MOST = 2 / 3  # of the protocols, in which it must be lower
 
 Predict = Callable[[MeasurementSet], Array]
 """What a model says of the samples (samples,) of a set."""
@@ -32,7 +31,8 @@ def with_input_between(data: MeasurementSet, predict: Predict) -> MeasurementSet
     held, own = with_jumps(data)
     straight = _held_out(data, _lags(data, predict(data)))
     jumping = _held_out(data, _lags(held, predict(held))[:, own])
-    lower = jumping.sum() < BETTER**2 * straight.sum() and np.mean(jumping < straight) >= MOST
+    lower = jumping.sum() < RULES.held_error**2 * straight.sum()
+    lower &= np.mean(jumping < straight) >= RULES.held_folds
     return replace(data, jumps=bool(lower))
 
 

@@ -21,16 +21,14 @@ import numpy as np
 from model_lab.aliases import Array, Mask
 from model_lab.fitting.noise_floor import Spectrum, falling
 from model_lab.fitting.scales import Scales, held
+from model_lab.rules import RULES
 
-DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
-ITERATIONS = 15
-IMPROVEMENT = 0.3  # of the deviance at which the search ends
+JACOBIAN_STEP = 1e-4  # step of the Jacobian in units of a parameter's scale
+MOST_ITERATIONS = 15
+LEAST_IMPROVEMENT = 0.3  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
-GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
-FAR_OFF = 5.0  # error over the floor from which on it is no noise
-AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
-ONE_PLACE = 0.01  # of the usual range: searches that meet so near end in the same place
-UNSEEN = 1e-8  # of the largest residual, that a parameter's difference must change
+SAME_MINIMUM = 0.01  # of the usual range: searches that meet so near end in the same place
+NO_CHANGE = 1e-8  # of the largest residual, that a parameter's difference must change
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
 
@@ -101,7 +99,7 @@ class Likelihood:
                 raw[:, mine[0]] = np.minimum(
                     raw[:, mine[0]],
                     np.maximum(
-                        GAIN_OVER_FLOOR * self.floor[mine[0]],
+                        RULES.gain_error * self.floor[mine[0]],
                         power[:, mine[1:]].sum(axis=1) / counts[mine[0]],
                     ),
                 )
@@ -118,7 +116,7 @@ class Likelihood:
         error has many coefficients, at its edges.
         """
         mean_square = power.sum(axis=1) / counts.sum()
-        far = np.maximum(mean_square - FAR_OFF**2 * (counts @ floor) / counts.sum(), 0.0)
+        far = np.maximum(mean_square - RULES.far_error**2 * (counts @ floor) / counts.sum(), 0.0)
         return far, 1.0 - far / np.where(far > 0.0, mean_square, 1.0)
 
     def deviance(self, power: Array, values: Array) -> Array:
@@ -174,7 +172,7 @@ def fit(likelihood: Likelihood, starts: Array) -> Fit:
         likelihood.scales.inward(starts), likelihood.scales.low, likelihood.scales.high
     )
     points = _points(likelihood, coordinates)
-    for _ in range(ITERATIONS if starts.shape[1] else 0):
+    for _ in range(MOST_ITERATIONS if starts.shape[1] else 0):
         active = [index for index, point in enumerate(points) if not point.finished]
         if not active:
             break
@@ -186,11 +184,11 @@ def fit(likelihood: Likelihood, starts: Array) -> Fit:
 
 
 def _finish_followers(scales: Scales, points: list[_Point]) -> None:
-    """End the search of points that go where a better one is already."""
+    """End the search from points that approach the position of a better one."""
     ranked = sorted(points, key=lambda point: point.deviance)
     for place, point in enumerate(ranked):
         near = [
-            np.all(np.abs(point.coordinates - other.coordinates) <= ONE_PLACE * scales.width)
+            np.all(np.abs(point.coordinates - other.coordinates) <= SAME_MINIMUM * scales.width)
             for other in ranked[:place]
         ]
         point.finished = point.finished or any(near)
@@ -202,7 +200,7 @@ def _points(likelihood: Likelihood, coordinates: Array, known: Array | None = No
     known (n, samples): the residual there, if it is.
     """
     scales = likelihood.scales
-    step = DIFFERENCE * scales.width
+    step = JACOBIAN_STEP * scales.width
     step = np.where(coordinates + step > scales.high, -step, step)
     lanes = coordinates[:, None] + _diagonals(step)
     if known is None:
@@ -233,7 +231,7 @@ def _seen(change: Array, residual: Array) -> Array:
     """Changes (k, samples) of the residual; of a parameter that moves nothing exactly 0, where
     solvers that settle a little differently would let the search run along it.
     """
-    seen = np.max(np.abs(change), axis=1) > UNSEEN * np.max(np.abs(residual))
+    seen = np.max(np.abs(change), axis=1) > NO_CHANGE * np.max(np.abs(residual))
     return np.where(seen[:, None], change, 0.0)
 
 
@@ -265,7 +263,7 @@ def _next(point: _Point, moved: _Point | None, chosen: float) -> _Point:
     if moved is None:
         damping = point.damping * DAMPINGS[-1] ** 2
         return replace(point, damping=damping, finished=damping > LARGEST_DAMPING)
-    finished = point.deviance - moved.deviance < IMPROVEMENT
+    finished = point.deviance - moved.deviance < LEAST_IMPROVEMENT
     return replace(moved, damping=max(point.damping * chosen, 1e-9), finished=finished)
 
 
@@ -321,7 +319,7 @@ def _finished(likelihood: Likelihood, point: _Point) -> Fit:
         likelihood.variance(point.power[None])[0],
         point.jacobian,
         _lost_freedom(likelihood, len(point.values)) * inverse(normal),
-        distance <= AT_LIMIT * span,
+        distance <= RULES.limit_distance * span,
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from model_lab.aliases import Array, Mask
-from model_lab.fitting.fit import DIFFERENCE, Fit, inverse
+from model_lab.fitting.fit import JACOBIAN_STEP, Fit, inverse
 from model_lab.fitting.scales import held
 
 STEP_SHARES = (1.0, 0.5)  # tried beside none; the one that fits the other folds best is taken
@@ -84,7 +84,7 @@ def _refitted(fit: Fit, kept: Mask) -> Array:
         return np.hstack([own, (values - 1.0) / likelihood.prior])
 
     def slopes(at: Array) -> Array:
-        step = DIFFERENCE * scales.width
+        step = JACOBIAN_STEP * scales.width
         step = np.where(at + step > scales.high, -step, step)
         rows = left(at + np.vstack([np.zeros_like(step), np.diag(step)]))
         return np.asarray((rows[1:] - rows[0]).T / step)

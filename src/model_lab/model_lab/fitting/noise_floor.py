@@ -22,23 +22,14 @@ from model_lab.fitting.smoothing import short_spline_rest, spline_square
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.resolution import rounding_errors
 from model_lab.measurements.sample_table import SampleTable, Series
+from model_lab.rules import RULES
 
 MOST_BANDS = 64  # of an output: series of 3**62 samples
 BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
-UPPER_LEVEL = 0.95
-SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
-UNREPEATED = 0.02  # scatter of a sample's stress: what tests after ISO 37 or ASTM D 412 reach
-ASSUMED_FREEDOM = 8.0  # degrees of freedom with which that is known
-SHORT_RUN = 40  # readings, up to which splines of rubber run over the stretch
-FEWEST_FREE = 3.0  # degrees of freedom of a noise floor
 SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
-SPLINE_PIECES = 12  # of each output
-SLOW_BANDS = 3  # bands after that of the gain in which odd repeats show
-FEWEST_GROUPS = 4  # of repeats, to tell odd ones from others
+FLOOR_SPLINE_PIECES = 12  # of each output
 ALIKE_DRAWS = 4000
-UNLIKE = 0.002  # chance at which all groups are kept though one differs
-FAR_ABOVE = 4.0  # mean square of an odd group over the usual one
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
 SMALLEST_LEVEL = 1e-15  # in the unit of the outputs; masses of pulses are above 1e-9 kg
 
@@ -111,14 +102,14 @@ def _mirror(along: Array) -> Array:
 
 def _bands(table: SampleTable) -> tuple[IntArray, IntArray]:
     """Band of every coefficient, and the output of every band."""
-    short = _has_short_runs(table)  # too few coefficients to tell more than two levels
+    short = _has_short_runs(table)  # too few coefficients for more than two levels
     keys = np.concatenate([_keys(part, short) for part in table.series])
     found = np.flatnonzero(np.bincount(keys))
     return np.searchsorted(found, keys), found // MOST_BANDS
 
 
 def _has_short_runs(table: SampleTable) -> bool:
-    return table.samples <= SHORT_RUN * table.runs
+    return table.samples <= RULES.short_run * table.runs
 
 
 def _keys(part: Series, short: bool) -> IntArray:
@@ -157,7 +148,7 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
     """The floor of a set, given the residual (samples,) of a model fitted to it.
 
     A model that is wrong in the same way for all repeats does not change it. Raises ValueError for
-    sets that do not tell it.
+    sets from which it cannot be estimated.
     """
     scale = max(SMALLEST_SHARE * float(np.abs(residual).max()), SMALLEST_LEVEL)
     power, dof = _contrasts(spectrum, residual)
@@ -178,7 +169,7 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
         variance += spectrum.power(spectrum.coefficients(rounding)).mean(axis=0) / counts
     if source == SPLINE and data.stretched:
         variance[0] += _unseen_gain(spectrum)
-        return _floor(variance, counts * 0.0 + ASSUMED_FREEDOM, spectrum, source)
+        return _floor(variance, counts * 0.0 + RULES.rubber_freedom, spectrum, source)
     return _floor(variance, counts * 0.0, spectrum, source)
 
 
@@ -190,7 +181,7 @@ def _floor(variance: Array, dof: Array, spectrum: Spectrum, source: str) -> Nois
     within = float(share @ np.minimum(white, variance))
     spread = float(share**2 @ (2.0 * variance**2 / np.where(dof > 0.0, dof, counts)))
     freedom = 2.0 * total**2 / spread
-    upper = total * freedom / chi2.ppf(1.0 - UPPER_LEVEL, freedom)
+    upper = total * freedom / chi2.ppf(1.0 - RULES.floor_level, freedom)
     between = max(total - within, 0.0)
     roots = np.sqrt([total, within, between, upper]).tolist()
     return NoiseFloor(roots[0], roots[1], roots[2], roots[3], variance, dof, source)
@@ -260,7 +251,7 @@ def _slow(spectrum: Spectrum) -> Mask:
     """Bands (bands,) of slow errors, without those of a run's gain."""
     first = np.searchsorted(spectrum.band_output, spectrum.band_output)
     order = np.arange(spectrum.band_count) - first
-    return np.asarray((order >= 1) & (order <= SLOW_BANDS))
+    return np.asarray((order >= 1) & (order <= RULES.odd_bands))
 
 
 def _alike(power: Array, dof: Array) -> Mask:
@@ -270,15 +261,15 @@ def _alike(power: Array, dof: Array) -> Mask:
     of freedom.
     """
     every = np.ones(len(power), bool)
-    if len(power) < FEWEST_GROUPS or not np.all(dof > 0.0):
+    if len(power) < RULES.odd_groups or not np.all(dof > 0.0):
         return every
     drawn = np.random.default_rng(0).chisquare(dof, (ALIKE_DRAWS, len(dof))) / dof
     null = np.sort(_ratio_of_halves(drawn))
     level = power / dof
-    if _ratio_of_halves(level[None])[0] <= null[int((1.0 - UNLIKE) * ALIKE_DRAWS)]:
+    if _ratio_of_halves(level[None])[0] <= null[int((1.0 - RULES.odd_p_value) * ALIKE_DRAWS)]:
         return every
     usual = float(np.median(np.sort(level)[: len(level) // 2]))
-    return np.asarray(level <= FAR_ABOVE * usual)
+    return np.asarray(level <= RULES.odd_square * usual)
 
 
 def _ratio_of_halves(levels: Array) -> Array:
@@ -315,12 +306,12 @@ def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) ->
             if course.output == output
             for start, stop in _pieces(course.start, course.stop)
         ]
-        chosen = pieces[:: -(-len(pieces) // SPLINE_PIECES)] if pieces else []
+        chosen = pieces[:: -(-len(pieces) // FLOOR_SPLINE_PIECES)] if pieces else []
         squares = [spline_square(piece) for piece in chosen]
         if not squares:
             raise ValueError(
                 "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
-                f"{SMALLEST_SPLINE} samples that tell noise from course, got none of them"
+                f"{RULES.spline_samples} samples for a smoothing spline, got none of them"
             )
         levels.append(float(np.median(squares)))
     return np.sqrt(np.array(levels))
@@ -329,7 +320,7 @@ def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) ->
 def _unseen_gain(spectrum: Spectrum) -> float:
     """Variance of the coefficient of a series' gain that repeats of a test of rubber would show."""
     squares = [np.sum(spectrum.table.value[part.samples] ** 2) for part in spectrum.table.series]
-    return float(UNREPEATED**2 * np.mean(squares))
+    return float(RULES.rubber_scatter**2 * np.mean(squares))
 
 
 def _short_series_level(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> float | None:
@@ -341,11 +332,11 @@ def _short_series_level(data: MeasurementSet, spectrum: Spectrum, residual: Arra
         stretch = data.driving(data.runs[course.run])
         part = short_spline_rest(stretch, residual[course.samples])
         squares, freedom = squares + part[0], freedom + part[1]
-    return float(np.sqrt(squares / freedom)) if freedom >= FEWEST_FREE else None
+    return float(np.sqrt(squares / freedom)) if freedom >= RULES.fewest_freedom else None
 
 
 def _pieces(start: int, stop: int) -> list[tuple[int, int]]:
     """Starts and ends of neighbouring pieces of a series that are long enough for a spline."""
     count = max((stop - start) // SPLINE_PIECE, 1)
     edges = np.linspace(start, stop, count + 1).astype(int).tolist()
-    return [(low, high) for low, high in pairwise(edges) if high - low >= SMALLEST_SPLINE]
+    return [(low, high) for low, high in pairwise(edges) if high - low >= RULES.spline_samples]

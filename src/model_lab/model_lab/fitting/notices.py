@@ -1,8 +1,8 @@
-"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps,
-and numbers that look like another unit's.
+"""Anomalies of a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps, and
+numbers that look like another unit's.
 
-Repeats that scatter excuse a model from what differs between them, a disturbance too. So what their
-scatter looks like is said beside every verdict.
+Whatever differs between repeats raises the noise floor, disturbances too, and so hides errors of
+the model. That is why anomalies are reported beside every verdict.
 """
 
 from __future__ import annotations
@@ -20,33 +20,18 @@ from model_lab.measurements.held_input import jumps
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.measurements.units import display_of
+from model_lab.rules import RULES
 
-SCATTERED = 5.0  # scatter of repeats over the stated noise
 FREQUENCIES = 240  # at which a line is sought
-SLOWEST = 5.0  # periods in the shortest run
-SHORTEST = 32  # samples of a run that has a spectrum
-LONGEST = 4000  # samples of a run of which the spectrum is taken
-IN_INPUT = 0.05  # share of the input at a frequency, from which on a line may be its answer
-LINE_SHARE = 0.1  # of the error of most runs, that a line must make up
-MOST = 2 / 3  # of the runs
-LOBE, FARTHEST = 3.0, 3.0  # periods in a run less, and factor, of frequencies to compare with
-CHANCE = 1e-4
-WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
-STEEP = 2.0  # slope of the output over the input, over the mean one
-COARSE = 3.0  # the same in steps of a coarse sensor, that its readings change by
-DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
-FEWEST_RUNS = 6
-ANOTHER_SIZE = 10.0  # times the model's values, or a part of them: no effect, but a unit
-ATMOSPHERE = (80e3, 110e3)  # [Pa] absolute, between high ground and high weather
-SOFTEST = 4.0  # by which rubber gives way more when it is stretched far: the slope of q at rest
-ENDS = 0.05  # of the range of pressures, that counts as its ends
-DURATIONS = (0.05, 2000.0)  # [s] between which an actuator's run is believed
-GAP = 5.0  # times between samples, over the usual one of their run
+FEWEST_PERIODS = 5.0  # periods in the shortest run
+SPECTRUM_SAMPLES = 4000  # samples of a run of which the spectrum is taken
+LINE_WIDTH = 3.0  # periods in a run, of one line
+COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size`,
+    """An anomaly: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size`,
     `absolute`, `duration` or `single_sample`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
@@ -70,7 +55,7 @@ class Notice:
 
 
 def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[Notice, ...]:
-    """What is odd in the residual (samples,) of a model, which has its repeats."""
+    """Anomalies in the residual (samples,) of a model, which has its repeats."""
     found = (
         _scattered(data, floor),
         _line(data, residual),
@@ -93,7 +78,7 @@ def _scattered(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
         return None
     counts = np.bincount(data.table.output)
     noise = float(np.sqrt(counts @ np.square(np.array(stated, float)) / counts.sum()))
-    if not floor.total > SCATTERED * noise > 0.0:
+    if not floor.total > RULES.notice_repeats * noise > 0.0:
         return None
     levels = np.array([noise, floor.within, floor.total])
     times = floor.total / noise
@@ -107,19 +92,19 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
     """A frequency at which the error of most runs has a line that the input has not."""
     if not data.has_time or data.experiment == "valve_pulse":
         return None
-    courses = [c for c in data.table.courses if c.length >= SHORTEST]
+    courses = [c for c in data.table.courses if c.length >= RULES.notice_samples]
     if len(courses) < len(data.table.courses) or not courses:
         return None
-    times = [data.runs[c.run].columns["time"][:LONGEST] for c in courses]
+    times = [data.runs[c.run].columns["time"][:SPECTRUM_SAMPLES] for c in courses]
     if min(float(np.ptp(time)) for time in times) <= 0.0:
         return None
     grid = _grid(times)
-    errors = [residual[c.samples][:LONGEST] for c in courses]
+    errors = [residual[c.samples][:SPECTRUM_SAMPLES] for c in courses]
     shares = np.stack([_shares(t, e, grid) for t, e in zip(times, errors, strict=True)])
-    inputs = [data.driving(data.runs[c.run])[:LONGEST] for c in courses]
+    inputs = [data.driving(data.runs[c.run])[:SPECTRUM_SAMPLES] for c in courses]
     driven = np.stack([_shares(t, u, grid) for t, u in zip(times, inputs, strict=True)])
-    free = np.max(driven, axis=0) < IN_INPUT
-    many = np.mean(shares >= LINE_SHARE, axis=0) >= MOST
+    free = np.max(driven, axis=0) < RULES.line_in_input
+    many = np.mean(shares >= RULES.line_share, axis=0) >= RULES.line_runs
     mean = shares.mean(axis=0)
     best = int(np.argmax(np.where(free & many, mean, -1.0)))
     if not (free & many)[best] or not _stands_out(mean, grid, best, len(courses)):
@@ -132,7 +117,7 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
 
 def _grid(times: Sequence[Array]) -> Array:
     """Frequencies [Hz] from a few periods in the shortest run up to what its samples resolve."""
-    low = SLOWEST / min(float(np.ptp(time)) for time in times)
+    low = FEWEST_PERIODS / min(float(np.ptp(time)) for time in times)
     high = 0.4 / max(float(np.median(np.diff(time))) for time in times)
     return np.geomspace(low, max(high, 1.01 * low), FREQUENCIES)
 
@@ -152,18 +137,18 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
 
     The others are not so near that they are of the same line, nor so far that noise differs.
     """
-    apart = np.abs(grid - grid[best]) > LOBE / SLOWEST * grid[0]
-    others = mean[apart & (np.abs(np.log(grid / grid[best])) < np.log(FARTHEST))]
+    apart = np.abs(grid - grid[best]) > LINE_WIDTH / FEWEST_PERIODS * grid[0]
+    others = mean[apart & (np.abs(np.log(grid / grid[best])) < np.log(COMPARED_RANGE))]
     if not len(others):
         return False
     ratio = float(mean[best]) / max(float(np.median(others)), 1e-300)
-    return bool(len(mean) * gamma.sf(courses * ratio, courses) < CHANCE)
+    return bool(len(mean) * gamma.sf(courses * ratio, courses) < RULES.notice_p_value)
 
 
 # ---------------------------------------------------------------------- samples and sessions
 def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
-    """Single samples far from their neighbours, which are near each other: those that were
-    replaced, with the errors that they had, and others. size: how far.
+    """Single samples far from neighbours that agree: those that were replaced, with the errors that
+    they had, and others. size: how far.
 
     Where the input moves as far, over its range, what lies there is the model's error.
     """
@@ -173,15 +158,16 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     marked, lies = [replaced], np.zeros(len(residual))
     for course in data.table.courses:
         values = residual[course.samples]
-        if data.experiment == "valve_pulse" or len(values) < SHORTEST:
+        if data.experiment == "valve_pulse" or len(values) < RULES.notice_samples:
             continue
         steps = np.diff(values)
         level = NORMAL_MEDIAN * float(np.median(np.abs(steps))) / np.sqrt(2.0)
         before, after = steps[:-1], -steps[1:]
-        least = max(WILD * level, COARSE * _step(data.table.value[course.samples]))
+        step = _step(data.table.value[course.samples])
+        least = max(RULES.notice_wild * level, RULES.notice_steps * step)
         driving = data.driving(data.runs[course.run])
         scale = float(np.ptp(data.table.value[course.samples]) / (np.ptp(driving) or 1.0))
-        moves = STEEP * scale * np.abs(np.diff(driving))
+        moves = RULES.notice_slope * scale * np.abs(np.diff(driving))
         least = np.maximum(least, np.maximum(moves[:-1], moves[1:]))
         far = np.minimum(np.abs(before), np.abs(after)) > least
         alone = far & (before * after > 0.0)
@@ -218,13 +204,13 @@ def _places(data: MeasurementSet) -> IntArray:
 def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
     """Means of the error that rise or fall from run to run beyond chance."""
     runs = data.table.runs
-    if runs < FEWEST_RUNS or len(data.outputs) > 1:
+    if runs < RULES.notice_runs or len(data.outputs) > 1:
         return None
     means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
     order = np.arange(runs, dtype=float)
     line = linregress(order, means)
     change = float(line.slope) * (runs - 1)
-    if line.pvalue > CHANCE or abs(change) < DRIFTED * floor.total:
+    if line.pvalue > RULES.notice_p_value or abs(change) < RULES.notice_drift * floor.total:
         return None
     marked = np.zeros(0, np.int64)
     shown = display_of(data.unit).shown(change)
@@ -234,7 +220,7 @@ def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
 
 
 def _held_input(data: MeasurementSet) -> Notice | None:
-    """An input that is held between samples where it jumps: time constants hang on that."""
+    """An input that is held between samples where it jumps: time constants depend on that."""
     if not data.jumps:
         return None
     places = [jumps(data, run) for run in data.runs]
@@ -249,8 +235,9 @@ def _gaps(data: MeasurementSet) -> Notice | None:
     """Gaps in the time column, over which what the input did is not known."""
     if not data.has_time or data.experiment == "valve_pulse":
         return None
-    steps = [np.diff(run.columns["time"]) for run in data.runs if run.samples >= SHORTEST]
-    gaps = [np.flatnonzero(step > GAP * float(np.median(step))) for step in steps]
+    long = [run for run in data.runs if run.samples >= RULES.notice_samples]
+    steps = [np.diff(run.columns["time"]) for run in long]
+    gaps = [np.flatnonzero(step > RULES.time_gap * float(np.median(step))) for step in steps]
     count = sum(map(len, gaps))
     if not count:
         return None
@@ -269,7 +256,7 @@ def _size(data: MeasurementSet, residual: Array) -> Notice | None:
     """Values of the model that are far larger or smaller than the readings, as wrong units make."""
     read = float(np.sqrt(np.mean(data.table.value**2)))
     said = float(np.sqrt(np.mean((data.table.value - residual) ** 2)))
-    if not max(read, said) > ANOTHER_SIZE * min(read, said):
+    if not max(read, said) > RULES.notice_size * min(read, said):
         return None
     shown = display_of(data.unit).shown
     text = (
@@ -285,7 +272,8 @@ def _absolute(data: MeasurementSet) -> Notice | None:
     if data.experiment == "valve_pulse" or any("pressure" not in r.columns for r in data.runs):
         return None
     least = np.array([float(run.columns["pressure"].min()) for run in data.runs])
-    if not (ATMOSPHERE[0] < least.min() and least.max() < ATMOSPHERE[1] and _rests(data)):
+    low, high = RULES.atmosphere
+    if not (low < least.min() and least.max() < high and _rests(data)):
         return None
     text = (
         f"no pressure is below {least.min() / 1e3:.4g} kPa, at which the actuator rests: expected "
@@ -300,29 +288,27 @@ def _rests(data: MeasurementSet) -> bool:
     cannot be gauge pressures: of rubber it grows at most four times as fast as they do.
     """
     pressure = np.concatenate([run.columns["pressure"] for run in data.runs])
-    size = np.concatenate([_output_size(data, run) for run in data.runs])
+    measured = np.concatenate(
+        [[r.columns[name] for name in data.outputs] for r in data.runs], axis=1
+    )
+    size = np.linalg.norm(measured, axis=0)
     low, high = float(pressure.min()), float(pressure.max())
-    near = ENDS * (high - low)
+    near = RULES.pressure_ends * (high - low)
     first, last = size[pressure <= low + near], size[pressure >= high - near]
-    return bool(np.nanmean(first) * SOFTEST < np.nanmean(last) * low / high)
-
-
-def _output_size(data: MeasurementSet, run: Run) -> Array:
-    """Size (rows,) of what was measured, over all outputs."""
-    return np.linalg.norm([run.columns[name] for name in data.outputs], axis=0)
+    return bool(np.nanmean(first) * RULES.softest < np.nanmean(last) * low / high)
 
 
 # ---------------------------------------------------------------------- times
 def _duration(data: MeasurementSet) -> Notice | None:
     """Runs that last as long, or as short, as those of an actuator do in another unit of time."""
     lasting = [float(np.ptp(r.columns["time"])) for r in data.runs if r.samples > 1 and _timed(r)]
-    usual = float(np.median(lasting)) if lasting else DURATIONS[0]
-    if DURATIONS[0] <= usual <= DURATIONS[1]:
+    usual = float(np.median(lasting)) if lasting else RULES.durations[0]
+    if RULES.durations[0] <= usual <= RULES.durations[1]:
         return None
-    unit = "milliseconds" if usual > DURATIONS[1] else "seconds"
+    unit = "milliseconds" if usual > RULES.durations[1] else "seconds"
     text = (
         f"a run lasts {usual:.3g} s (median): if the times are {unit}, say so by the unit of the "
-        "column time; time constants and rates hang on it"
+        "column time; time constants and rates depend on it"
     )
     order, marked = np.arange(len(lasting), dtype=float), np.zeros(0, np.int64)
     return Notice("duration", usual, 0.0, text, order, np.array(lasting), marked)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,23 +17,23 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
 from model_lab.measurements.wild_samples import without_wild_samples
+from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import OUTPUT_UNIT
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
-LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
-SMALLEST = 1e-9  # of a largest value, where nothing was measured
+SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
 
-
-FREQUENT = 0.002  # of the samples: so many wild ones, and more are sought about a model
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class FitProblem:
     """Fit problem of a set: data, base model, effects that stay, and how noise is judged.
 
-    fitted: values of the parameters of the model as it is, by name, as found on the way.
+    fitted: values of the parameters of the model as it is, by name. rules: by which it is judged.
+    known: results that `once` has computed; None: they are not kept.
     """
 
     data: MeasurementSet
@@ -44,6 +44,8 @@ class FitProblem:
     floor: NoiseFloor
     fitted: Mapping[str, float]
     joints: SpringModel = THESIS
+    rules: Rules = RULES
+    known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
         """The likelihood of the model with these effects free."""
@@ -51,9 +53,24 @@ class FitProblem:
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
         return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
+    def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
+        """What `make` returns; kept under a key, and this noise floor, if results are kept. So one
+        set can be judged by many rules with few fits.
+        """
+        if self.known is None:
+            return make()
+        whole = (*key, self.floor.variance.tobytes(), self.floor.gain_known)
+        if whole not in self.known:
+            self.known[whole] = make()
+        found: Result = self.known[whole]
+        return found
+
 
 def pose_problem(
-    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    rules: Rules = RULES,
 ) -> tuple[FitProblem, tuple[Effect, ...]]:
     """The problem with its noise floor, and the model's effects that are fitted along.
 
@@ -78,7 +95,7 @@ def pose_problem(
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
-    if len(data.wild) > FREQUENT * data.table.samples:
+    if len(data.wild) > rules.frequent_wild * data.table.samples:
         data = without_wild_samples(data, forward.measured - better.residual)
         forward = forward_of(data)
         rough = noise_floor(data, spectrum, forward.measured - predicted)
@@ -86,7 +103,9 @@ def pose_problem(
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
-    problem = FitProblem(data, model.base, fixed, known, spectrum, floor, fitted, model.springs)
+    problem = FitProblem(
+        data, model.base, fixed, known, spectrum, floor, fitted, model.springs, rules
+    )
     return problem, given
 
 
@@ -118,7 +137,7 @@ def in_the_range_of(
 def _largest(data: MeasurementSet, names: tuple[str, ...]) -> float:
     """Largest size of these columns over the set."""
     columns = [run.columns[name] for run in data.runs for name in names if name in run.columns]
-    return max((float(np.max(np.abs(column))) for column in columns), default=0.0) or SMALLEST
+    return max((float(np.max(np.abs(column))) for column in columns), default=0.0) or SMALLEST_SCALE
 
 
 def _placed(effect: type[Effect], largest: Mapping[str, float], unit: str) -> type[Effect]:
@@ -146,7 +165,9 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
     Repeats may differ by an effect, such as what earlier runs have left in the rubber.
     """
     floor = noise_floor(problem.data, problem.spectrum, better.residual)
-    return replace(problem, floor=floor) if floor.total < LOWER * problem.floor.total else None
+    if floor.total >= problem.rules.lower_floor * problem.floor.total:
+        return None
+    return replace(problem, floor=floor)
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:

@@ -1,4 +1,4 @@
-"""Smoothing splines: what they leave of readings tells their noise."""
+"""Smoothing splines: the noise of readings is estimated from their residual."""
 
 from __future__ import annotations
 
@@ -7,27 +7,26 @@ from scipy.interpolate import make_smoothing_spline
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
+from model_lab.rules import RULES
 
 WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
-SHORTEST_SPLINE = 8  # stretches of a run that tell noise from course
 SMOOTHINGS = (1e-9, 1e3, 60)
-LEAST_FREEDOM = 0.3  # of the readings, that a spline leaves to the noise
 
 
 def short_spline_rest(place: Array, values: Array) -> tuple[float, float]:
     """Sum of squares that a natural smoothing spline by generalised cross-validation leaves of
     values (n,) at places (n,) in any order, and the degrees of freedom of that rest; zeros for
-    fewer than SHORTEST_SPLINE places.
+    fewer than RULES.short_spline_samples places.
     """
     knots, index = np.unique(place, return_inverse=True)
-    if len(knots) < SHORTEST_SPLINE:
+    if len(knots) < RULES.short_spline_samples:
         return 0.0, 0.0
     level, modes = _spline_modes(knots, index)
     along = modes.T @ values
     kept = 1.0 / (1.0 + np.outer(np.geomspace(*SMOOTHINGS), level))
     freedom = len(values) - kept.sum(axis=1)
     rest = np.sum(((1.0 - kept) * along) ** 2, axis=1) + np.sum((values - modes @ along) ** 2)
-    score = np.where(freedom > LEAST_FREEDOM * len(values), rest / freedom**2, np.inf)
+    score = np.where(freedom > RULES.spline_freedom * len(values), rest / freedom**2, np.inf)
     best = int(np.argmin(score))
     return float(rest[best]), float(freedom[best])
 

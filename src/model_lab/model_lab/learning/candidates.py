@@ -13,19 +13,17 @@ from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.fitting.fit import Fit
 from model_lab.fitting.problem import FitProblem
 from model_lab.learning.effect_file import NAMED_AXES, NOUNS, RUN_AXES, Shape, effect_of
-from model_lab.localisation.axes import DRIVING, RESTING, axes_of, input_rate
+from model_lab.localisation.axes import DRIVING_QUANTITY, axes_of, input_rate
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.rules import RULES
 from softhand_model.bending.balance import rough_stretch
 from softhand_model.effects import ElasticEffect, LoadEffect, SectionShape
 from softhand_model.effects.effect import BENDING
 from softhand_model.effects.stages import Memory, Strain
 
-FEWEST_RUNS = 4  # for what changes from run to run
-MOST_NAMES = 6
-SMOOTHED = 0.3  # steps over which a rate is smoothed: more would come late ...
-SMOOTHED_FOR_LAG = 0.7  # ... where nothing follows late anyway
-SLOWER = 0.5  # of the pace of the slowest run, below which a value rests
-MARGIN = 1.05  # of the largest value, up to which knots go
+RATE_SMOOTHING = 0.3  # steps over which a rate is smoothed: more would come late ...
+RATE_SMOOTHING_FOR_LAG = 0.7  # ... where nothing follows late anyway
+KNOT_MARGIN = 1.05  # of the largest value, up to which knots go
 
 # stage: (form, against) in the order in which they are tried
 ALONG_RUN = ("pressure_rate", "direction", "time_since_step", "time_in_run")
@@ -129,7 +127,7 @@ class Scene:
         if places is None:
             return None
         unit, size = self._quantity(stage)
-        over = (SMOOTHED_FOR_LAG if form == "lag" else SMOOTHED) * self.step
+        over = (RATE_SMOOTHING_FOR_LAG if form == "lag" else RATE_SMOOTHING) * self.step
         slow = self.slow[stage == "output"]
         return Shape(
             experiment, self.base, stage, form, against, places, unit,
@@ -146,7 +144,7 @@ class Scene:
 
     def _abscissa(self, stage: str, against: str) -> str:
         """What the knots are, with unit."""
-        noun, unit = DRIVING.get(self.data.experiment, ("pressure", "Pa"))
+        noun, unit = DRIVING_QUANTITY.get(self.data.experiment, ("pressure", "Pa"))
         if stage == "elastic":
             rubber = self.data.experiment == "rubber"
             return "root of the invariant J1 [-]" if rubber else "stretch [-]"
@@ -182,24 +180,24 @@ class Scene:
         if stage == "elastic" or (stage, against) == ("structure", "output"):
             load, height = self.largest
             if self.base == "linear":
-                return 1.0, 1.0 + MARGIN * load
+                return 1.0, 1.0 + KNOT_MARGIN * load
             stretch = float(rough_stretch(np.array(load))) - 1.0
             predicted = np.split(self.measured, 2)
             more = max(float(np.ptp(predicted[0]) / max(np.ptp(predicted[1]), 1e-300)), 1.0)
-            reach = MARGIN * stretch * min(more, 3.0)
+            reach = KNOT_MARGIN * stretch * min(more, 3.0)
             return (1.0, 1.0 + reach) if stage == "elastic" else (0.0, reach / height)
         if against == "pressure":
             return float(self.driving.min()), float(self.driving.max())
-        shown = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
+        shown = KNOT_MARGIN * np.split(self.measured, 2)[1]  # before the sensor
         return float(min(shown.min(), 0.0)), float(shown.max())
 
     def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | None:
         found = self.data.of_runs(axis)
         if axis in NAMED_AXES:
             count = len(set(found))
-            return tuple(map(float, range(count))) if 1 < count <= MOST_NAMES else None
+            return tuple(map(float, range(count))) if 1 < count <= RULES.learned_names else None
         values = np.unique(np.round(np.array(found, float), 9))
-        if axis == "run_order" and len(found) < FEWEST_RUNS:
+        if axis == "run_order" and len(found) < RULES.learned_runs:
             return None
         if not np.all(np.isfinite(values)) or len(values) < 2:
             return None
@@ -233,9 +231,10 @@ def _slow(rates: Sequence[Array]) -> float:
     rates (samples,) of every run.
     """
     sizes = [np.abs(rate) for rate in rates]
-    large = RESTING * float(np.quantile(np.concatenate(sizes), 0.9))
-    paces = [np.median(size[size > RESTING * size.mean()]) for size in sizes if size.any()]
-    return min([large, *(SLOWER * float(pace) for pace in paces)]) or 1.0
+    large = RULES.resting_rate * float(np.quantile(np.concatenate(sizes), 0.9))
+    rest = RULES.resting_rate
+    paces = [np.median(size[size > rest * size.mean()]) for size in sizes if size.any()]
+    return min([large, *(RULES.learned_resting * float(pace) for pace in paces)]) or 1.0
 
 
 def _even(low: float, high: float, knots: int) -> tuple[float, ...] | None:

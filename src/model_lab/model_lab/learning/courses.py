@@ -1,4 +1,4 @@
-"""How a learned curve runs: where it bends, and what it makes of small and large predictions."""
+"""Shape of a learned curve: where it bends, and how it changes small and large predictions."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.learning.effect_file import FLATTENS, GROWS, SETS_IN
 
-EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
-THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
+EVEN_KNOTS = 0.5  # share of knots that lie evenly, over that of those where a curve bends
+PREDICTION_RANGES = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 
 
 def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
@@ -23,7 +23,7 @@ def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
     slope = np.diff(values) / np.diff(at)
     bend = np.abs(np.diff(slope)) / (0.5 * (at[2:] - at[:-2]))
     density = np.sqrt(np.interp(0.5 * (at[1:] + at[:-1]), at[1:-1], bend))
-    density = density + EVENLY * (density @ np.diff(at) / np.ptp(at) or 1.0)
+    density = density + EVEN_KNOTS * (density @ np.diff(at) / np.ptp(at) or 1.0)
     so_far = np.concatenate([[0.0], np.cumsum(density * np.diff(at))])
     even = np.linspace(0.0, so_far[-1], len(at))
     return tuple(np.interp(even, so_far, at).tolist())
@@ -38,7 +38,7 @@ def answer_of(measured: Array, before: Array, after: Array) -> str:
     plain = measured - before
     share = np.abs(plain) / (np.abs(plain).max() or 1.0)
     gains = []
-    for low, high in THIRDS:
+    for low, high in PREDICTION_RANGES:
         mine = (share >= low) & (share < high)
         square = float(plain[mine] @ plain[mine])
         gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)

@@ -12,19 +12,19 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from model_lab.measurements.measurement_set import OUTPUTS
-from softhand_model.documents.output_file import check_new
+from model_lab.rules import RULES
+from softhand_common.documents.output_file import check_new, write_file
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.effect import BENDING
 from softhand_model.effects.own.own_file import load_guarded
 
-FACTORS = (0.02, 50.0)  # bounds
-TIMES = (1e-4, 1e3)  # [s]
-RANGE_OF_OFFSETS = 3.0  # bounds over the size of what is offset
+FACTOR_BOUNDS = (0.02, 50.0)  # bounds
+TIME_BOUNDS = (1e-4, 1e3)  # [s]
+OFFSET_BOUNDS = 3.0  # bounds over the size of what is offset
 COURSE_AXES = {"pressure_rate": "rate", "direction": "direction", "time_since_step": "since"}
 COURSE_AXES |= {"time_in_run": "time"}
 NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
-ODD, RARE = 20.0, 6.0  # surprise
 MOST_CURVES = 3  # of a model, each in a file of its own
 FLATTENS, SETS_IN, GROWS = "flattens", "sets_in", "grows"
 STATIC = {(stage, "pressure") for stage in ("input", "load", "elastic")}
@@ -103,27 +103,26 @@ class Shape:
         return self.stage, self.against
 
     def surprise_of(self, answer: str) -> float:
-        """How unlikely such an effect is beforehand, as minus twice a log likelihood, if it changes
+        """Prior of such an effect, as minus twice a log likelihood, if it changes
         what is predicted like this.
 
-        It only decides between curves that the data do not tell apart: where the output is nearly
+        It only decides between curves that the data cannot distinguish: where the output is nearly
         in proportion to the input, sensors flatten, valves and gauges set in, rubber stiffens.
         """
         if self.stage == "output" and self.against in ("pressure", "wall"):
-            return ODD  # a sensor knows neither
+            return RULES.unlikely_curve  # a sensor knows neither
         if self.experiment not in BENDING and self.axis == "time_since_step":
-            return (
-                ODD  # in one pull that is what the stretch is, and a bar is pulled for its rubber
-            )
+            # in one pull time and stretch are the same, and a bar is pulled to see its rubber
+            return RULES.unlikely_curve
         if self.base == "linear":  # an actuator that is not linear is likelier than its sensor
-            return ODD if self.kind == ("output", "output") else 0.0
+            return RULES.unlikely_curve if self.kind == ("output", "output") else 0.0
         if self.kind in STATIC and self.experiment != "free_bending":
             usual = {FLATTENS: "output", SETS_IN: "input"}.get(answer, "load")
             if self.experiment not in BENDING:  # a sheet is tested in modes for its rubber's sake
                 late = answer == FLATTENS and self.experiment != "rubber"
                 usual = "output" if late else "elastic"
-            return 0.0 if self.stage == usual else ODD
-        return RARE if self.stage == "structure" else 0.0
+            return 0.0 if self.stage == usual else RULES.unlikely_curve
+        return RULES.rare_curve if self.stage == "structure" else 0.0
 
     @property
     def neutral(self) -> float | None:
@@ -133,8 +132,8 @@ class Shape:
     @property
     def bounds(self) -> tuple[float, float]:
         """Of the curve's values."""
-        reach = RANGE_OF_OFFSETS * self.size
-        return {"factor": FACTORS, "lag": TIMES}.get(self.form, (-reach, reach))
+        reach = OFFSET_BOUNDS * self.size
+        return {"factor": FACTOR_BOUNDS, "lag": TIME_BOUNDS}.get(self.form, (-reach, reach))
 
     @property
     def start(self) -> tuple[float, float]:
@@ -246,7 +245,8 @@ def _body(shape: Shape, stage: str, given: str) -> tuple[list[str], list[str]]:
     if shape.form == "lag":
         return [
             *lines,
-            f"return lagged({given}, memory, dt, np.maximum(self.curve({place}), {TIMES[0]}))",
+            f"return lagged({given}, memory, dt, "
+            f"np.maximum(self.curve({place}), {TIME_BOUNDS[0]}))",
         ], helpers
     sign = {"offset": f"{given} + ", "factor": f"{given} * " if given else ""}[shape.form]
     return [*lines, f"return {sign}self.curve({place})"], helpers
@@ -294,5 +294,5 @@ def effect_of(shape: Shape, name: str) -> type[Effect]:
     """The effect of a file without values, loaded."""
     with tempfile.TemporaryDirectory(prefix="model-lab-") as folder:
         path = Path(folder) / f"{name}.py"
-        path.write_text(text_of(shape, name), encoding="utf-8")
+        write_file(path, text_of(shape, name))
         return load_guarded(path)[name]

@@ -1,8 +1,9 @@
 """Learning what is missing: candidates screened, the best fitted as a whole, and judged held out.
 
 A candidate is a curve at a stage against an axis, of few values that are fitted together with the
-calibration and the model's effects by the lab's own fit. Real things lack more than one effect, so
-as long as much is left another curve is learned beside the first.
+calibration and the model's effects by the lab's own fit. Real actuators differ from a model in more
+than one way, so further curves are learned beside the first while the error is well above the
+floor.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
-from model_lab.diagnosis.errors import MATERIAL, error_of, excess, material
+from model_lab.diagnosis.criteria import error_of, excess, material
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
@@ -25,7 +26,6 @@ from model_lab.learning.courses import answer_of, where_it_bends
 from model_lab.learning.effect_file import (
     GROWS,
     MOST_CURVES,
-    ODD,
     Kind,
     Shape,
     effect_of,
@@ -36,17 +36,14 @@ from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model
 
 NAME = "learned"
-ENOUGH = 1.5  # held-out error over the floor, up to which no other curve is looked for
-COARSE = 5  # knots at first
-KNOTS = (3, 5, 8, 12)  # tried for the best
-NEAR = 1.5  # held-out error over the best one's, up to which they are
-SAMPLES, OF_A_RUN = 6000, 150  # that are searched, at least so many of each run
-FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve, of others
-GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
-ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
-BELOW = 0.7  # of the floor, within which errors do not tell curves apart
-REMOVED = 0.5  # share of the excess mean square error that a curve must remove
-MOVED = 2  # times that knots are moved to where a curve bends
+FIRST_KNOTS = 5  # knots at first
+KNOT_COUNTS = (3, 5, 8, 12)  # tried for the best
+MOST_SAMPLES, FEWEST_SAMPLES_A_RUN = 6000, 150  # that are searched, at least so many of each run
+FITTED_FIRST, FITTED_FURTHER = (
+    8,
+    4,
+)  # candidates that are fitted as a whole: of a first curve, of others
+KNOT_MOVES = 2  # times that knots are moved to where a curve bends
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ class Candidate:
 
     @property
     def surprise(self) -> float:
-        """How unlikely such an effect is beforehand."""
+        """Minus twice the logarithm of the prior of such an effect."""
         return self.shape.surprise_of(self.answer)
 
     @property
@@ -112,7 +109,7 @@ class Learning:
 
     @property
     def kinds(self) -> frozenset[Kind]:
-        """Stages and axes of what was learned, and of what cannot be told from it."""
+        """Stages and axes of what was learned, and of what is tied with it."""
         tied = (one for one in self.others if self.is_tied(one))
         return frozenset(one.shape.kind for one in (*self.curves, *tied))
 
@@ -122,7 +119,7 @@ class Learning:
         return self.curves[-1].scored if self.chosen is not None else self.base
 
     def is_tied(self, other: Candidate) -> bool:
-        """Whether the data cannot tell another curve from the chosen one."""
+        """Whether another curve predicts as well as the chosen one."""
         return self.chosen is not None and _alike(self.problem, self.chosen, other)
 
 
@@ -142,7 +139,7 @@ def learn(
             f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
         )
     tell("fitting the model as it is", 0, 0)
-    searched = thinned(data, SAMPLES, OF_A_RUN)
+    searched = thinned(data, MOST_SAMPLES, FEWEST_SAMPLES_A_RUN)
     problem, given = pose_problem(searched, model, classes or effect_classes())
     names = [effect.name for effect in given]
     base = score_base(problem, names)
@@ -159,7 +156,7 @@ def _with_further(learning: Learning, tell: Tell) -> Learning:
     problem = learning.problem
     while learning.chosen is not None and len(learning.curves) < MOST_CURVES:
         last = learning.curves[-1]
-        if last.scored.held_out.rmse <= ENOUGH * problem.floor.total:
+        if last.scored.held_out.rmse <= problem.rules.learned_error * problem.floor.total:
             break
         problem = _with(problem, last.shape, last.name)
         name = f"{NAME}_{len(learning.curves) + 1}"
@@ -175,26 +172,27 @@ def _searched(
     problem: FitProblem, base: Scored, name: str, tell: Tell, known: Set[Kind] = frozenset()
 ) -> list[Candidate]:
     """Candidates fitted as a whole, the best first; beside known ones no others of their kinds, and
-    no odd ones.
+    no unlikely ones.
     """
     if not material(problem, base):
         return []
     scene = Scene.of(problem, base.fit)
-    shapes = list(scene.shapes(COARSE))
+    shapes = list(scene.shapes(FIRST_KNOTS))
     if known:
-        shapes = [s for s in shapes if s.kind not in known and s.surprise_of(GROWS) < ODD]
+        most = problem.rules.unlikely_curve
+        shapes = [s for s in shapes if s.kind not in known and s.surprise_of(GROWS) < most]
     promise = []
     for number, shape in enumerate(shapes, 1):
         tell(f"trying {_words(shape)}", number, len(shapes))
         promise.append(_promise(problem, base, shape, name))
     order = sorted(range(len(shapes)), key=lambda n: promise[n])
-    chosen = order[: BESIDE if known else FITTED]
+    chosen = order[: FITTED_FURTHER if known else FITTED_FIRST]
     found = []
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
         found.append(_coarse(problem, base, shapes[index], name))
     best = min((one.error for one in found), default=0.0)
-    near = [one for one in found if one.error <= NEAR * best]
+    near = [one for one in found if one.error <= problem.rules.learned_refined * best]
     for number, one in enumerate(near, 1):
         tell(f"refining {_words(one.shape)}", number, len(near))
         found[found.index(one)] = _refined(problem, base, scene, one)
@@ -203,20 +201,23 @@ def _searched(
 
 def _alike(problem: FitProblem, first: Candidate, other: Candidate) -> bool:
     """Whether another curve predicts as well as one; below the floor all do."""
-    return other.error <= max(ALIKE * first.error, BELOW * problem.floor.total)
+    rules = problem.rules
+    least = rules.learned_noise * problem.floor.total
+    return other.error <= max(rules.learned_tie * first.error, least)
 
 
 def _in_order(problem: FitProblem, found: list[Candidate]) -> list[Candidate]:
-    """The simplest of those that predict well, then the others by their error; an odd one comes
-    first only where the data tell it from the others.
+    """The simplest of those that predict well, then the others by their error; an unlikely
+    one comes first only if no likelier one is tied with it.
     """
     best = min((one.error for one in found), default=0.0)
-    limit = max(GOOD * best, BELOW * problem.floor.total)
+    rules = problem.rules
+    limit = max(rules.learned_good * best, rules.learned_noise * problem.floor.total)
     good = sorted((one for one in found if one.error <= limit), key=lambda one: one.cost)
     others = sorted((one for one in found if one.error > limit), key=lambda one: one.error)
     if good:
         tied = [one for one in good if _alike(problem, good[0], one)]
-        first = next((one for one in tied if one.surprise < ODD), good[0])
+        first = next((one for one in tied if one.surprise < rules.unlikely_curve), good[0])
         good = [first, *(one for one in good if one is not first)]
     return good + others
 
@@ -226,7 +227,7 @@ def _words(shape: Shape) -> str:
 
 
 def _with(problem: FitProblem, shape: Shape, name: str) -> FitProblem:
-    """The problem in which the name of a learned effect stands for a shape."""
+    """The problem with a learned effect of a shape added under a name."""
     return replace(problem, classes={**problem.classes, name: effect_of(shape, name)})
 
 
@@ -305,15 +306,15 @@ def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) 
     """
     best: Candidate | None = None
     last = found
-    for knots in KNOTS:
+    for knots in KNOT_COUNTS:
         shape = scene.refined(found.shape, knots)
         if best is not None and len(shape.places) == len(last.shape.places):
             continue
         last = _fitted(problem, base, shape, last)
         if best is None or last.cost < best.cost:
             best = last
-    for _ in range(MOVED):
-        if best is None or len(best.shape.places) < KNOTS[-1]:
+    for _ in range(KNOT_MOVES):
+        if best is None or len(best.shape.places) < KNOT_COUNTS[-1]:
             break
         moved = replace(best.shape, places=where_it_bends(best.shape.places, best.values))
         last = _fitted(problem, base, moved, best)
@@ -325,7 +326,7 @@ def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) 
 
 def _helping(problem: FitProblem, before: Scored, found: Sequence[Candidate]) -> list[Candidate]:
     """Curves that take off enough of a model's error."""
-    allowed = (1.0 - REMOVED) * excess(problem, before) ** 2
+    allowed = (1.0 - problem.rules.learned_removed) * excess(problem, before) ** 2
     return [one for one in found if excess(problem, one.scored) ** 2 <= allowed]
 
 
@@ -337,5 +338,6 @@ def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learni
         return Learning(problem, base, helping[0], others, "")
     reason = "no curve takes off half of the mean square error on held-out data"
     if not material(problem, base):
-        reason = f"the model is adequate: its held-out error is within {MATERIAL:g} times the floor"
+        most = problem.rules.material_error
+        reason = f"the model is adequate: its held-out error is within {most:g} times the floor"
     return Learning(problem, base, None, tuple(found), reason)

@@ -10,9 +10,9 @@ from model_lab.aliases import Array
 from model_lab.learning.learn import Candidate, Learning
 from softhand_model.effects.curve import smooth_curve
 
-FORMAT = "softhand-learned/1"
-POINTS = 41  # of the curve
-BAND = 1.96  # sigma
+LEARNED_FORMAT = "softhand-learned/1"
+CURVE_POINTS = 41  # of the curve
+BAND_SIGMA = 1.96  # sigma
 
 
 def curve_points(candidate: Candidate) -> list[list[Any]]:
@@ -20,10 +20,12 @@ def curve_points(candidate: Candidate) -> list[list[Any]]:
     shape = candidate.shape
     places = np.array(shape.places)
     if not shape.names:
-        places = np.linspace(places[0], places[-1], POINTS)
+        places = np.linspace(places[0], places[-1], CURVE_POINTS)
     weights = _weights(candidate, places)
     middle = weights @ candidate.values
-    reach = BAND * np.sqrt(np.maximum(np.sum((weights @ candidate.covariance) * weights, 1), 0.0))
+    reach = BAND_SIGMA * np.sqrt(
+        np.maximum(np.sum((weights @ candidate.covariance) * weights, 1), 0.0)
+    )
     shown: list[Any] = list(shape.names) or places.tolist()
     rows = zip(shown, middle, middle - reach, middle + reach, strict=True)
     return [[place, *map(float, rest)] for place, *rest in rows]
@@ -48,7 +50,7 @@ def learning_json(learning: Learning) -> dict[str, Any]:
     """
     problem = learning.problem
     common = {
-        "format": FORMAT,
+        "format": LEARNED_FORMAT,
         "experiment": problem.data.experiment,
         "holdout": problem.data.table.holdout,
         "unit_of_errors": problem.data.unit,

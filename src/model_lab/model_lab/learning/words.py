@@ -6,7 +6,7 @@ from model_lab.learning.effect_file import Shape
 from model_lab.learning.learn import Candidate, Learning
 from model_lab.measurements.units import display_of
 
-MOST = 8  # alternatives
+MOST_ALTERNATIVES = 8  # alternatives
 
 
 def verdict(learning: Learning) -> str:
@@ -62,7 +62,7 @@ def alternative_rows(learning: Learning) -> list[list[str]]:
     shown = display_of(learning.problem.data.unit).shown
     every = [one for one in (learning.chosen, *learning.others) if one is not None]
     rows = [["stage", "form", "against", "held-out error", ""]]
-    for one in every[:MOST]:
+    for one in every[:MOST_ALTERNATIVES]:
         note = "chosen" if one is learning.chosen else "tied" if learning.is_tied(one) else ""
         shape = one.shape
         error = shown(one.scored.held_out.rmse)

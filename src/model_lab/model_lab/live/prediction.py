@@ -15,17 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.aliases import Array, Mask
-from softhand_model.chain.chain import BEND, discretise
-from softhand_model.documents.quoted import listed
+from softhand_common.documents.quoted import listed
+from softhand_model.chain.chain import BEND_AXIS, discretise
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import InputEffect, OutputEffect
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
 
-KEPT = 5 * 10**9  # time [ns] for which pressures are kept; angles that come later find none
-SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
-WAITING = 500  # angle samples that wait for their pressure; older ones are dropped
+PRESSURE_HISTORY = (
+    5 * 10**9
+)  # time [ns] for which pressures are kept; angles that come later find none
+CHAIN_SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
+MOST_WAITING_ANGLES = 500  # angle samples that wait for their pressure; older ones are dropped
 SECOND = 1e9  # [ns]
 
 
@@ -49,8 +51,8 @@ class PressureTrack:
         """Take pressures that are newer than all before."""
         self._stamps.append(stamp)
         self._values.append(values)
-        if stamp - self._stamps[0] > 2 * KEPT:  # seldom, as it moves the whole list
-            self._forget(bisect_left(self._stamps, stamp - KEPT))
+        if stamp - self._stamps[0] > 2 * PRESSURE_HISTORY:  # seldom, as it moves the whole list
+            self._forget(bisect_left(self._stamps, stamp - PRESSURE_HISTORY))
 
     def covers(self, stamp: int) -> bool:
         """Whether the stamp [ns] lies between pressures that are kept."""
@@ -123,7 +125,7 @@ class ChainPrediction:
     """
 
     def __init__(self, description: ChainDescription, hand: HandDescription, model: Model) -> None:
-        self._chain = discretise(description, SEGMENTS, model)
+        self._chain = discretise(description, CHAIN_SEGMENTS, model)
         self.channels = [hand.channel_of(actuator) for actuator in description.actuators]
         self._first = 0 if description.strut is None else 1
         self._sensor = StagedEffects(e for e in model.effects if isinstance(e, OutputEffect))
@@ -140,7 +142,7 @@ class ChainPrediction:
         Raises RuntimeError where the effects leave no equilibrium.
         """
         rotation = self._chain.free_rotation(dt, pressures[self.channels], temperature)
-        angle = np.asarray(np.sum(rotation[self._first :, BEND]))
+        angle = np.asarray(np.sum(rotation[self._first :, BEND_AXIS]))
         return float(self._sensor.reading("tip_angle", angle, dt))
 
 
@@ -188,7 +190,7 @@ class LivePrediction:
         for chain in self._chains:
             chain.reset()
         self._pressures.clear()
-        self._waiting: deque[tuple[int, Mapping[str, float]]] = deque(maxlen=WAITING)
+        self._waiting: deque[tuple[int, Mapping[str, float]]] = deque(maxlen=MOST_WAITING_ANGLES)
         self._newest_angle: int | None = None
         self._last: int | None = None
 
@@ -253,10 +255,10 @@ def _delay(model: Model) -> int:
     """
     staged = StagedEffects(e for e in model.effects if isinstance(e, InputEffect))
     delay = round(float(staged.delay(np.asarray(0.0))) * SECOND)
-    if abs(delay) > KEPT:
+    if abs(delay) > PRESSURE_HISTORY:
         raise ValueError(
-            f"effects: expected a delay between pressure and angle of {KEPT / SECOND:g} s at most, "
-            f"got {delay / SECOND:g} s"
+            "effects: expected a delay between pressure and angle of "
+            f"{PRESSURE_HISTORY / SECOND:g} s at most, got {delay / SECOND:g} s"
         )
     return delay
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
-from enum import IntEnum
+from dataclasses import dataclass
 
 import numpy as np
 
 from model_lab.live.prediction import SECOND, Comparison, LivePrediction
+from softhand_common.status import Level, Report
 
-REMEMBERED = 10.0  # wall time for which a refused message or a clock set back is worth a word [s]
+WARNING_PERIOD = (
+    10.0  # wall time for which a refused message or a clock set back is worth a word [s]
+)
 REMINDER = "free bending only: contact shows as residual"
 PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 
@@ -62,25 +64,6 @@ class ResidualWindow:
         )
 
 
-class Level(IntEnum):
-    """Levels of a diagnostic status (REP-107)."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
-
-
-@dataclass
-class Report:
-    """One diagnostic status: what it is about, how bad, a sentence, and figures with units."""
-
-    name: str
-    level: Level
-    message: str
-    values: dict[str, str] = field(default_factory=dict)
-
-
 @dataclass(frozen=True)
 class Limits:
     """When to warn: rms residual [rad], and wall time [s] without a comparison."""
@@ -97,7 +80,7 @@ class _Event:
     at: float = -math.inf
 
     def recent(self, now: float) -> str:
-        return self.text if now - self.at < REMEMBERED else ""
+        return self.text if now - self.at < WARNING_PERIOD else ""
 
 
 class Watch:

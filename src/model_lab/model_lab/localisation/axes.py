@@ -8,27 +8,30 @@ valve, its `time_since_step` the time for which the valve was open.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run
+from model_lab.rules import RULES
 
 SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
 LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
-EVEN_RATE = 0.02  # a rate that varies by less than this part is the same throughout
-RESTING = 0.1  # of span over duration: below this rate the input rests
 
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
-DIRECTIONS = ("inflating", "deflating")
-DRIVING = {
+DIRECTION_NAMES = ("inflating", "deflating")
+DRIVING_QUANTITY = {
     "uniaxial": ("stretch", ""),
     "rubber": ("stretch", ""),
     "valve_pulse": ("pressure drop", "Pa"),
 }  # others: pressure
-RUN_AXES = (("run_order", "run", ""), ("temperature", "temperature", "K"), ("wall", "wall", "m"))
+AXES_OF_RUNS = (
+    ("run_order", "run", ""),
+    ("temperature", "temperature", "K"),
+    ("wall", "wall", "m"),
+)
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ def _of_runs(data: MeasurementSet, values: Sequence[float]) -> Array:
 
 # ---------------------------------------------------------------------- within runs
 def _course_axes(data: MeasurementSet) -> list[Axis]:
-    noun, unit = DRIVING.get(data.experiment, ("pressure", "Pa"))
+    noun, unit = DRIVING_QUANTITY.get(data.experiment, ("pressure", "Pa"))
     inputs = [data.driving(run) for run in data.runs]
     axes = [Axis("pressure", noun, unit, _in_runs(data, inputs))]
     if data.experiment == "valve_pulse":
@@ -100,7 +103,8 @@ def _course_axes(data: MeasurementSet) -> list[Axis]:
     courses = [_course(run, values, rate) for run, values, rate in _zip(data, inputs, rates)]
     axes.append(Axis("direction", noun, "", _in_runs(data, courses), COURSES))
     if data.has_time:
-        axes.append(Axis("pressure_rate", f"{noun} rate", _rate_unit(unit), _in_runs(data, rates)))
+        of_rates = f"{unit or '1'}/s"
+        axes.append(Axis("pressure_rate", f"{noun} rate", of_rates, _in_runs(data, rates)))
         since = [_since_moved(run, course) for run, course in zip(data.runs, courses, strict=True)]
         axes.append(Axis("time_since_step", "time since a step", "s", _in_runs(data, since)))
     largest = _in_runs(data, _largest_so_far(data, inputs))
@@ -116,13 +120,9 @@ def _pulse_axes(data: MeasurementSet) -> list[Axis]:
     deflating = [run.columns["direction"] == DEFLATE for run in data.runs]
     durations = [run.columns["duration"] for run in data.runs]
     return [
-        Axis("direction", "valve", "", _in_runs(data, deflating), DIRECTIONS),
+        Axis("direction", "valve", "", _in_runs(data, deflating), DIRECTION_NAMES),
         Axis("time_since_step", "pulse duration", "s", _in_runs(data, durations)),
     ]
-
-
-def _rate_unit(unit: str) -> str:
-    return f"{unit}/s" if unit else "1/s"
 
 
 def _course(run: Run, values: Array, rate: Array) -> Array:
@@ -130,8 +130,8 @@ def _course(run: Run, values: Array, rate: Array) -> Array:
     time = run.columns.get("time", np.arange(len(values), dtype=float))
     typical = float(np.ptp(values)) / max(float(np.ptp(time)), 1e-300)
     course = np.full(len(values), RESTS)
-    course[rate > RESTING * typical] = RISING
-    course[rate < -RESTING * typical] = FALLING
+    course[rate > RULES.resting_rate * typical] = RISING
+    course[rate < -RULES.resting_rate * typical] = FALLING
     return course
 
 
@@ -149,6 +149,8 @@ def _largest_so_far(data: MeasurementSet, inputs: Sequence[Array]) -> list[Array
     result = []
     for run, values in zip(data.runs, inputs, strict=True):
         before = -np.inf if run.virgin else largest.get(run.specimen, -np.inf)
+        if run.lead:
+            before = max(before, float(np.max(data.driving(replace(run, columns=run.lead)))))
         result.append(np.maximum.accumulate(np.maximum(values, before)))
         largest[run.specimen] = float(result[-1][-1])
     return result
@@ -158,7 +160,7 @@ def _largest_so_far(data: MeasurementSet, inputs: Sequence[Array]) -> list[Array
 def _run_axes(data: MeasurementSet) -> list[Axis]:
     axes = [
         Axis(name, noun, unit, _of_runs(data, data.of_runs(name)), of_run=True)
-        for name, noun, unit in RUN_AXES
+        for name, noun, unit in AXES_OF_RUNS
     ]
     return [
         *axes,
@@ -178,7 +180,7 @@ def _varies(axis: Axis) -> bool:
         return False
     if axis.name == "pressure_rate":
         low, high = np.quantile(known, (0.1, 0.9))
-        return float(high - low) > EVEN_RATE * float(np.abs(known).max())
+        return float(high - low) > RULES.even_rate * float(np.abs(known).max())
     return bool(known.min() < known.max())
 
 

@@ -10,12 +10,12 @@ from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import Axis
 from model_lab.measurements.sample_table import SampleTable
 
-BINS = 12
+AXIS_BINS = 12
 SMALLEST_BIN = 5  # samples, on the average
-SAME = 1e-8  # of the range
-RANKED = 100_000  # samples from which the edges are taken
-DRAWS = 999
-BAND = 95.0  # [percent]
+EQUAL_VALUES = 1e-8  # of the range
+RANKED_SAMPLES = 100_000  # samples from which the edges are taken
+BOOTSTRAP_DRAWS = 999
+BAND_LEVEL = 95.0  # [percent]
 
 
 @dataclass(frozen=True)
@@ -56,31 +56,31 @@ def make_bins(axis: Axis) -> Bins:
 
 def _rounded(values: Array) -> Array:
     """Values without the last digits, in which those that should be alike may differ."""
-    unit = float(np.ptp(values)) * SAME or 1.0
+    unit = float(np.ptp(values)) * EQUAL_VALUES or 1.0
     return np.round(values / unit) * unit
 
 
 def _inner_edges(values: Array, axis: Axis) -> Array:
     """Edges between bins: a value on an edge belongs to the bin above."""
     few = _few_values(values)
-    if axis.categories or (few is not None and len(few) <= BINS):
+    if axis.categories or (few is not None and len(few) <= AXIS_BINS):
         found = np.unique(values) if few is None else few
         return (found[1:] + found[:-1]) / 2.0
-    thinned = values[:: max(len(values) // RANKED, 1)]
+    thinned = values[:: max(len(values) // RANKED_SAMPLES, 1)]
     found, times = np.unique(thinned, return_counts=True)
-    heavy = found[times > len(thinned) / BINS]  # such values get a bin of their own
+    heavy = found[times > len(thinned) / AXIS_BINS]  # such values get a bin of their own
     rest = thinned[~np.isin(thinned, heavy)]
-    count = max(min(BINS, len(rest) // SMALLEST_BIN) - len(heavy), 1)
+    count = max(min(AXIS_BINS, len(rest) // SMALLEST_BIN) - len(heavy), 1)
     ranks = np.quantile(rest, np.linspace(0.0, 1.0, count + 1)[1:-1]) if len(rest) else heavy
     return np.unique(np.concatenate([ranks, heavy, np.nextafter(heavy, np.inf)]))
 
 
 def _few_values(values: Array) -> Array | None:
     """The different values if they may be few, looked up in a part of the samples first."""
-    if len(np.unique(values[: 4 * BINS * SMALLEST_BIN])) > BINS:
+    if len(np.unique(values[: 4 * AXIS_BINS * SMALLEST_BIN])) > AXIS_BINS:
         return None
     found = np.unique(values)
-    return found if len(found) <= BINS else None
+    return found if len(found) <= AXIS_BINS else None
 
 
 @dataclass(frozen=True)
@@ -142,8 +142,15 @@ class BlockSums:
         from the bin means of the *other* blocks, so that neither a real dependence nor the fitting
         of the means passes for noise.
         """
-        signs = random.choice((-1.0, 1.0), (DRAWS, self.blocks))
+        signs = random.choice((-1.0, 1.0), (BOOTSTRAP_DRAWS, self.blocks))
         return np.tensordot(signs, self._deviations(), 1)
+
+    def signed(self, random: np.random.Generator) -> Array:
+        """Sums (draws, outputs, bins) where blocks take a sign at random. Exact for any number
+        of blocks, if they are independent and their residuals as likely as the opposite ones.
+        """
+        signs = random.choice((-1.0, 1.0), (BOOTSTRAP_DRAWS, self.blocks))
+        return np.tensordot(signs, self.value, 1)
 
     def _deviations(self) -> Array:
         """Sums (blocks, outputs, bins) less those at the bin means of the other blocks."""
@@ -156,7 +163,7 @@ class BlockSums:
         number = self.number.sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = self.value.sum(axis=0) / number
-            reach = np.percentile(np.abs(flipped), BAND, axis=0) / number
+            reach = np.percentile(np.abs(flipped), BAND_LEVEL, axis=0) / number
         reach[np.count_nonzero(self.number, axis=0) < 2] = np.nan
         return {
             name: Curve(

@@ -13,17 +13,17 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.rules import RULES
 
-STEPS = 500  # of the longest run
-FARTHEST = 50  # lag in steps
-OPEN = 0.2  # of its span between start and end: such a course is no loop
+GRID_STEPS = 500  # of the longest run
+LARGEST_LAG = 50  # lag in steps
 
 
 @dataclass(frozen=True)
 class InputRelation:
     """A residual against the input of its runs.
 
-    lag (2*FARTHEST + 1,): of the residual behind the input, in seconds or, without time, samples
+    lag (2*LARGEST_LAG + 1,): of the residual behind the input, in seconds or, without time, samples
     (`lag_unit`). correlation (outputs, lags): from -1 to 1, over all runs, each about its mean.
     loop_area: by run (outputs,) the integral of the residual over the closed course of the input,
     in the product of their SI units, positive when the residual is larger on the way down.
@@ -48,8 +48,8 @@ def input_relation(data: MeasurementSet, residual: Array) -> InputRelation | Non
     if data.experiment == "valve_pulse":
         return None
     outputs = len(data.outputs)
-    step = max(float(np.ptp(_time(run, data.has_time))) for run in data.runs) / STEPS or 1.0
-    products = np.zeros((outputs, 2 * FARTHEST + 1))
+    step = max(float(np.ptp(_time(run, data.has_time))) for run in data.runs) / GRID_STEPS or 1.0
+    products = np.zeros((outputs, 2 * LARGEST_LAG + 1))
     squares, area, width = np.zeros((outputs, 2)), {}, {}
     for index, run in enumerate(data.runs):
         part, course = data.table.of_run(residual, index), data.driving(run)
@@ -58,7 +58,7 @@ def input_relation(data: MeasurementSet, residual: Array) -> InputRelation | Non
         products, squares = products + more[0], squares + more[1]
     size = np.sqrt(squares.prod(axis=1, keepdims=True))
     correlation = np.divide(products, size, out=np.zeros_like(products), where=size > 0.0)
-    lag: Array = step * np.arange(-FARTHEST, FARTHEST + 1, dtype=float)
+    lag: Array = step * np.arange(-LARGEST_LAG, LARGEST_LAG + 1, dtype=float)
     return InputRelation(lag, "s" if data.has_time else "samples", correlation, area, width)
 
 
@@ -68,7 +68,7 @@ def _time(run: Run, has_time: bool) -> Array:
 
 def _loop(residual: Array, course: Array) -> tuple[Array, Array]:
     """Area (outputs,) and mean width of the loops of a residual (outputs, samples)."""
-    if abs(course[-1] - course[0]) > OPEN * np.ptp(course):
+    if abs(course[-1] - course[0]) > RULES.open_loop * np.ptp(course):
         return np.full(len(residual), np.nan), np.full(len(residual), np.nan)
     closed = np.append(residual, residual[:, :1], axis=1)
     steps = np.diff(np.append(course, course[0]))
@@ -95,7 +95,7 @@ def _about_mean(values: Array) -> Array:
 
 
 def _middle(full: Array, count: int) -> Array:
-    """Lags -FARTHEST..FARTHEST of a full correlation of `count` values; 0 beyond them."""
-    padded = np.pad(full, FARTHEST)
-    center = count - 1 + FARTHEST
-    return padded[center - FARTHEST : center + FARTHEST + 1]
+    """Lags -LARGEST_LAG..FARTHEST of a full correlation of `count` values; 0 beyond them."""
+    padded = np.pad(full, LARGEST_LAG)
+    center = count - 1 + LARGEST_LAG
+    return padded[center - LARGEST_LAG : center + LARGEST_LAG + 1]

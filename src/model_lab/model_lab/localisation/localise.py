@@ -2,8 +2,8 @@
 
 The residual is averaged in bins along each axis. Runs are the units that are drawn: the bands, and
 the test whether the means differ by more than chance, come from a wild bootstrap that flips the
-signs of whole runs. With few runs each is cut into blocks, and `basis` says so: then what differs
-between runs by mere scatter counts as found.
+signs of whole runs. With few runs each is cut into blocks, and `basis` says so: then differences
+between runs that are only scatter may count as found.
 """
 
 from __future__ import annotations
@@ -18,14 +18,10 @@ from model_lab.localisation.axes import COURSES, Axis, axes_of
 from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_of
+from model_lab.rules import RULES
 
-CLEAR = 0.2  # share of the error less share of the samples, from which a part stands out
-INNER_MARGIN = 0.1  # by which a part in the middle must be better than one at an end
 MOST_DIGITS = 6
-NAMED = 3  # categories at most
 ORDINALS = {1: "first", 2: "second", 3: "third"}
-SIGNIFICANCE = 0.05  # over all axes together
-SMALLEST_SHARE = 0.02
 RUNS, RUN_BLOCKS = "runs", "blocks of runs"
 
 
@@ -43,7 +39,7 @@ def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
     if bins.axis.categories:
         return _category_phrase(bins.axis, excess)
     part = _part(excess)
-    if part.gain < CLEAR:
+    if part.gain < RULES.part_share:
         return "everywhere"
     if bins.axis.name == "run_order":
         return _run_phrase(bins, part)
@@ -74,7 +70,7 @@ def _part(excess: Array) -> _Part:
     ]
     at_end = [part for part in parts if part.first == 0 or part.last == count - 1]
     best, simple = (max(some, key=lambda part: part.gain) for some in (parts, at_end))
-    return best if best.gain > simple.gain + INNER_MARGIN else simple
+    return best if best.gain > simple.gain + RULES.part_inside_share else simple
 
 
 def _edge(bins: Bins, index: int) -> float | None:
@@ -135,11 +131,11 @@ def _run_phrase(bins: Bins, part: _Part) -> str:
 
 def _category_phrase(axis: Axis, excess: Array) -> str:
     order = np.argsort(-excess)
-    chosen = [int(index) for index in order if excess[index] > 0.0][:NAMED]
+    chosen = [int(index) for index in order if excess[index] > 0.0][: RULES.part_names]
     total = 0.0
     for kept, index in enumerate(chosen, start=1):
         total += excess[index]
-        if total >= CLEAR and total >= 0.8 * excess[excess > 0.0].sum():
+        if total >= RULES.part_share and total >= RULES.part_covered * excess[excess > 0.0].sum():
             return _named(axis, sorted(chosen[:kept]))
     return "everywhere"
 
@@ -162,7 +158,8 @@ class Dependence:
     where: the part of the axis in which the model fails most. p_value: of the null hypothesis that
     the residual does not depend on the axis. share_of_error: of the residual's mean square that the
     bin means explain about the overall mean, less what chance would. basis: what is drawn at
-    random. curves: by output.
+    random. exact_p_value: by an exact test with random signs of whole runs, None for too few runs;
+    `p_value` sees more but is approximate. curves: by output.
     """
 
     bins: Bins
@@ -170,6 +167,7 @@ class Dependence:
     p_value: float
     share_of_error: float
     basis: str
+    exact_p_value: float | None
     curves: Mapping[str, Curve]
 
     @property
@@ -191,11 +189,25 @@ class Localisation:
     @property
     def failures(self) -> tuple[Dependence, ...]:
         """The axes against which the residual varies beyond chance, tested all together."""
-        level = SIGNIFICANCE / max(len(self.axes), 1)
+        level = RULES.failure_p_value / max(len(self.axes), 1)
         return tuple(
             axis
             for axis in self.axes
-            if axis.p_value <= level and axis.share_of_error >= SMALLEST_SHARE
+            if axis.p_value <= level and axis.share_of_error >= RULES.failure_share
+        )
+
+    @property
+    def certain_failures(self) -> tuple[Dependence, ...]:
+        """Axes that speak against a model whose error is within the noise floor: by much, and far
+        beyond chance by the exact test. Zeros and gains that scatter from run to run look like a
+        dependence to the other one.
+        """
+        return tuple(
+            axis
+            for axis in self.axes
+            if axis.exact_p_value is not None
+            and axis.exact_p_value <= RULES.axis_p_value
+            and axis.share_of_error >= RULES.axis_share
         )
 
 
@@ -224,11 +236,18 @@ def _dependence(data: MeasurementSet, axis: Axis, residual: Array, seed: int) ->
     total = float(np.sum(residual**2))
     chance = float(null.mean())
     share = (observed - chance) / (total - chance) if total > chance else 0.0
-    p_value = (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))
+    p_value = _p_value(observed, null)
+    exact = None
+    if data.table.blocks_are_runs:
+        exact = _p_value(observed, sums.explained(sums.signed(np.random.default_rng(seed))))
     basis = RUNS if data.table.blocks_are_runs else RUN_BLOCKS
     curves = sums.curves(data.outputs, flipped)
     counts = np.stack([curve.count for curve in curves.values()])
     means = np.nan_to_num(np.stack([curve.mean for curve in curves.values()]))
     energy = np.sum(counts * means**2, axis=0)
     where = where_phrase(bins, energy, counts.sum(axis=0))
-    return Dependence(bins, where, p_value, max(share, 0.0), basis, curves)
+    return Dependence(bins, where, p_value, max(share, 0.0), basis, exact, curves)
+
+
+def _p_value(observed: float, null: Array) -> float:
+    return (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))

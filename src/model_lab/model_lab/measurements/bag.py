@@ -1,4 +1,4 @@
-"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS."""
+"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3) or a ROS 1 bag, read without ROS."""
 
 from __future__ import annotations
 
@@ -6,22 +6,25 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from model_lab.aliases import Array, IntArray
-from softhand_model.documents.quoted import listed, quoted, shortened
-from softhand_model.documents.yaml_document import DocumentError
+from model_lab.measurements.bag_limits import AnyReader
+from softhand_common.documents.quoted import listed, quoted, shortened
+from softhand_common.documents.yaml_document import DocumentError
 
 SHOWN_FIELDS = 24  # of those a message has, in an error
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")
 Stamps = IntArray  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
-TOLD_EVERY = 2000  # messages
+PROGRESS_PERIOD = 2000  # messages
 CLOCK = "/clock"
+LARGEST_MESSAGE = 64  # numbers of a message that becomes columns; images and clouds have more
 
 
 @dataclass(frozen=True)
@@ -52,17 +55,28 @@ class MessageField:
 
     def value(self, message: Any) -> float:
         """The number (its unit is the message's); LookupError when the message has none there."""
-        holder = value = message
-        for name, is_key in self.steps:
-            if is_key:
-                value = value[_index(holder, name, len(value))]
-            else:
-                holder, value = value, getattr(value, name, None)
-            if value is None:
-                raise LookupError(f"no {name}")
+        value = _walked(message, self.steps)
         if not isinstance(value, int | float | np.number | np.bool_):
             raise LookupError("no single number")
         return float(value)
+
+    def is_of_quaternion(self, message: Any) -> bool:
+        """Whether the number is a component of a quaternion; LookupError when it is not there."""
+        holder = _walked(message, self.steps[:-1])
+        return str(getattr(holder, "__msgtype__", "")).endswith("/Quaternion")
+
+
+def _walked(message: Any, steps: Sequence[tuple[str, bool]]) -> Any:
+    """What stands in a message after some steps of a field."""
+    holder = value = message
+    for name, is_key in steps:
+        if is_key:
+            value = value[_index(holder, name, len(value))]
+        else:
+            holder, value = value, getattr(value, name, None)
+        if value is None:
+            raise LookupError(f"no {name}")
+    return value
 
 
 def number_fields(message: Any) -> list[str]:
@@ -114,11 +128,14 @@ def _elements(message: Any, path: str, values: Any) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Source:
-    """Where a column comes from: topic and field, and its place in the document for errors."""
+    """Where a column comes from: topic and field, its place in the document for errors, and whether
+    it is an angle, which no component of a quaternion is.
+    """
 
     topic: str
     field: MessageField
     place: str
+    is_angle: bool = False
 
 
 @dataclass(frozen=True)
@@ -131,15 +148,16 @@ class _Series:
 
 def read_bag_columns(
     folder: Path, sources: Mapping[str, Source], leading: str, told: Callable[[float], None]
-) -> dict[str, Array]:
-    """Columns (samples,) of a bag at the stamps of the leading column, with `time` [s] from 0.
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Columns (samples,) of a bag at the stamps of the leading column, with `time` [s] from 0; and
+    the other columns before the first of them, at times below 0 as far apart, or nothing.
 
     A stamp is that of the message's header, else the time of reception, which /clock turns into
     simulated time if it was recorded. Other columns are interpolated linearly; samples outside the
     time that all topics cover are left out. Of messages with the same stamp the last counts.
 
     Args:
-        folder: the rosbag2 folder.
+        folder: the rosbag2 folder, or the file of a ROS 1 bag (.bag).
         sources: by column.
         leading: the column at whose stamps the samples lie.
         told: called with the part that is done.
@@ -164,19 +182,112 @@ def read_bag_columns(
     return _aligned(folder, series, leading)
 
 
+@dataclass(frozen=True)
+class TopicTable:
+    """The numbers of a topic: type of its messages, times (k,) [s] since the first message of the
+    bag, and columns (k,) by field, NaN where a message lacks one.
+    """
+
+    topic: str
+    message_type: str
+    time: Array
+    columns: Mapping[str, Array]
+
+
+def read_topics(bag: Path, messages: Path | None = None) -> list[TopicTable]:
+    """The topics of a bag whose messages hold at most LARGEST_MESSAGE numbers.
+
+    Args:
+        bag: a rosbag2 folder or the file of a ROS 1 bag.
+        messages: folder of definitions (PACKAGE/msg/NAME.msg) for a bag that has none of its own.
+
+    Raises DocumentError for what cannot be read.
+    """
+    found = []
+    with _opened(bag, messages) as reader:
+        clock = _Clock(bag, reader)
+        for topic in sorted(set(reader.topics) - {CLOCK}):
+            series = _numbers(bag, reader, clock, topic)
+            if series is not None:
+                found.append((topic, reader.topics[topic].msgtype or "", *series))
+    first = min((stamps[0] for _, _, stamps, _ in found), default=0)
+    return [
+        TopicTable(topic, kind, 1e-9 * (stamps - first), columns)
+        for topic, kind, stamps, columns in found
+    ]
+
+
+def _numbers(
+    bag: Path, reader: AnyReader, clock: _Clock, topic: str
+) -> tuple[Stamps, dict[str, Array]] | None:
+    """Stamps (k,) and numbers of a topic; None where it holds none, or too many."""
+    fields: list[MessageField] = []
+    received: list[int] = []
+    stamps: list[int] = []
+    rows: list[list[float]] = []
+    for stamp, message in _all(bag, reader, topic):
+        if not rows:
+            texts = list(islice(_fields(message, ""), LARGEST_MESSAGE + 1))
+            if not 0 < len(texts) <= LARGEST_MESSAGE:
+                return None
+            fields = [MessageField.parse(text) for text in texts]
+        received.append(stamp)
+        stamps.append(_stamp(message.header.stamp) if hasattr(message, "header") else 0)
+        rows.append([_number_or_nan(field, message) for field in fields])
+    if not rows:
+        return None
+    time = np.array(stamps, dtype=np.int64)
+    if not time.any():
+        time = clock.time(np.array(received, dtype=np.int64))
+    return time, dict(zip((field.text for field in fields), np.array(rows).T, strict=True))
+
+
+def _number_or_nan(field: MessageField, message: Any) -> float:
+    try:
+        return field.value(message)
+    except LookupError:
+        return np.nan
+
+
+def _types(messages: Path | None) -> Typestore:
+    """The message types of ROS 2 Jazzy, and those of a folder of definitions."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if messages is None:
+        return store
+    files = sorted(messages.rglob("msg/*.msg"))
+    if not files:
+        raise DocumentError(
+            f"{messages}: expected a folder with PACKAGE/msg/NAME.msg, got no such file"
+        )
+    types: dict[str, Any] = {}
+    for file in files:
+        name = f"{file.parents[1].name}/msg/{file.stem}"
+        try:
+            types |= get_types_from_msg(file.read_text(encoding="utf-8"), name)
+        # rosbags' parser raises what its grammar happens to raise
+        except Exception as reason:
+            raise DocumentError(
+                f"{file}: expected the definition of a message, got {_said(reason)}"
+            ) from reason
+    store.register({name: kind for name, kind in types.items() if name not in store.fielddefs})
+    return store
+
+
 @contextmanager
-def _opened(folder: Path) -> Iterator[AnyReader]:
-    expected = f"{folder}: expected a rosbag2 folder"
-    if not folder.is_dir():
+def _opened(folder: Path, messages: Path | None = None) -> Iterator[AnyReader]:
+    expected = f"{folder}: expected a rosbag2 folder or a ROS 1 file (.bag)"
+    is_ros1 = folder.suffix == ".bag" and folder.is_file()
+    if not is_ros1 and not folder.is_dir():
         raise DocumentError(f"{expected}, got {'a file' if folder.exists() else 'nothing there'}")
-    if not (folder / "metadata.yaml").is_file():
+    if not is_ros1 and not (folder / "metadata.yaml").is_file():
         files = listed(sorted(path.name for path in folder.iterdir()))
         raise DocumentError(
             f"{expected} with metadata.yaml, got {files}; `repair_bag` or `ros2 bag reindex` mends "
             "a recording that was cut off"
         )
+    types = _types(messages)
     try:
-        reader = AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        reader = AnyReader([folder], default_typestore=types)
         reader.open()
     # besides its own errors rosbags raises those of the database or decompression below it
     except Exception as reason:
@@ -208,7 +319,7 @@ def _counted(told: Callable[[float], None], total: int) -> Callable[[], None]:
     def count() -> None:
         nonlocal done
         done += 1
-        if done % TOLD_EVERY == 0:
+        if done % PROGRESS_PERIOD == 0:
             told(done / total)
 
     return count
@@ -225,7 +336,9 @@ class _Clock:
         self._time = np.array([time for _, time in ticks], dtype=np.int64)
 
     def time(self, received: Stamps) -> Stamps:
-        """Times (k,) of stamps (k,), both [ns]."""
+        """Simulated times (k,) [ns] of wall times of reception (k,) [ns], by the recorded /clock;
+        the wall times themselves without one.
+        """
         if len(self._received) == 0:
             return received
         since, first = self._received - self._received[0], self._time[0]
@@ -297,6 +410,12 @@ def _read_topic(
 def _value(source: Source, read: Callable[[Any], float], message: Any, index: int) -> float:
     try:
         value = read(message)
+        if index == 0 and source.is_angle and source.field.is_of_quaternion(message):
+            raise DocumentError(
+                f"{source.place}.field: expected an angle, got {source.field.text}, a component of "
+                "a quaternion: the sine or cosine of half an angle; `model-lab import` makes the "
+                "tip angle of the whole quaternion"
+            )
     except LookupError as reason:
         raise DocumentError(
             f"{source.place}.field: expected a number in every message of {source.topic}, got "
@@ -325,7 +444,9 @@ def _rising(folder: Path, topic: str, stamps: Stamps, columns: Mapping[str, Arra
     return _Series(stamps[last], {name: column[last] for name, column in columns.items()})
 
 
-def _aligned(folder: Path, series: Sequence[_Series], leading: str) -> dict[str, Array]:
+def _aligned(
+    folder: Path, series: Sequence[_Series], leading: str
+) -> tuple[dict[str, Array], dict[str, Array]]:
     lead = next(one for one in series if leading in one.columns)
     start = max(one.stamps[0] for one in series)
     stop = min(one.stamps[-1] for one in series)
@@ -345,6 +466,20 @@ def _aligned(folder: Path, series: Sequence[_Series], leading: str) -> dict[str,
     for one in series:
         for name, values in one.columns.items():
             columns[name] = values[inside] if one is lead else _at(time, one, values)
+    return columns, _before(time, [one for one in series if one is not lead])
+
+
+def _before(time: Stamps, others: Sequence[_Series]) -> dict[str, Array]:
+    """Columns of other topics before the first of the stamps (samples,), spaced as they are."""
+    first = max((one.stamps[0] for one in others), default=time[0])
+    period = int(np.median(np.diff(time))) if len(time) > 1 else 0
+    count = int((time[0] - first) // period) if period > 0 else 0
+    if count == 0:
+        return {}
+    earlier = time[0] - period * np.arange(count, 0, -1)
+    columns = {"time": 1e-9 * (earlier - time[0])}
+    for one in others:
+        columns |= {name: _at(earlier, one, values) for name, values in one.columns.items()}
     return columns
 
 

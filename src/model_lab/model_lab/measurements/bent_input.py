@@ -1,10 +1,10 @@
-"""Inputs between their samples: bent as their neighbours say, straight where these are.
+"""Inputs between samples: parabolas from the neighbouring samples, straight lines beside corners.
 
-Whatever takes time, a lag as well as a clock that is late, needs the input between samples.
-Straight lines cut the bends of a smooth course, and what cuts them otherwise than its rivals would
-be named, or not, for that alone. So all take the same course: over each distance a parabola with
-the harmonic mean of the second differences at both ends (as van Leer limits slopes), which is
-straight beside a corner. A run that does not start steady was at rest before.
+Effects in time, a lag or a late clock, need the input between samples. Straight lines cut the bends
+of a smooth input; an effect that treats these errors differently from its rivals would be named, or
+not, for that alone. So all effects get the same input: between two samples a parabola with the
+harmonic mean of the second differences at both ends (as van Leer limits slopes), which is straight
+beside a corner. A run that does not start steady was at rest before.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from model_lab.aliases import Array, Indices
-from model_lab.measurements.held_input import DRIVING
+from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 
-STRAIGHT = 2e-4  # of the input's range, that straight lines may be off
-MOST = 8  # pieces of the distance between two samples
+STRAIGHT_TOLERANCE = 2e-4  # of the input's range, that straight lines may be off
+MOST_PIECES = 8  # pieces of the distance between two samples
 
 
 def begun(time: Array, values: Array, before: float) -> tuple[Array, Array]:
@@ -52,7 +52,7 @@ def with_bends(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
     """The set, of an experiment with a driving column, with more samples where that bends, and the
     places of its own ones.
     """
-    driving, rest = DRIVING[data.experiment], 1.0 if data.stretched else 0.0
+    driving, rest = DRIVING_COLUMN[data.experiment], 1.0 if data.stretched else 0.0
     runs, places, so_far = [], [], 0
     for run in data.runs:
         more, own = _with_bends(run, driving, rest)
@@ -70,8 +70,8 @@ def _with_bends(run: Run, driving: str, rest: float) -> tuple[Run, Indices]:
     time, values = run.columns["time"], run.columns[driving]
     before = float(values[0]) if run.steady else rest
     bend, apart = bends(*begun(time, values, before))[1:], np.diff(time)
-    off = np.abs(bend) * apart**2 / 4.0 / (STRAIGHT * (np.ptp(values) or 1.0))
-    pieces = np.clip(np.ceil(np.sqrt(off)), 1, MOST).astype(int)
+    off = np.abs(bend) * apart**2 / 4.0 / (STRAIGHT_TOLERANCE * (np.ptp(values) or 1.0))
+    pieces = np.clip(np.ceil(np.sqrt(off)), 1, MOST_PIECES).astype(int)
     place = np.concatenate([[0], np.cumsum(pieces)])
     if place[-1] == own[-1]:
         return run, own

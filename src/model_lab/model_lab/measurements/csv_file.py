@@ -9,20 +9,35 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from model_lab.aliases import Array
-from softhand_model.documents.quoted import listed, quoted, shortened
-from softhand_model.documents.yaml_document import DocumentError
+from softhand_common.documents.quoted import listed, quoted, shortened
+from softhand_common.documents.yaml_document import DocumentError
 
 LONGEST_CELL = 131_072  # characters
+LARGEST_FILE = 2**28  # [bytes]
+LONGEST_PREAMBLE = 100  # lines before a header, in which it is looked for
+IMPORT = "`model-lab import FILE... -o SET` makes a set of the files as they are"
+
+
+class TableError(DocumentError):
+    """What is wrong in a table; `without_content` is the message without what the file holds."""
+
+    def __init__(self, where: str, expected: str, got: str) -> None:
+        self.without_content = f"{where}: expected {expected}"
+        super().__init__(f"{self.without_content}, got {got}")
 
 
 def read_columns(
-    path: Path, names: Sequence[str], words: Mapping[str, Mapping[str, float]]
+    path: Path,
+    names: Sequence[str],
+    words: Mapping[str, Mapping[str, float]],
+    late: Sequence[str] = (),
 ) -> dict[str, Array]:
     """Columns (rows,) of a CSV file with a header line, by name, as they are written there.
 
@@ -30,37 +45,52 @@ def read_columns(
         path: the file; cells are separated by commas, blank lines are passed over.
         names: the columns to read; the others may hold anything.
         words: for columns of text, the number that stands for each word.
+        late: of the columns, those that may begin with empty cells, which are NaN.
 
     Raises:
-        DocumentError: the file cannot be read, lacks a column or has one twice, has no rows, or a
-            row is too short or too long or holds something else than finite numbers.
+        DocumentError: the file cannot be read, is no file but a folder or a device, or is larger
+            than LARGEST_FILE.
+        TableError (a DocumentError): it lacks a column or has one twice, has no rows, or a row is
+            too short or too long or holds something else than finite numbers.
     """
     text = _text(path)
     header = _header(path, text)
-    places = [_place(path, header, name) for name in names]
-    readers = [_reader(words.get(name)) for name in names]
+    places = [_place(path, text, header, name) for name in names]
+    readers = [_late() if name in late else _reader(words.get(name)) for name in names]
     body_start = text.index("\n") + 1 if "\n" in text else len(text)
     plain = not any(name in words for name in names) and '"' not in text
     table = _read_fast(text[body_start:], len(header), places) if plain else None
     if table is None:
         table = _read_cell_by_cell(path, text, header, places, readers)
     if len(table) == 0:
-        raise DocumentError(
-            f"{path}: expected rows of numbers after the header, got none; "
-            "record the run again or take it out of `runs`"
+        raise TableError(
+            str(path),
+            "rows of numbers after the header",
+            "none; record the run again or take it out of `runs`",
         )
+    for name, values in zip(names, table.T, strict=True):
+        if np.isnan(values[-1]):
+            where = f"{path}: column {shortened(name)}"
+            raise TableError(where, "numbers from some row on", "empty cells alone")
     return {name: np.ascontiguousarray(table[:, index]) for index, name in enumerate(names)}
 
 
 def _text(path: Path) -> str:
     try:
+        if path.exists() and not path.is_file():  # a device may have no end
+            raise DocumentError(f"{path}: expected a CSV file, got a folder or a device")
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise DocumentError(f"{path}: expected at most {LARGEST_FILE} bytes, got {size}")
         return path.read_text(encoding="utf-8-sig")
     except OSError as reason:
         raise DocumentError(f"{path}: expected a CSV file, got {reason.strerror}") from reason
     except UnicodeDecodeError as reason:
-        raise DocumentError(
-            f"{path}: expected text in UTF-8, got byte {reason.object[reason.start]:#04x} at "
-            f"{reason.start}; save the file as UTF-8"
+        raise TableError(
+            str(path),
+            "text in UTF-8",
+            f"byte {reason.object[reason.start]:#04x} at {reason.start}; save the file as UTF-8, "
+            f"or {IMPORT}",
         ) from reason
 
 
@@ -68,7 +98,7 @@ def _header(path: Path, text: str) -> list[str]:
     first = text.split("\n", 1)[0].rstrip("\r")
     header = [name.strip() for name in next(_lines(path, first), (1, []))[1]]
     if not any(header):
-        raise DocumentError(f"{path}: expected a line of column names first, got {quoted(first)}")
+        raise TableError(str(path), "a line of column names first", quoted(first))
     return header
 
 
@@ -80,27 +110,31 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
         for cells in reader:
             yield reader.line_num, cells
     except csv.Error as reason:
-        raise DocumentError(
-            f"{path}: line {reader.line_num}: expected cells of at most {LONGEST_CELL} "
-            f"characters, in quotes where they hold line ends, got {reason}"
+        raise TableError(
+            f"{path}: line {reader.line_num}",
+            f"cells of at most {LONGEST_CELL} characters, in quotes where they hold line ends",
+            str(reason),
         ) from reason
 
 
-def _place(path: Path, header: list[str], name: str) -> int:
+def _place(path: Path, text: str, header: list[str], name: str) -> int:
     if header.count(name) > 1:
-        raise DocumentError(f"{path}: header: expected every column once, got {name} twice")
+        raise TableError(f"{path}: header", "every column once", f"{name} twice")
     if name in header:
         return header.index(name)
-    raise DocumentError(
-        f"{path}: header: expected the column {name}, got {listed(header)}{_mend(header, name)}"
+    raise TableError(
+        f"{path}: header", f"the column {name}", f"{listed(header)}{_mend(text, header, name)}"
     )
 
 
-def _mend(header: list[str], name: str) -> str:
+def _mend(text: str, header: list[str], name: str) -> str:
+    for number, line in enumerate(text.split("\n", LONGEST_PREAMBLE)[:LONGEST_PREAMBLE], 1):
+        if number > 1 and name in re.split(r"[,;\t]", line.replace(" ", "").rstrip("\r")):
+            return f"; line {number} has it: where other lines come before the header, {IMPORT}"
     alone = header[0] if len(header) == 1 else ""
     for sign, called in ((";", "semicolons"), ("\t", "tabs")):
         if sign in alone:
-            return f"; separate the columns by commas instead of {called}"
+            return f"; where columns are separated by {called}, {IMPORT}"
     if all(_is_number(cell) for cell in header):
         return "; write the names of the columns into the first line"
     return f"; name it so in the header, or take {name} out of `columns` if it is not needed"
@@ -151,7 +185,7 @@ def _read_cell_by_cell(
             continue
         where = f"{path}: row {len(rows) + 1} (line {line} of the file)"
         if len(cells) != len(header):
-            raise DocumentError(f"{where}: expected {len(header)} cells, got {len(cells)}")
+            raise TableError(where, f"{len(header)} cells", str(len(cells)))
         rows.append(
             [
                 _cell(f"{where}, column {shortened(header[place])}", cells[place], reader)
@@ -166,13 +200,25 @@ def _cell(where: str, cell: str, reader: Reader) -> float:
         return reader(cell.strip())
     except ValueError as reason:
         shown = quoted(cell) if cell.strip() else "an empty cell"
-        raise DocumentError(
-            f"{where}: expected {reason}, got {shown}; mend it or take the row out"
-        ) from None
+        raise TableError(where, str(reason), f"{shown}; mend it or take the row out") from None
 
 
 def _reader(words: Mapping[str, float] | None) -> Reader:
     return _number if words is None else lambda cell: _word(cell, words)
+
+
+def _late() -> Reader:
+    """A reader of numbers that takes empty cells as NaN until the first number."""
+    begun = False
+
+    def read(cell: str) -> float:
+        nonlocal begun
+        if not cell and not begun:
+            return math.nan
+        begun = True
+        return _number(cell)
+
+    return read
 
 
 def _number(cell: str) -> float:

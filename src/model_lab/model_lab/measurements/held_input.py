@@ -13,24 +13,22 @@ import numpy as np
 
 from model_lab.aliases import Indices
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.rules import RULES
 
-DRIVING = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
-LARGE = 0.002  # of a run's range, from which on a change may be a jump
-FLAT = 0.05  # of the jump, that the input may change before and after it
-STAIRS = 0.8  # of all changes of a run, that go from flat to flat: then others are jumps too
+DRIVING_COLUMN = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
 INSTANT = 1e-6  # of the time between samples
 
 
 def jumps(data: MeasurementSet, run: Run) -> Indices:
     """Samples at which the input of a run has jumped: from flat to flat, or on stairs at all."""
-    driving = DRIVING.get(data.experiment)
+    driving = DRIVING_COLUMN.get(data.experiment)
     if driving is None or "time" not in run.columns or run.samples < 2:
         return np.zeros(0, np.int64)
     change = np.abs(np.diff(run.columns[driving]))
     beside = np.maximum(np.append(0.0, change[:-1]), np.append(change[1:], 0.0))
-    large = change > LARGE * float(np.ptp(run.columns[driving]))
-    alone = large & (beside <= FLAT * change)
-    stairs = change[alone].sum() >= STAIRS * change.sum()
+    large = change > RULES.jump_size * float(np.ptp(run.columns[driving]))
+    alone = large & (beside <= RULES.jump_flat * change)
+    stairs = change[alone].sum() >= RULES.jump_stairs * change.sum()
     return np.asarray(1 + np.flatnonzero(large if stairs else alone), np.int64)
 
 

@@ -1,8 +1,10 @@
-"""Loading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run."""
+"""Loading of measurement sets: `experiment.yaml` with one CSV file or bag per run."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -10,44 +12,48 @@ import numpy as np
 
 from model_lab.aliases import Array, Mask, Tell, tell_nobody
 from model_lab.measurements.bag import MessageField, Source, read_bag_columns
-from model_lab.measurements.csv_file import read_columns
+from model_lab.measurements.csv_file import TableError, read_columns
+from model_lab.measurements.held_input import DRIVING_COLUMN
+from model_lab.measurements.lead import parted
+from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, as_expected
 from model_lab.measurements.measurement_set import (
     DEFLATE,
-    FORMAT,
     INFLATE,
     INPUTS,
     MODES,
     OUTPUTS,
     ROOM_TEMPERATURE,
+    SET_FORMAT,
     MeasurementSet,
     Run,
     Specimen,
 )
-from model_lab.measurements.specimens import document_of, read_specimens
+from model_lab.measurements.specimens import document_of, known_fields, read_specimens
 from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit, largest
-from softhand_model.documents.quoted import listed, shortened
-from softhand_model.documents.yaml_document import (
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import (
     DocumentError,
     Node,
-    open_fields,
     read_document,
 )
-from softhand_model.model_file import FREE
+from softhand_model.model_file import FREE_VALUE
 
 Units = dict[str, Unit]
 Told = Callable[[float], None]  # with the part of a bag that has been read
 
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
+MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 STRETCHES = (0.1, 50.0)  # what could be one: strains start at 0, per cent end above
-WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
+COLUMN_WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
 # by column: which values (in SI units) are wrong, what was expected, the mend
 _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
     "stretch": (
         lambda values: (values < STRETCHES[0]) | (values > STRETCHES[1]),
         f"a number from {STRETCHES[0]:g} to {STRETCHES[1]:g}",
-        "stretch is 1 at rest, that is strain + 1",
+        "stretch is 1 at rest, that is strain + 1; if it is strain, write columns: {stretch: "
+        "{unit: '', is: strain}}, with unit: percent if it is in percent",
     ),
     "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
     "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
@@ -58,6 +64,7 @@ _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
         "take the row out",
     ),
 }
+LONGEST_PATH, LONGEST_NAME = 500, 255  # characters
 
 
 def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> MeasurementSet:
@@ -75,31 +82,80 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         DocumentError (a ValueError): with file, row or key, expected, got, and the mend.
     """
     document = document_of(Path(path))
-    fields = open_fields(
-        read_document(document, FORMAT), TOP_KEYS, ("title", "columns", "noise", "calibration")
-    )
+    if not document.exists():
+        raise DocumentError(
+            f"{document}: expected a readable file, got No such file or directory; `model-lab "
+            "import FILE... -o SET` begins a set from CSV files, tables or bags"
+        )
+    fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, MORE_KEYS)
     experiment = fields["experiment"].choice(OUTPUTS)
     title = fields["title"].text() if "title" in fields else ""
     specimens = read_specimens(fields["specimens"])
-    units = _units(fields["columns"]) if "columns" in fields else {}
-    reader = _RunReader(document.parent, experiment, specimens, units)
+    stated = _stated(fields["columns"]) if "columns" in fields else {}
+    units = {name: column.unit for name, column in stated.items()}
+    reader = _RunReader(document.parent, experiment, specimens, stated)
     runs = reader.runs(fields["runs"], tell)
     noise = _noise(fields["noise"], {**reader.bag_units, **units}) if "noise" in fields else {}
     free = "calibration" in fields and _free_modulus(fields["calibration"])
-    return MeasurementSet(experiment, title, specimens, runs, noise, document.parent, free)
+    return MeasurementSet(
+        experiment,
+        title,
+        specimens,
+        runs,
+        noise,
+        document.parent,
+        free,
+        units={**reader.texts, **{name: column.text for name, column in stated.items()}},
+        bags=frozenset(reader.bags),
+    )
 
 
 def _free_modulus(node: Node) -> bool:
-    """Whether `calibration: {modulus: free}` stands in the document."""
-    entries = open_fields(node, optional=["modulus"])
-    return "modulus" in entries and bool(entries["modulus"].choice([FREE]))
+    """Whether the document has `calibration: {modulus: free}`."""
+    entries = known_fields(node, (), ["modulus"])
+    return "modulus" in entries and bool(entries["modulus"].choice([FREE_VALUE]))
 
 
-def _units(node: Node) -> Units:
-    return {
-        name: _unit(open_fields(entry, ["unit"])["unit"], name)
-        for name, entry in node.mapping().items()
-    }
+@dataclass(frozen=True)
+class _Column:
+    """What a set states of a column: its unit, also as text, the name of the column in the files,
+    what it is in place of what is expected (a word of `MEANINGS`; empty: just that), and the
+    pressure of the air [Pa].
+    """
+
+    unit: Unit
+    text: str
+    source: str
+    meaning: str
+    ambient: float
+
+
+def _stated(node: Node) -> dict[str, _Column]:
+    """What is stated under `columns`."""
+    found = {}
+    for name, entry in node.mapping().items():
+        fields = known_fields(entry, ["unit"], ["is", "from", AMBIENT])
+        source = fields["from"].text() if "from" in fields else name
+        unit = _unit(fields["unit"], name)
+        meaning, ambient = _meaning(fields, name), _ambient(fields, unit)
+        found[name] = _Column(unit, fields["unit"].value, source, meaning, ambient)
+    return found
+
+
+def _ambient(fields: Mapping[str, Node], unit: Unit) -> float:
+    """Pressure of the air [Pa], stated in the unit of the column."""
+    if AMBIENT not in fields:
+        return ATMOSPHERE
+    return fields[AMBIENT].number(above=0.0, high=unit.largest) * unit.scale
+
+
+def _meaning(fields: Mapping[str, Node], column: str) -> str:
+    """What a column is in place of what is expected; empty if nothing is said."""
+    if "is" not in fields:
+        return ""
+    if column not in MEANINGS:
+        raise fields["is"].error(f"it for none but {listed(MEANINGS)}", f"it for {column}")
+    return fields["is"].choice(MEANINGS[column])
 
 
 def _unit(node: Node, column: str) -> Unit:
@@ -124,15 +180,24 @@ def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
 
 
 class _RunReader:
-    """Reads the runs of one document; `bag_units` holds the units of columns met in bags."""
+    """Reads the runs of one document; `bag_units` holds the units of columns met in bags, `texts`
+    the same as they were written, and `bags` the names of runs read from them.
+    """
 
     def __init__(
-        self, folder: Path, experiment: str, specimens: Mapping[str, Specimen], units: Units
+        self,
+        folder: Path,
+        experiment: str,
+        specimens: Mapping[str, Specimen],
+        stated: Mapping[str, _Column],
     ) -> None:
         self._folder, self._experiment = folder, experiment
-        self._specimens, self._units = specimens, units
+        self._specimens, self._stated = specimens, stated
+        self._units = {name: column.unit for name, column in stated.items()}
         self._files: dict[Path, str] = {}
         self.bag_units: Units = {}
+        self.texts: dict[str, str] = {}
+        self.bags: set[str] = set()
 
     def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
         """The runs of the document, in its order."""
@@ -148,68 +213,115 @@ class _RunReader:
 
     def _run(self, name: str, node: Node, told: Told) -> Run:
         of_rubber = self._experiment == "rubber"
-        fields = open_fields(node, ["specimen"], [*RUN_KEYS, "mode"] if of_rubber else RUN_KEYS)
+        more = [*RUN_KEYS, "description", *(["mode"] if of_rubber else [])]
+        fields = known_fields(node, ["specimen"], more)
         mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
         temperature = _temperature(fields)
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
-        columns = self._columns(node, fields, told)
+        columns, lead = self._columns(node, fields, told)
+        if "bag" in fields:
+            self.bags.add(name)
         steady = initial == "steady"
-        return Run(name, specimen, protocol, temperature, columns, virgin, steady, mode)
+        return Run(name, specimen, protocol, temperature, columns, virgin, steady, mode, lead)
 
-    def _columns(self, node: Node, fields: Mapping[str, Node], told: Told) -> dict[str, Array]:
+    def _columns(
+        self, node: Node, fields: Mapping[str, Node], told: Told
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Columns (samples,) of a run in SI units by name, and its lead."""
         if ("file" in fields) == ("bag" in fields):
             got = "both" if "file" in fields else "neither"
-            raise node.error("either file (CSV) or bag (rosbag2)", got)
+            raise node.error("either file (CSV) or bag (a rosbag2 folder, or a ROS 1 file)", got)
         if "file" in fields:
-            path = self._folder / fields["file"].text()
+            path = self._path(fields["file"])
             columns = self._csv(fields["file"], path)
             check_rows(path, columns)
-            return columns
+            return parted(columns, self._outputs_that_begin())
         if "topics" not in fields:
             raise node.error(
                 "the key topics beside bag", "none; add topics: {column: {topic: ..., field: ...}}"
             )
-        path = self._folder / fields["bag"].text()
-        columns = self._bag(path, fields["topics"], told)
+        path = self._path(fields["bag"])
+        try:
+            columns, lead = self._bag(path, fields["topics"], told)
+        except DocumentError as reason:
+            if self._is_own(path) or str(reason).startswith(node.file):
+                raise
+            raise DocumentError(f"{fields['bag'].place}: {reason}") from reason
         check_rows(path, columns)
-        return columns
+        check_rows(path, lead)
+        return columns, lead
+
+    def _path(self, node: Node) -> Path:
+        """The path that the document names, which has no more than a file system takes."""
+        name = node.text()
+        longest = max(map(len, name.split("/")))
+        if "\0" in name or len(name) > LONGEST_PATH or longest > LONGEST_NAME:
+            raise node.error(
+                f"a path of at most {LONGEST_PATH} characters, {LONGEST_NAME} between slashes, "
+                "without null characters"
+            )
+        return self._folder / name
+
+    def _is_own(self, path: Path) -> bool:
+        """Whether a file or folder lies below that of the document, links followed."""
+        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self._folder))
+        return inside and path.exists()
 
     # ---------------------------------------------------------------- CSV
     def _csv(self, node: Node, path: Path) -> dict[str, Array]:
         names = self._csv_columns(node)
-        other = self._files.setdefault(path.resolve(), node.key)
+        other = self._files.setdefault(Path(os.path.realpath(path)), node.key)
         if other != node.key:
             raise node.error(
                 "a file of its own",
                 f"{shortened(node.value)} as in {shortened(other)}; a run that is given twice "
                 "looks like a perfect repeat",
             )
-        columns = read_columns(path, names, WORDS)
-        return {
-            name: self._units[name].to_si(values) if name in self._units else values
-            for name, values in columns.items()
+        sources = {
+            name: self._stated[name].source if name in self._stated else name for name in names
         }
+        try:
+            begin = [sources[name] for name in self._outputs_that_begin()]
+            wanted = list(dict.fromkeys(sources.values()))
+            read = read_columns(path, wanted, COLUMN_WORDS, begin)
+        except TableError as reason:
+            if self._is_own(path):
+                raise
+            got = "other content, which is not shown as the file is outside the set's folder"
+            raise DocumentError(f"{node.place}: {reason.without_content}, got {got}") from None
+        except DocumentError as reason:
+            raise DocumentError(f"{node.place}: {reason}") from reason
+        columns = {name: read[source] for name, source in sources.items()}
+        meanings = {name: column.meaning for name, column in self._stated.items() if column.meaning}
+        air = [self._stated[name].ambient for name in meanings]
+        return as_expected(_in_si(columns, self._units), meanings, *air[:1])
 
     def _csv_columns(self, node: Node) -> list[str]:
         """Columns to read from a CSV file; those that the experiment needs must have a unit."""
         for name in self._needed():
-            if name not in self._units and name not in WORDS:
+            if name not in self._units and name not in COLUMN_WORDS:
                 raise DocumentError(
                     f"{node.file}: columns: expected the column {name}, which {self._experiment} "
                     f"needs, got {listed(self._units)}; "
                     f"add {name}: {{unit: {COLUMN_UNITS[name] or repr('')}}}, or the unit it has"
                 )
-        words = [name for name in self._needed() if name in WORDS and name not in self._units]
+        words = [
+            name for name in self._needed() if name in COLUMN_WORDS and name not in self._units
+        ]
         return [*self._units, *words]
 
     def _needed(self) -> tuple[str, ...]:
         return (*INPUTS[self._experiment], *OUTPUTS[self._experiment])
 
+    def _outputs_that_begin(self) -> tuple[str, ...]:
+        """Outputs that may begin after the inputs."""
+        return OUTPUTS[self._experiment] if self._experiment in DRIVING_COLUMN else ()
+
     # ---------------------------------------------------------------- bags
-    def _bag(self, path: Path, node: Node, told: Told) -> dict[str, Array]:
+    def _bag(self, path: Path, node: Node, told: Told) -> tuple[dict[str, Array], dict[str, Array]]:
         topics = node.mapping()
         for name in self._needed():
             if name not in topics and name != "time":
@@ -219,32 +331,46 @@ class _RunReader:
         if "time" in topics:
             raise node.error("no time", "time; it is that of the messages, take it out")
         entries = {
-            name: open_fields(entry, ["topic", "field"], ["unit"]) for name, entry in topics.items()
+            name: known_fields(entry, ["topic", "field"], ["unit", "is", AMBIENT])
+            for name, entry in topics.items()
         }
         units = {
             name: _unit(entry["unit"], name) if "unit" in entry else Unit()
             for name, entry in entries.items()
         }
-        sources = {name: _source(topics[name], entry) for name, entry in entries.items()}
-        columns = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], told)
+        sources = {name: _source(topics[name], entry, name) for name, entry in entries.items()}
+        columns, lead = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], told)
+        if not (self._outputs_that_begin() and lead.keys() >= set(INPUTS[self._experiment])):
+            lead = {}
         self.bag_units.update(units)
-        return {
-            name: units[name].to_si(values) if name in units else values
-            for name, values in columns.items()
-        }
+        self.texts.update(
+            {name: entry["unit"].text() for name, entry in entries.items() if "unit" in entry}
+        )
+        meanings = {n: word for n, entry in entries.items() if (word := _meaning(entry, n))}
+        air = [_ambient(entries[name], units[name]) for name in meanings][:1]
+        in_si = (_in_si(read, units) for read in (columns, lead))
+        of_run, before = (as_expected(read, meanings, *air) for read in in_si)
+        return of_run, before
+
+
+def _in_si(columns: Mapping[str, Array], units: Units) -> dict[str, Array]:
+    return {
+        name: units[name].to_si(values) if name in units else values
+        for name, values in columns.items()
+    }
 
 
 def _tell_part(tell: Tell, name: str, number: int, total: int, part: float) -> None:
     tell(f"{name} ({part:.0%})", number, total)
 
 
-def _source(node: Node, entry: Mapping[str, Node]) -> Source:
+def _source(node: Node, entry: Mapping[str, Node], column: str) -> Source:
     try:
         field = MessageField.parse(entry["field"].text())
     except ValueError as reason:
         raise DocumentError(f"{entry['field'].place}: {reason}") from reason
     topic = entry["topic"].text()
-    return Source(f"/{topic.lstrip('/')}", field, node.place)
+    return Source(f"/{topic.lstrip('/')}", field, node.place, COLUMN_UNITS.get(column) == "rad")
 
 
 def _mode(node: Node, fields: Mapping[str, Node]) -> str:
@@ -287,7 +413,7 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> None:
         most = largest(COLUMN_UNITS.get(name))
         _refuse_wrong(path, name, values, np.abs(values) > most, f"{most:g} at most in size")
     if "time" in columns:
-        _check_time(path, columns["time"])
+        _check_time(path, columns)
     for name in columns.keys() & _RANGES.keys():
         is_wrong, expected, mend = _RANGES[name]
         values = columns[name]
@@ -305,13 +431,31 @@ def _refuse_wrong(
         )
 
 
-def _check_time(path: Path, time: Array) -> None:
+def _check_time(path: Path, columns: Mapping[str, Array]) -> None:
+    time = columns["time"]
     wrong = np.diff(time) <= 0.0
     if wrong.any():
         index = int(np.argmax(wrong)) + 1
         same = time[index] == time[index - 1]
-        mend = "keep one row for each time" if same else "sort the rows, one run in each file"
+        mend = "sort the rows, one run in each file"
+        if same:
+            mend = "keep one row for each time"
+        elif (driving := _driving_in_order(columns)) is not None:
+            mend = (
+                f"the rows are in order, as {driving} goes on smoothly: leave `time` out of "
+                "`columns`, or mend the clock; one run in each file"
+            )
         raise DocumentError(
             f"{path}: {row_name(index)}, column time: expected a time after "
             f"{time[index - 1]:.9g} s, got {time[index]:.9g} s{' again' if same else ''}; {mend}"
         )
+
+
+def _driving_in_order(columns: Mapping[str, Array]) -> str | None:
+    """The driving column, if sorting the rows by time would make it more ragged than it is."""
+    for name in set(DRIVING_COLUMN.values()) & columns.keys():
+        values = columns[name]
+        ordered = values[np.argsort(columns["time"], kind="stable")]
+        if np.abs(np.diff(values)).sum() < np.abs(np.diff(ordered)).sum():
+            return name
+    return None

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.sample_table import PROTOCOLS, SampleTable, make_table
+from model_lab.measurements.sample_table import WHOLE_PROTOCOLS, SampleTable, make_table
+from model_lab.measurements.units import COLUMN_UNITS, Display, display_of, stated_display
 from softhand_model.effects.effect import STRETCHED
 
-FORMAT = "softhand-measurement/1"  # of its document on disk
+SET_FORMAT = "softhand-measurement/1"  # of its document on disk
 TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 OUTPUTS = {
     "free_bending": ("tip_angle",),
@@ -82,7 +83,9 @@ class Run:
 
     protocol: runs of one specimen, protocol and temperature [K] are repeats. `virgin`: the specimen
     has never been stretched before; `steady`: it starts in the steady state of its first sample
-    instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`.
+    instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`. lead: columns
+    (k,) of time and inputs before the first sample, which a model is driven with too; empty for
+    none.
     """
 
     name: str
@@ -93,6 +96,7 @@ class Run:
     virgin: bool = False
     steady: bool = False
     mode: str = ""
+    lead: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
@@ -122,6 +126,8 @@ class MeasurementSet:
     in the experiment `rubber`. jumps: whether the input is held between samples where its course
     jumps (`measurements.held_input`), instead of going straight, or bent as its neighbours say
     (`measurements.bent_input`). wild: readings that were replaced (`measurements.wild_samples`).
+    units: of the columns as they were stated, by name; values are in SI units all the same.
+    bags: names of the runs that were read from bags.
     """
 
     experiment: str
@@ -133,6 +139,8 @@ class MeasurementSet:
     free_modulus: bool = False
     jumps: bool = False
     wild: tuple[WildSample, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    bags: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":
@@ -144,6 +152,11 @@ class MeasurementSet:
         return self.experiment in STRETCHED
 
     @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the columns from which a model predicts them."""
+        return INPUTS[self.experiment]
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the measured columns that a model predicts."""
         return OUTPUTS[self.experiment]
@@ -152,6 +165,12 @@ class MeasurementSet:
     def unit(self) -> str:
         """SI unit of the outputs."""
         return OUTPUT_UNITS[self.experiment]
+
+    def display(self, column: str) -> Display:
+        """How a column is shown: in the unit that the user stated, else in that of the bench."""
+        if column in self.units:
+            return stated_display(column, self.units[column])
+        return display_of(COLUMN_UNITS.get(column, ""))
 
     @property
     def has_time(self) -> bool:
@@ -171,7 +190,7 @@ class MeasurementSet:
         protocols = [run.protocol for run in self.runs]
         modes = [run.mode for run in self.runs]
         by_mode = len(set(protocols)) < 2 < 1 + len(set(modes))
-        return (modes, MODE_HOLDOUT) if by_mode else (protocols, PROTOCOLS)
+        return (modes, MODE_HOLDOUT) if by_mode else (protocols, WHOLE_PROTOCOLS)
 
     def column(self, name: str) -> Array:
         """A recorded column (samples,) in the order of the table; KeyError if a run lacks it."""

@@ -18,19 +18,15 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.rules import RULES
 
 LARGEST_SET = 30000  # samples that are searched
 SHORTEST_RUN = 800  # samples that a run keeps
-DRIVING = ("pressure", "stretch")
+DRIVING_COLUMNS = ("pressure", "stretch")
 WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
 CURVATURE = 2  # order of the polynomials
-FEWEST = 40  # samples of a run from which its noise is known
 NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
 FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
-LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
-QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
-OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
-ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
 def thinned(
@@ -50,7 +46,9 @@ def thinned(
 
 def _thin(run: Run, wanted: float, shortest: int) -> Run:
     step = max(min(int(wanted + 0.5), run.samples // shortest), 1)
-    return replace(run, columns={name: values[::step] for name, values in run.columns.items()})
+    columns = {name: values[::step] for name, values in run.columns.items()}
+    lead = {name: values[::-step][::-1] for name, values in run.lead.items()}
+    return replace(run, columns=columns, lead=lead)
 
 
 def without_input_noise(data: MeasurementSet) -> MeasurementSet:
@@ -61,11 +59,15 @@ def without_input_noise(data: MeasurementSet) -> MeasurementSet:
 
 
 def _steadied_run(run: Run) -> Run:
-    columns = dict(run.columns)
-    for name in DRIVING:
-        if name in columns and run.samples >= FEWEST:
-            columns[name] = smoothed(columns[name])
-    return replace(run, columns=columns)
+    columns, lead = dict(run.columns), dict(run.lead)
+    for name in DRIVING_COLUMNS:
+        if name in columns and run.samples >= RULES.input_samples:
+            before = lead.get(name, columns[name][:0])
+            whole = smoothed(np.concatenate([before, columns[name]]))
+            columns[name] = whole[len(before) :]
+            if name in lead:
+                lead[name] = whole[: len(before)]
+    return replace(run, columns=columns, lead=lead)
 
 
 def noise_of(values: Array) -> float:
@@ -77,7 +79,7 @@ def noise_of(values: Array) -> float:
 def smoothed(values: Array) -> Array:
     """The course (n,) below the noise of values (n,)."""
     level, span = noise_of(values), float(np.ptp(values))
-    if not QUIET * span < level < LOUD * span or not _is_noise(values):
+    if not RULES.input_quiet * span < level < RULES.input_loud * span or not _is_noise(values):
         return values
     result = values.copy()
     for width in WINDOWS:
@@ -85,7 +87,7 @@ def smoothed(values: Array) -> Array:
             break
         middle, spread = _parabolas(values, width)
         half = width // 2
-        fits = spread <= LIKELY * level
+        fits = spread <= RULES.input_parabola * level
         place = np.arange(half, len(values) - half)[fits]
         result[place] = middle[fits]
     return result
@@ -103,7 +105,8 @@ def _is_noise(values: Array) -> bool:
     power = np.abs(np.fft.rfft(bends, 2 * len(bends))) ** 2
     alike = np.fft.irfft(power)[: len(bends) // 2] / (power.mean() or 1.0)
     later = float(np.max(np.abs(alike[5:]), initial=0.0))
-    return bool(alike[1] < OPPOSED * alike[0] and later < ALIKE / np.sqrt(len(bends)))
+    opposed = alike[1] < RULES.input_opposed * alike[0]
+    return bool(opposed and later < RULES.input_alike / np.sqrt(len(bends)))
 
 
 def _parabolas(values: Array, width: int) -> tuple[Array, Array]:

@@ -12,25 +12,26 @@ import numpy as np
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.rules import RULES
 
-FEWEST_LEVELS = 50  # over the range; fewer are set points, or no guess at a sensor
-FEWEST_ALIKE = 3.0  # samples of a run in the mean: a fine sensor hardly reads the same twice
-WHOLE = 0.02  # of a step, to which differences are whole ones
-ALIKE = 1e-6  # of the range: readings that differ by less are one
-DRAWS = 16
+EQUAL_READINGS = 1e-6  # of the range: readings that differ by less are one
+ROUNDING_DRAWS = 16
 
 
 def sensor_step(readings: Sequence[Array]) -> float:
     """Step in which runs' readings (n,) of a sensor are rounded; 0 where none is seen."""
     span = max(float(np.ptp(values)) for values in readings) or 1.0
-    of_runs = [ALIKE * span * np.unique(np.round(values / (ALIKE * span))) for values in readings]
+    of_runs = [
+        EQUAL_READINGS * span * np.unique(np.round(values / (EQUAL_READINGS * span)))
+        for values in readings
+    ]
     levels = np.unique(np.concatenate(of_runs))
-    if len(levels) < 2 or sum(map(len, readings)) < FEWEST_ALIKE * sum(map(len, of_runs)):
+    if len(levels) < 2 or sum(map(len, readings)) < RULES.sensor_alike * sum(map(len, of_runs)):
         return 0.0
     apart = np.diff(levels)
     step = float(np.median(apart[apart < 1.5 * apart.min()]))
-    whole = np.abs(apart / step - np.round(apart / step)) < WHOLE
-    return step if whole.all() and np.ptp(levels) >= FEWEST_LEVELS * step else 0.0
+    whole = np.abs(apart / step - np.round(apart / step)) < RULES.sensor_whole
+    return step if whole.all() and np.ptp(levels) >= RULES.sensor_levels * step else 0.0
 
 
 def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
@@ -54,7 +55,7 @@ def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
     random = np.random.default_rng(0)
     drawn_in = _drawn(_rests(driving), random)
     rests = _rests(table.value)
-    long = (np.bincount(rests) >= FEWEST_ALIKE)[rests]
+    long = (np.bincount(rests) >= RULES.sensor_alike)[rests]
     return slope * step_in * drawn_in + step_out * _drawn(rests, random) * long
 
 
@@ -65,4 +66,4 @@ def _rests(readings: Array) -> IntArray:
 
 def _drawn(rests: IntArray, random: np.random.Generator) -> Array:
     """Even numbers (draws, n) about 0, one for each rest, over a width of 1."""
-    return random.uniform(-0.5, 0.5, (DRAWS, int(rests[-1]) + 1))[:, rests]
+    return random.uniform(-0.5, 0.5, (ROUNDING_DRAWS, int(rests[-1]) + 1))[:, rests]

@@ -14,11 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from model_lab.aliases import Array, IntArray
+from model_lab.rules import RULES
 
-PROTOCOLS, BLOCKS = "protocols", "blocks"
+WHOLE_PROTOCOLS, BLOCKS = "protocols", "blocks"
 BLOCKS_A_RUN = 10  # where there are fewer than two protocols; every fifth is held out together
 BLOCK_FOLDS = 5
-FEWEST_RUNS = 8  # below it runs are cut into blocks for the bootstrap ...
 BOOTSTRAP_BLOCKS = 24  # ... so many in all
 SMALLEST_BLOCK = 8  # samples
 
@@ -110,7 +110,7 @@ def make_table(
     measured: Sequence[Array],
     groups: Sequence[Sequence[int]],
     protocols: Sequence[str],
-    holdout: str = PROTOCOLS,
+    holdout: str = WHOLE_PROTOCOLS,
 ) -> SampleTable:
     """The table of a set; with fewer than two protocols blocks of runs are held out.
 
@@ -141,7 +141,7 @@ def make_table(
         if by_block
         else tuple(folds),
         holdout=BLOCKS if by_block else holdout,
-        blocks_are_runs=len(counts) >= FEWEST_RUNS,
+        blocks_are_runs=len(counts) >= RULES.bootstrap_runs,
     )
 
 
@@ -154,7 +154,7 @@ def _held_out_blocks(samples: int) -> IntArray:
 
 def _bootstrap_blocks(counts: Sequence[int]) -> IntArray:
     """Block of each row of all runs."""
-    each = 1 if len(counts) >= FEWEST_RUNS else -(-BOOTSTRAP_BLOCKS // len(counts))
+    each = 1 if len(counts) >= RULES.bootstrap_runs else -(-BOOTSTRAP_BLOCKS // len(counts))
     blocks, first = [], 0
     for samples in counts:
         pieces = max(min(each, samples // SMALLEST_BLOCK), 1)

@@ -8,9 +8,16 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from model_lab.measurements.measurement_set import DEFLATE, FORMAT, MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import (
+    DEFLATE,
+    SET_FORMAT,
+    MeasurementSet,
+    Run,
+    Specimen,
+)
 from model_lab.measurements.units import COLUMN_UNITS, Display, display_of
-from softhand_model.model_file import FREE
+from softhand_common.documents.output_file import write_files
+from softhand_model.model_file import FREE_VALUE
 
 
 def check_folder(folder: Path, force: bool = False) -> None:
@@ -29,12 +36,16 @@ def check_folder(folder: Path, force: bool = False) -> None:
 def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
     """Write experiment.yaml and a CSV a run, in the units that people read at the bench.
 
-    Raises ValueError as `check_folder` does.
+    Raises ValueError as `check_folder` does, or when the set cannot be written.
     """
     check_folder(folder, force)
-    folder.mkdir(parents=True, exist_ok=True)
+    write_files(set_files(data, folder))
+
+
+def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
+    """What `write_set` writes, by the files' names."""
     document = {
-        "format": FORMAT,
+        "format": SET_FORMAT,
         "experiment": data.experiment,
         "title": data.title,
         "specimens": {name: specimen_entry(entry) for name, entry in data.specimens.items()},
@@ -43,11 +54,10 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
         "runs": {run.name: run_entry(run) for run in data.runs},
     }
     if data.free_modulus and data.experiment != "rubber":
-        document["calibration"] = {"modulus": FREE}
+        document["calibration"] = {"modulus": FREE_VALUE}
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
-    (folder / "experiment.yaml").write_text(text, encoding="utf-8")
-    for run in data.runs:
-        write_csv(run, folder / f"{run.name}.csv")
+    tables = {folder / f"{run.name}.csv": csv_text(run) for run in data.runs}
+    return {folder / "experiment.yaml": text} | tables
 
 
 def shown_as(name: str) -> Display:
@@ -85,12 +95,19 @@ def run_entry(run: Run) -> dict:
     )
 
 
-def write_csv(run: Run, path: Path) -> None:
-    """Write a run's columns, in the units of `column_entries`."""
-    names = list(run.columns)
-    columns = [_texts(name, run.columns[name]) for name in names]
+def csv_text(run: Run) -> str:
+    """A run's columns as CSV, in the units of `column_entries`; its lead comes first, without
+    outputs.
+    """
+    names, led = list(run.columns), len(next(iter(run.lead.values()), ()))
+    empty = [""] * led
+    columns = [
+        (_texts(name, run.lead[name]) if name in run.lead else empty)
+        + _texts(name, run.columns[name])
+        for name in names
+    ]
     lines = [",".join(names), *(",".join(row) for row in zip(*columns, strict=True))]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return "\n".join(lines) + "\n"
 
 
 def _texts(name: str, values: np.ndarray) -> list[str]:

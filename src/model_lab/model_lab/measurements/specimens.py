@@ -11,8 +11,8 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.units import largest
-from softhand_model.documents.quoted import listed
-from softhand_model.documents.yaml_document import DocumentError, Node, open_fields
+from softhand_common.documents.quoted import listed
+from softhand_common.documents.yaml_document import DocumentError, Node, open_fields
 from softhand_model.hand.actuator import PROFILES, read_profile
 from softhand_model.model_file import Model
 
@@ -28,7 +28,7 @@ KNOWN = {
     "gauge_length": ("m", "0.033"),
 }  # keys that models know: unit, and an example
 TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
-LONGEST = 10.0  # [m] that a specimen is believed to be
+LONGEST_SPECIMEN = 10.0  # [m] that a specimen is believed to be
 MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
 
@@ -94,6 +94,17 @@ def document_of(folder: Path) -> Path:
     )
 
 
+def known_fields(
+    node: Node, required: Iterable[str] = (), optional: Iterable[str] = ()
+) -> dict[str, Node]:
+    """Children of a mapping that has all required keys and otherwise only optional ones.
+
+    Raises DocumentError for any other key, with the one that is meant if it looks like a typo.
+    """
+    open_fields(node, required, optional)
+    return node.fields(required, optional)
+
+
 def _specimen(name: str, node: Node) -> Specimen:
     entries = open_fields(node, optional=[*KNOWN, "mount", "batch"])
     values: dict[str, float | Array] = {}
@@ -115,8 +126,10 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
         return _taper(key, node, length.positive())
     if key in PROFILES and isinstance(node.value, list):
         return _table(node, zero=key in MAY_VANISH)
-    if KNOWN[key][0] == "m" and _is_number(node.value) and node.value > LONGEST:
-        raise node.error(f"a length in m, {LONGEST:g} at most", f"{node.value:g}; 100 mm are 0.1")
+    if KNOWN[key][0] == "m" and _is_number(node.value) and node.value > LONGEST_SPECIMEN:
+        raise node.error(
+            f"a length in m, {LONGEST_SPECIMEN:g} at most", f"{node.value:g}; 100 mm are 0.1"
+        )
     most = largest(KNOWN[key][0])
     return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 

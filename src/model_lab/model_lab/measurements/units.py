@@ -12,7 +12,7 @@ import numpy as np
 import pint
 
 from model_lab.aliases import Array
-from softhand_model.documents.quoted import quoted
+from softhand_common.documents.quoted import quoted
 
 COLUMN_UNITS = {
     **dict.fromkeys(("time", "duration"), "s"),
@@ -26,7 +26,7 @@ COLUMN_UNITS = {
     "tip_force": "N",
     "mass": "kg",
 }  # those whose quantity is known; any other column may have any unit
-LARGEST = {
+LARGEST_VALUES = {
     "s": 1e11,
     "Pa": 1e12,
     "Pa s": 1e15,
@@ -37,19 +37,19 @@ LARGEST = {
     "kg": 1e5,
     "K": 1e5,
 }  # of a measured value in SI units: what is larger is a slip of the recording
-LARGEST_OTHER = 1e15
+LARGEST_OTHER_VALUE = 1e15
 LONGEST_UNIT, LONGEST_EXPONENT = 60, 3  # characters
 _NUMBER = re.compile(r"(?<![\w.])[\d.]+")  # that is not part of a name
-REMEMBERED = 256  # units of a set, looked up once
+CACHED_UNITS = 256  # units of a set, looked up once
 
 
 def largest(unit: str | None) -> float:
-    """The largest value that is believed in an SI unit; None for one that is not known.
+    """The largest value that is accepted in an SI unit; None for an unknown unit.
 
     >>> largest("Pa")
     1000000000000.0
     """
-    return LARGEST.get(unit or "", LARGEST_OTHER)
+    return LARGEST_VALUES.get(unit or "", LARGEST_OTHER_VALUE)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Unit:
         return largest(self.si) / self.scale
 
 
-@lru_cache(maxsize=REMEMBERED)
+@lru_cache(maxsize=CACHED_UNITS)
 def column_unit(column: str, text: str) -> Unit:
     """The unit that a text names, for a column of that name.
 
@@ -95,13 +95,14 @@ def column_unit(column: str, text: str) -> Unit:
 
 
 def _unit(unit: Any, wanted: str | None, text: str) -> Unit:
-    target = _registry().Unit(wanted) if wanted is not None else _base_unit(unit)
+    registry = _registry()
+    target = registry.get_base_units(unit)[1] if wanted is None else registry.Unit(wanted)
     if unit.dimensionality != target.dimensionality:
         raise ValueError(
             f"expected a unit of the same quantity as {wanted or 'a number without unit'}, "
             f"got {quoted(text)} ({unit}){_meant(text, target)}"
         )
-    zero, one = (_registry().Quantity(value, unit).to(target).magnitude for value in (0.0, 1.0))
+    zero, one = (registry.Quantity(value, unit).to(target).magnitude for value in (0.0, 1.0))
     if not 0.0 < abs(one - zero) < np.inf:
         raise OverflowError
     return Unit(one - zero, zero, wanted if wanted is not None else f"{target:~}")
@@ -113,7 +114,7 @@ def _registry() -> pint.UnitRegistry:
 
 
 def _is_simple(text: str) -> bool:
-    """Whether its numbers are 1 or short exponents; pint calculates 9**9**9, however long."""
+    """Whether its numbers are 1 or short exponents: pint would evaluate 9**9**9."""
     for number in _NUMBER.finditer(text):
         before = text[: number.start()].rstrip(" (+-")
         after = text[number.end() :].lstrip(" )")
@@ -134,12 +135,8 @@ def _parsed(text: str) -> Any:
         ) from reason
 
 
-def _base_unit(unit: Any) -> Any:
-    return _registry().get_base_units(unit)[1]
-
-
 def _other_case(text: str) -> str:
-    """The units that were meant, if it only has capitals in the wrong places."""
+    """Units that differ from this one in capital letters alone."""
     tried = dict.fromkeys([*_spellings(text), text.lower()]) if text.isalpha() else ()
     meant = [spelling for spelling in tried if spelling in _registry()]
     return f"; perhaps {' or '.join(meant)}" if meant else ""
@@ -199,3 +196,13 @@ def display_of(unit: str) -> Display:
     '20 degC'
     """
     return _DISPLAYS.get(unit, Display(unit))
+
+
+def stated_display(column: str, text: str) -> Display:
+    """How values of a column are shown in a unit that was stated for it.
+
+    >>> stated_display("pressure", "psi").shown(6894.757)
+    '1 psi'
+    """
+    unit = column_unit(column, text)
+    return Display(text, 1.0 / unit.scale, -unit.offset / unit.scale)

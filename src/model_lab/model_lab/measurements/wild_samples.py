@@ -1,8 +1,9 @@
 """Wild samples: single readings far from those around them, as of a tracker that jumps.
 
-A few of them outweigh all else in a sum of squares. They are found in the recording alone, whatever
-the model: far from where their neighbours lead, which agree with each other (after Hampel, 1974).
-Where the input jumps at the same sample, they are none. What the neighbours say takes their place.
+A few of them outweigh all else in a sum of squares. They are found in the recording, without a
+model: a sample is wild if it is far from what its neighbours predict, which agree with each other
+(after Hampel, 1974), unless the input jumps there too. It is replaced by what the neighbours
+predict.
 """
 
 from __future__ import annotations
@@ -15,16 +16,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from model_lab.aliases import Array, Mask
 from model_lab.measurements.measurement_set import MeasurementSet, Run, WildSample
 from model_lab.measurements.preprocess import NORMAL_MEDIAN, noise_of
+from model_lab.rules import RULES
 
-REACH = 3  # neighbours on either side
-SHORTEST = 40  # samples of a run from which they are sought
-FAR = 6.0  # distance over the spread of the neighbours
-ALONE = 0.5  # of that distance: at least so far from next samples on either side
-PAIRED = 0.004  # of the samples, from which on two wild ones stand beside each other now and then
-FAR_IN_NOISE = 8.0  # the same over the noise of the run
-SMALL = 0.05  # of the range of the run: what is nearer does no harm, and may be a sensor's step
-MOST = 0.1  # of a run's samples: what is more frequent is not wild
-EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "rubber")
+NEIGHBOURS = 3  # neighbours on either side
+EXPERIMENTS_WITH_WILD_SAMPLES = ("free_bending", "blocked_tip", "uniaxial", "rubber")
 
 
 def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -> MeasurementSet:
@@ -33,7 +28,7 @@ def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -
     predicted (samples,): of a model, about which they are sought then: where readings change fast
     they show there alone.
     """
-    if not data.has_time or data.experiment not in EXPERIMENTS:
+    if not data.has_time or data.experiment not in EXPERIMENTS_WITH_WILD_SAMPLES:
         return data
     (output,) = data.outputs
     if any(not np.isfinite(run.columns.get(output, np.nan)).all() for run in data.runs):
@@ -42,7 +37,7 @@ def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -
     said = np.zeros(ends[-1]) if predicted is None else predicted
     models = np.split(said, ends[:-1])
     judged = [_wild_of(*given, output, data, 1) for given in zip(data.runs, models, strict=True)]
-    if len(data.wild) + sum(wild.sum() for _, wild in judged) > PAIRED * ends[-1]:
+    if len(data.wild) + sum(wild.sum() for _, wild in judged) > RULES.wild_pairs * ends[-1]:
         judged = [
             _wild_of(*given, output, data, 2) for given in zip(data.runs, models, strict=True)
         ]
@@ -57,17 +52,17 @@ def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -
 def _wild_of(
     run: Run, model: Array, output: str, data: MeasurementSet, together: int
 ) -> tuple[Array, Mask]:
-    """What to add to each reading (samples,) for what its neighbours say, and which are wild; up to
-    so many `together`.
+    """What to add to each reading (samples,) to get the prediction of its neighbours, and which are
+    wild; up to so many `together`.
     """
     readings = run.columns[output] - model
-    if run.samples < SHORTEST:
+    if run.samples < RULES.wild_samples:
         return readings, np.zeros(run.samples, bool)
     middle, wild = _far_off(readings, together)
     if not model.any():
         wild[[0, -1]] = False  # a course may begin or end with a jump
     wild &= ~_far_off(data.driving(run), together)[1]
-    return middle - readings, wild & (wild.mean() <= MOST)
+    return middle - readings, wild & (wild.mean() <= RULES.most_wild)
 
 
 def _far_off(values: Array, together: int) -> tuple[Array, Mask]:
@@ -75,26 +70,30 @@ def _far_off(values: Array, together: int) -> tuple[Array, Mask]:
     values (samples,) that are far from those beside them, and which are far from it.
     """
     low, high = np.percentile(values, [2.0, 98.0])
-    least = max(FAR_IN_NOISE * noise_of(values), SMALL * (high - low))
-    around = sliding_window_view(np.pad(values, REACH, mode="reflect"), 2 * REACH + 1)
+    least = max(RULES.wild_noise * noise_of(values), RULES.wild_range * (high - low))
+    around = sliding_window_view(np.pad(values, NEIGHBOURS, mode="reflect"), 2 * NEIGHBOURS + 1)
     middle, wild = values.copy(), np.zeros(len(values), bool)
-    asked = np.flatnonzero(_beside(np.abs(values[:, None] - around), together) > ALONE * least)
+    beside = _beside(np.abs(values[:, None] - around), together)
+    asked = np.flatnonzero(beside > RULES.wild_alone * least)
     values, around = values[asked], around[asked]
-    places = np.delete(np.arange(-REACH, REACH + 1.0), REACH)
-    neighbours = np.delete(around, REACH, axis=1)
-    first, second = np.triu_indices(2 * REACH, 1)
+    places = np.delete(np.arange(-NEIGHBOURS, NEIGHBOURS + 1.0), NEIGHBOURS)
+    neighbours = np.delete(around, NEIGHBOURS, axis=1)
+    first, second = np.triu_indices(2 * NEIGHBOURS, 1)
     slopes = (neighbours[:, second] - neighbours[:, first]) / (places[second] - places[first])
     level = neighbours - np.median(slopes, axis=1)[:, None] * places
     middle[asked] = np.median(level, axis=1)
     spread = NORMAL_MEDIAN * np.median(np.abs(level - middle[asked, None]), axis=1)
     off = values - middle[asked]
     apart = (values[:, None] - around) * np.sign(off)[:, None]
-    alone = _beside(apart, together) > ALONE * np.abs(off)
-    wild[asked] = alone & (np.abs(off) > np.maximum(FAR * spread, least))
+    alone = _beside(apart, together) > RULES.wild_alone * np.abs(off)
+    wild[asked] = alone & (np.abs(off) > np.maximum(RULES.wild_spread * spread, least))
     return middle, wild
 
 
 def _beside(apart: Array, together: int) -> Array:
     """How far values are apart from those beside them, on the side where that is less."""
-    before, after = apart[:, REACH - together : REACH], apart[:, REACH + 1 : REACH + 1 + together]
+    before, after = (
+        apart[:, NEIGHBOURS - together : NEIGHBOURS],
+        apart[:, NEIGHBOURS + 1 : NEIGHBOURS + 1 + together],
+    )
     return np.minimum(before.max(axis=1), after.max(axis=1))

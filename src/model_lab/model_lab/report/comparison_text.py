@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,26 @@ import numpy as np
 from model_lab.comparison.compare import Accuracy, Comparison, Part
 from model_lab.comparison.ladder import Ladder, Rung
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
-from model_lab.localisation.axes import DRIVING
-from model_lab.localisation.localise import SIGNIFICANCE, Dependence
+from model_lab.localisation.axes import DRIVING_QUANTITY
+from model_lab.localisation.localise import Dependence
 from model_lab.measurements.units import Display, display_of
-from model_lab.report.sentences import counted, notice_sentence
+from model_lab.report.event_sentences import event_sentences
+from model_lab.report.sentences import (
+    bound_sentence,
+    counted,
+    notice_sentence,
+    slip_sentences,
+)
 from model_lab.report.text import text_table
+from model_lab.rules import RULES
+from model_lab.series.within_runs import WithinRuns
 
-FORMAT, LADDER_FORMAT = "softhand-comparison/1", "softhand-ladder/1"
-BAR = 40  # characters of the largest error on a ladder
-MOST_RUNS = 24  # that are listed; of more only the worst
+COMPARISON_FORMAT, LADDER_FORMAT = "softhand-comparison/1", "softhand-ladder/1"
+BAR_LENGTH = 40  # characters of the largest error on a ladder
+LISTED_RUNS = 24  # that are listed; of more only the worst
 WORST_RUNS = 12
 MANY_TIMES = 10.0
-SOURCES = {
+FLOOR_CELLS = {
     REPEATS: "from repeats",
     STATED: "as the set states it",
     SPLINE: "what smoothing splines leave: no repeats, none stated",
@@ -31,9 +40,11 @@ SOURCES = {
 def comparison_text(found: Comparison, model_name: str) -> str:
     """What `compare` prints."""
     sections = [
+        "\n".join(_before_all(found)),
         _head(found, model_name),
         _errors(found),
         notice_sentence([notice.text for notice in found.notices]),
+        _series(found),
         _failures(found),
         _parts("output", found.outputs, found) if len(found.outputs) > 1 else "",
         _parts("specimen", found.specimens, found) if len(found.specimens) > 1 else "",
@@ -45,7 +56,7 @@ def comparison_text(found: Comparison, model_name: str) -> str:
 def comparison_json(found: Comparison, model_name: str) -> dict[str, Any]:
     """What `compare --json` writes; all in SI units."""
     return {
-        "format": FORMAT,
+        "format": COMPARISON_FORMAT,
         "experiment": found.data.experiment,
         "title": found.data.title,
         "model": model_name,
@@ -77,6 +88,15 @@ def comparison_json(found: Comparison, model_name: str) -> dict[str, Any]:
         "axes": [_axis_json(axis) for axis in found.localisation.axes],
         "input_relation": _relation_json(found),
         "notices": [notice.as_json() for notice in found.notices],
+        "slips": [asdict(slip) for slip in found.slips],
+        "series": {
+            "freedom": found.series.freedom,
+            "p_value": found.series.p_value,
+            "events": [event.as_json() for event in found.series.events],
+        },
+        "residual_tests": None if found.within is None else found.within.as_json(),
+        "outside": found.outside,
+        "at_bound": list(found.errors.at_bound),
     }
 
 
@@ -114,6 +134,15 @@ def _calibration(calibration: Mapping[str, Any]) -> str:
     return ", ".join(shown) or "none"
 
 
+def _before_all(found: Comparison) -> list[str]:
+    """What is told before the model is compared: slips, data outside the model, bounds."""
+    said = slip_sentences(found.slips, found.data.unit)
+    if found.outside:
+        said.append(f"{found.outside[0].upper()}{found.outside[1:]}.")
+    bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
+    return said or [bound] if bound else said
+
+
 def _errors(found: Comparison) -> str:
     display, floor = display_of(found.data.unit), found.errors.floor
     holdout = found.errors.holdout
@@ -127,7 +156,7 @@ def _errors(found: Comparison) -> str:
             *_accuracy(found.errors.held_out, display),
             f"fitted to the other {kept} each time",
         ],
-        ["noise floor", display.number(floor.total), "", SOURCES[floor.source]],
+        ["noise floor", display.number(floor.total), "", FLOOR_CELLS[floor.source]],
     ]
     return f"{text_table(rows)}\n{_judgement(found)}"
 
@@ -154,7 +183,7 @@ def _accuracy(accuracy: Accuracy, display: Display) -> list[str]:
 def _failures(found: Comparison) -> str:
     localisation = found.localisation
     lines = []
-    if localisation.constant > SIGNIFICANCE:
+    if localisation.constant > RULES.failure_p_value:
         share = f"{100.0 * localisation.constant:.0f} %"
         lines.append([share, "", "a constant error", _signed(found)])
     for axis in localisation.failures:
@@ -172,6 +201,31 @@ def _failures(found: Comparison) -> str:
     return "\n".join(filter(None, [text, _loops(found), quiet and f"{quiet.capitalize()}."]))
 
 
+def _series(found: Comparison) -> str:
+    """Events between runs, and whether the residual within runs is white."""
+    events = [event.as_json() for event in found.series.events]
+    lines = event_sentences(events, (), found.data.unit)
+    if not events and found.series.freedom:
+        lines.append(
+            f"Repeats do not depend on the order of the runs (p {found.series.p_value:.2g})."
+        )
+    if found.within is not None:
+        lines.append(_within_runs(found.within))
+    return "\n".join(lines)
+
+
+def _within_runs(within: WithinRuns) -> str:
+    near = float(within.autocorrelation[1])
+    text = (
+        f"Within runs neighbouring errors correlate by {near:.2f} (white noise: "
+        f"{within.white_band:.2f} at most)"
+    )
+    if within.input_band is None:
+        return f"{text}."
+    largest = float(np.max(np.abs(within.input_correlation)))
+    return f"{text}, errors with the input by {largest:.2f} ({within.input_band:.2f} at most)."
+
+
 def _signed(found: Comparison) -> str:
     word = "more" if found.errors.held_out.bias > 0.0 else "less"
     shown = display_of(found.data.unit).shown(abs(found.errors.held_out.bias))
@@ -179,9 +233,9 @@ def _signed(found: Comparison) -> str:
 
 
 def _axis_name(axis: Dependence, experiment: str) -> str:
-    """The name, and what stands for it where no pressure drives the runs."""
+    """The name of an axis, as it is where no pressure drives the runs."""
     name = axis.against.replace("_", " ")
-    stands = experiment in DRIVING and not axis.bins.axis.of_run and name != "direction"
+    stands = experiment in DRIVING_QUANTITY and not axis.bins.axis.of_run and name != "direction"
     return f"{name} ({axis.bins.axis.noun})" if stands else name
 
 
@@ -200,7 +254,7 @@ def _loops(found: Comparison) -> str:
 
 
 def _run_table(found: Comparison) -> str:
-    if len(found.runs) <= MOST_RUNS:
+    if len(found.runs) <= LISTED_RUNS:
         return _parts("run", found.runs, found)
     worst = sorted(found.runs, key=lambda part: -part.held_out.rmse)[:WORST_RUNS]
     return f"{_parts('worst runs', worst, found)}\n(all {len(found.runs)} runs: --json)"
@@ -339,7 +393,7 @@ def ladder_json(ladder: Ladder) -> dict[str, Any]:
 
 
 def _bar(share: float) -> str:
-    return "#" * max(round(BAR * share), 1)
+    return "#" * max(round(BAR_LENGTH * share), 1)
 
 
 def _rung_json(rung: Rung) -> dict[str, Any]:

@@ -9,23 +9,18 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import Series
 from model_lab.report.drawing import Drawing, Key, Panel, Scale
-from model_lab.report.marks import PAPER_POINTS, Course, Mark, evenly
+from model_lab.report.marks import LINE_POINTS, Mark, Points, evenly
 from model_lab.report.view import Repeats, View
 
-MOST_PANELS = 36
-SHAPES = (
-    (9, 3, 1.9),
-    (16, 4, 1.6),
-    (MOST_PANELS, 5, 1.3),
-)  # panels, columns, height of a row [in]
-DOTS, POINTS = 2000, 9000  # on paper: of all measured curves, of all lines
-MARGIN = 0.04  # of a scale
+CURVE_PANELS = 36
+CURVE_DOTS, POINTS = 2000, 18_000  # of all measured curves, of all lines
+SCALE_MARGIN = 0.04  # of a scale
 
 
 def curves(view: View) -> Drawing:
     """The figure of all runs, or of as many as can be told apart, spread evenly over the set."""
     every = view.panels()
-    shown = [every[index] for index in evenly(len(every), MOST_PANELS)]
+    shown = [every[index] for index in evenly(len(every), CURVE_PANELS)]
     name = view.abscissa()[0]
     part = "" if len(shown) == len(every) else f" {len(shown)} of {len(every)} panels are shown."
     pulses = view.data.experiment == "valve_pulse"
@@ -38,12 +33,9 @@ def curves(view: View) -> Drawing:
         f"other {view.diagnosis.holdout}: {_legend(view)}. "
         f"A model is right where {hits}.{part}"
     )
-    columns, height = next((c, h) for most, c, h in SHAPES if len(shown) <= most)
     alt = f"Measured and predicted curves in {len(shown)} panels"
-    return Drawing(
-        "curves", "Measured and predicted", caption, alt, tuple(panels_of(view, shown)),
-        tuple(curve_keys(view)), columns, height,
-    )  # fmt: skip
+    panels, keys = tuple(panels_of(view, shown)), tuple(curve_keys(view))
+    return Drawing("curves", "Measured and predicted", caption, alt, panels, keys)
 
 
 def _legend(view: View) -> str:
@@ -56,7 +48,7 @@ def panels_of(view: View, shown: Sequence[Repeats]) -> Iterator[Panel]:
     """A panel for each of some repeats, all with the same scales."""
     name, display, abscissa = view.abscissa()
     courses = [course for repeats in shown for course in repeats.courses]
-    each = [max(total // len(courses), 8) for total in (DOTS, POINTS // len(view.models))]
+    each = [max(total // len(courses), 8) for total in (CURVE_DOTS, POINTS // len(view.models))]
     across = {course: display.factor * abscissa[course.run] for course in courses}
     marks = {course: tuple(_marks(view, course, across[course], *each)) for course in courses}
     heights = [mark.y for each in marks.values() for mark in each]
@@ -70,23 +62,23 @@ def panels_of(view: View, shown: Sequence[Repeats]) -> Iterator[Panel]:
 def _ends(values: Sequence[Array]) -> tuple[float, float]:
     every = np.concatenate(values)
     low, high = float(every.min()), float(every.max())
-    margin = MARGIN * ((high - low) or abs(high) or 1.0)
+    margin = SCALE_MARGIN * ((high - low) or abs(high) or 1.0)
     return low - margin, high + margin
 
 
-def _marks(view: View, course: Series, at: Array, dots: int, points: int) -> Iterator[Course]:
+def _marks(view: View, course: Series, at: Array, dots: int, points: int) -> Iterator[Points]:
     factor = view.display.factor
     measured = factor * view.measured[course.samples]
     name = view.data.runs[course.run].name
-    yield Course(at, measured, "measured", name, marker="o", size=2.6, opacity=0.4, most=dots)
+    yield Points(at, measured, "measured", name, marker="o", size=2.6, opacity=0.4, most=dots)
     for label, scored in view.models:
         line = factor * view.predicted(scored)[course.samples]
         look = _look(view, label)
         if look in ("x", "+"):
-            yield Course(at, line, label, label, marker=look, size=4.5, most=dots)
+            yield Points(at, line, label, label, marker=look, size=4.5, most=dots)
         else:
-            most = min(points, PAPER_POINTS)
-            yield Course(at, line, label, label, width=1.1, dash=look, most=most)
+            most = min(points, LINE_POINTS)
+            yield Points(at, line, label, label, width=1.1, dash=look, most=most)
 
 
 def _look(view: View, label: str) -> str:

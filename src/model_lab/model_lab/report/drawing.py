@@ -1,4 +1,4 @@
-"""Figures of a report: panels of marks, as one picture for paper and as plots to zoom into."""
+"""Figures of a report: panels of marks, drawn by matplotlib as pictures for page and paper."""
 
 from __future__ import annotations
 
@@ -24,36 +24,34 @@ STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: small, searchable, read aloud
     "svg.hashsalt": "model-lab",
     "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "axes.titlesize": 8.5,
-    "axes.labelsize": 8.5,
+    "axes.titlesize": "medium",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
     "axes.edgecolor": "#555555",
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
     "xtick.color": "#555555",
     "ytick.color": "#555555",
     "xtick.labelcolor": "#222222",
     "ytick.labelcolor": "#222222",
     "legend.frameon": False,
-    "legend.fontsize": 8.5,
     "text.parse_math": False,  # names of users may hold dollar signs
 }
 FONTS = "'DejaVu Sans', Verdana, sans-serif"  # alike in width, or narrower
-WIDTH = 8.0  # [in] of all figures, so that their letters are alike, and of a page's text
-GAP = 0.02  # between a legend and the panels below it, share of the height
+PICTURE_WIDTH = 8.0  # [in] of pictures of their own
+PANEL_WIDTH = 3.7  # [in] of a panel of a page: of a phone's window
+LETTERS, PANEL_LETTERS = 8.5, 10.5  # [pt], the latter 14 pixels
+LEGEND_GAP = 0.02  # between a legend and the panels below it, share of the height
 LONG_NAMES = 22  # letters of all names that fit beside each other on paper
 TITLES = {4: 7.5, 5: 6.5}  # [pt] by columns, where there are many
-LETTERS = 120  # of all titles of a row
-POINTS, MOST_POINTS = 18_000, 2_000  # on screen: of a figure, of a curve
+LETTERS_A_ROW = 120  # of all titles of a row
 GLYPHS = {"solid": "━", "dash": "╍", "dot": "┅", "o": "●", "x": "×", "+": "+", "strip": "█"}
 
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis of a panel; ticks: places and their names, of the rows from above to below."""
+    """An axis of a panel. ticks: places and their names, from above to below where they are rows;
+    strong: names that are drawn in a colour.
+    """
 
     label: str = ""
     ends: tuple[float, float] | None = None
@@ -63,7 +61,7 @@ class Scale:
     strong: tuple[tuple[str, str], ...] = ()
 
     def draw(self, axes: Axes, side: str) -> None:
-        """Draw it on paper; side: x or y."""
+        """Draw it; side: x or y."""
         axis = axes.xaxis if side == "x" else axes.yaxis
         axis.set_label_text(self.label)
         if self.logarithmic:
@@ -91,38 +89,19 @@ class Scale:
             axes.spines["left"].set_visible(False)
             axes.tick_params(left=False)
 
-    def screen(self) -> dict[str, Any]:
-        """The axis of plotly."""
-        found: dict[str, Any] = {"title": {"text": escape(self.label)}}
-        if self.ends:
-            found["range"] = list(self.ends)
-        if self.logarithmic:
-            found |= {"type": "log", "tickformat": ".3~g", "nticks": 4}
-        if self.ticks or self.hidden:
-            found["tickvals"] = [at for at, _ in self.ticks]
-            found["ticktext"] = [self._shown(name) for _, name in self.ticks]
-        if self.hidden or self.strong or (self.ends and self.ends[0] > self.ends[1]):
-            found["showgrid"] = False
-        return found
-
-    def _shown(self, name: str) -> str:
-        label = dict(self.strong).get(name)
-        text = escape(name)
-        return f'<b style="color:{COLOURS[label]}">{text}</b>' if label else text
-
 
 @dataclass(frozen=True)
 class Panel:
-    """Marks between two axes; pixels: height on screen."""
+    """Marks between two axes; height: [in]."""
 
     marks: tuple[Mark, ...]
     x: Scale = Scale()
     y: Scale = Scale()
     title: str = ""
-    pixels: int = 280
+    height: float = 2.9
 
     def draw(self, axes: Axes) -> None:
-        """Draw it on paper."""
+        """Draw it."""
         along = axes.xaxis if self.y.ticks or self.y.hidden else axes.yaxis
         along.grid(True, color="#E3E3E3", linewidth=0.6)
         axes.set_axisbelow(True)
@@ -131,15 +110,24 @@ class Panel:
         self.x.draw(axes, "x")
         self.y.draw(axes, "y")
 
-    def screen(self, most: int) -> dict[str, Any]:
-        """Data and layout of plotly; most: points of a mark."""
-        found: dict[str, list[dict[str, Any]]] = {"data": [], "shapes": []}
-        for mark in self.marks:
-            place, entry = mark.screen(most)
-            found[place].append(entry)
-        longest = max((len(t) for m in self.marks for t in getattr(m, "texts", ())), default=0)
-        layout = {"xaxis": self.x.screen(), "yaxis": self.y.screen(), "shapes": found["shapes"]}
-        return {"data": found["data"], "layout": layout, "right": 8 + 9 * longest}
+    def svg(self, name: str, alt: str) -> str:
+        """The picture as an SVG element, whose ids begin with a name; alt: what it shows."""
+        with styled(PANEL_LETTERS):
+            figure = Figure(figsize=(PANEL_WIDTH, self.height), layout="constrained")
+            self.draw(figure.subplots())
+            stream = io.StringIO()
+            figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        text = stream.getvalue()
+        text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+        (box,) = re.findall(r'<svg [^>]*?viewBox="([^"]*)"', text)
+        inside = text[text.index(">", text.index("<svg")) + 1 :]
+        text = (
+            f'<svg viewBox="{box}" role="img" aria-label="{escape(alt)}" '
+            f'xmlns:xlink="http://www.w3.org/1999/xlink">{inside}'
+        )
+        text = re.sub(r'\bid="([^"]+)"', rf'id="{name}-\1"', text)
+        text = re.sub(r'(href="|url\()#', rf"\1#{name}-", text)
+        return _coarse(text.replace("'DejaVu Sans'", FONTS))
 
 
 @dataclass(frozen=True)
@@ -161,7 +149,7 @@ class Key:
         return GLYPHS[self.look]
 
     def handle(self) -> Artist:
-        """The entry on paper."""
+        """The entry of a picture of its own."""
         if self.look == "strip":
             alpha = 0.3 if self.colour == "floor" else 1.0
             return Patch(color=self.hue, alpha=alpha, linewidth=0, label=self.text)
@@ -178,7 +166,7 @@ FLOOR_KEY = Key("noise floor", "floor", "strip")
 @dataclass(frozen=True)
 class Drawing:
     """A figure of the page: `name` for its anchor, what it shows for those who do not see it, its
-    panels and legend, and how they lie on paper; row: height [in].
+    panels and legend.
     """
 
     name: str
@@ -187,49 +175,17 @@ class Drawing:
     alt: str
     panels: tuple[Panel, ...]
     keys: tuple[Key, ...] = ()
-    columns: int = 1
-    row: float = 2.3
 
-    def figure(self) -> Figure:
-        """The picture for paper; call within `styled()`."""
-        rows = -(-len(self.panels) // self.columns)
-        height = 0.45 + 0.3 * bool(self.keys) + self.row * rows
-        figure = Figure(figsize=(WIDTH, height), layout="constrained")
-        paint(figure, self.panels, self.columns)
-        if self.keys:
-            legend_above(figure, self.keys)
-        return figure
-
-    def svg(self) -> str:
-        """The picture as an SVG element, its ids made unique to it."""
-        with styled():
-            stream = io.StringIO()
-            self.figure().savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-        text = stream.getvalue()
-        text = text[text.index("<svg") :]
-        text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
-        text = re.sub(r'<svg [^>]*?viewBox="([^"]*)"[^>]*>', self._opening, text, count=1)
-        text = re.sub(r'\bid="([^"]+)"', rf'id="{self.name}-\1"', text)
-        text = re.sub(r'(href="|url\()#', rf"\1#{self.name}-", text)
-        text = text.replace("'DejaVu Sans'", FONTS)
-        return _coarse(text)
-
-    def _opening(self, found: re.Match[str]) -> str:
-        return (
-            f'<svg viewBox="{found.group(1)}" role="img" aria-label="{escape(self.alt)}" '
-            f'xmlns:xlink="http://www.w3.org/1999/xlink" style="max-width:{WIDTH:g}in">'
-            f"<title>{escape(self.title)}</title>"
-        )
-
-    def shown(self) -> list[tuple[Panel, dict[str, Any]]]:
-        """Every panel with data and layout of plotly."""
-        points = [mark.points for panel in self.panels for mark in panel.marks]
-        most = min(MOST_POINTS, max(POINTS // max(sum(count > 0 for count in points), 1), 50))
-        return [(panel, panel.screen(most)) for panel in self.panels]
+    def pictures(self) -> list[tuple[str, str]]:
+        """Title and SVG text of every panel of the figure."""
+        return [
+            (panel.title, panel.svg(f"{self.name}-{place}", panel.title or self.alt))
+            for place, panel in enumerate(self.panels)
+        ]
 
 
 def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
-    """Panels in a grid on paper; scales that are alike are labelled once."""
+    """Panels in a grid of one figure; scales that are alike are labelled once."""
     alike_x, alike_y = (
         len({getattr(panel, side) for panel in panels}) == 1 and len(panels) > 1 for side in "xy"
     )
@@ -245,25 +201,25 @@ def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
         if alike_y and (place % columns or alike_x):
             axes.set_ylabel("")
     if alike_x:
-        figure.supxlabel(panels[0].x.label, fontsize=8.5)
+        figure.supxlabel(panels[0].x.label, fontsize=LETTERS)
     if alike_x and alike_y:
-        figure.supylabel(panels[0].y.label, fontsize=8.5)
+        figure.supylabel(panels[0].y.label, fontsize=LETTERS)
     _hide(grid.flat, len(panels), columns)
 
 
-def styled() -> AbstractContextManager[None]:
-    """Context in which figures are drawn and written in the style of the report."""
-    return mpl.rc_context(STYLE)
+def styled(letters: float = LETTERS) -> AbstractContextManager[None]:
+    """Context in which figures are drawn and written in the style of the report; letters: [pt]."""
+    return mpl.rc_context(STYLE | {"font.size": letters})
 
 
 def _short(title: str, columns: int) -> str:
     """As much of a title as a panel has room for."""
-    room = LETTERS // columns
+    room = LETTERS_A_ROW // columns
     return title if len(title) <= room else f"{title[: room - 1]}…"
 
 
 def _coarse(text: str) -> str:
-    """Coordinates to a tenth of a point, which nobody sees; numbers to read stay. Markers of one
+    """Coordinates rounded to an invisible tenth of a point; numbers to read stay. Markers of one
     group share its style.
     """
 
@@ -283,7 +239,7 @@ def legend_above(figure: Figure, keys: Sequence[Key]) -> None:
     handles = [key.handle() for key in keys]
     columns = 3 if max(len(key.text) for key in keys) > LONG_NAMES else 6
     legend = figure.legend(handles=handles, loc="upper left", ncols=columns)
-    share = legend.get_window_extent().height / figure.bbox.height + GAP
+    share = legend.get_window_extent().height / figure.bbox.height + LEGEND_GAP
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1.0 - share))
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.report.drawing import FLOOR_KEY, Drawing, Key, Panel, Scale
-from model_lab.report.marks import Bars, Course, Mark, Strip
+from model_lab.report.marks import Bars, Mark, Points, Strip
 from model_lab.report.view import View
 
 MOST_ROWS = 22  # candidates in the figure; the table beside it has all
-ROW, PIXELS = 0.24, 30  # of a candidate [in], on screen
-STEP, STEP_PIXELS = 0.36, 44  # of a rung of the ladder
-FRAME, FRAME_PIXELS = 0.55, 80  # above and below the rows
-FARTHEST = 1.5  # of the error before, where the scale ends
+CANDIDATE_HEIGHT = 0.31  # [in] of a candidate
+RUNG_HEIGHT = 0.46  # [in] of a rung of the ladder
+FRAME_HEIGHT = 0.83  # [in] above and below the rows
+LARGEST_SHARE_SHOWN = 1.5  # of the error before, where the scale ends
 
 
 def ladder(view: View) -> Drawing:
@@ -35,10 +35,7 @@ def ladder(view: View) -> Drawing:
         caption += f"The model stands at {first / diagnosis.noise_floor:.3g} times the floor."
     steps = ", ".join(f"{step.label} {display.shown(step.rmse)}" for step in view.steps)
     alt = f"Held-out errors: {steps}; noise floor {display.shown(diagnosis.noise_floor)}"
-    row = FRAME + STEP * len(view.steps)
-    return Drawing(
-        "ladder", "Ladder of errors", caption, alt, (ladder_panel(view),), (FLOOR_KEY,), row=row
-    )
+    return Drawing("ladder", "Ladder of errors", caption, alt, (ladder_panel(view),), (FLOOR_KEY,))
 
 
 def ladder_panel(view: View) -> Panel:
@@ -49,18 +46,18 @@ def ladder_panel(view: View) -> Panel:
     texts = [view.display.shown(step.rmse) for step in view.steps]
     clear = np.maximum(lengths, factor * view.outcome.problem.floor.upper)
     places = np.arange(last + 1.0)
-    marks = (*_floor(view), Bars(lengths, colours), Course(clear, places, "before", texts=texts))
+    marks = (*_floor(view), Bars(lengths, colours), Points(clear, places, "before", texts=texts))
     names = tuple((float(at), step.label) for at, step in enumerate(view.steps))
     return Panel(
         marks,
         _error_scale(view, 1.2 * max(lengths)),
         Scale("", (last + 0.6, -0.6), ticks=names),
-        pixels=FRAME_PIXELS + STEP_PIXELS * len(lengths),
+        height=FRAME_HEIGHT + RUNG_HEIGHT * len(lengths),
     )
 
 
 def _error_scale(view: View, end: float) -> Scale:
-    return Scale(f"held-out error (rms) [{view.display.unit}]", (0.0, end))
+    return Scale(f"held-out error [{view.display.unit}]", (0.0, end))
 
 
 def _floor(view: View) -> tuple[Mark, ...]:
@@ -101,9 +98,8 @@ def ranking(view: View) -> Drawing | None:
     keys = [Key(text, label, "o") for label, text in words if label in labels]
     keys += [Key("error before", "before", "dash"), FLOOR_KEY]
     return Drawing(
-        "ranking", "Ranking of effects", caption, alt, (ranking_panel(view, shown),), tuple(keys),
-        row=FRAME + ROW * len(shown),
-    )  # fmt: skip
+        "ranking", "Ranking of effects", caption, alt, (ranking_panel(view, shown),), tuple(keys)
+    )
 
 
 def _candidates(view: View) -> list[Row]:
@@ -136,8 +132,8 @@ def _dots(view: View, rows: Sequence[Row], before: float) -> Panel:
     names = tuple((float(at), row.name) for at, row in enumerate(rows))
     strong = tuple((row.name, row.label) for row in rows if row.label != "other")
     scale = Scale("", (len(rows) - 0.4, -0.6), ticks=names, strong=strong)
-    pixels = FRAME_PIXELS + PIXELS * len(rows)
-    return Panel(tuple(marks), _error_scale(view, 1.1 * end), scale, pixels=pixels)
+    height = FRAME_HEIGHT + CANDIDATE_HEIGHT * len(rows)
+    return Panel(tuple(marks), _error_scale(view, 1.1 * end), scale, height=height)
 
 
 def _dot(place: float, row: Row, error: float, end: float, text: str) -> list[Mark]:
@@ -145,18 +141,18 @@ def _dot(place: float, row: Row, error: float, end: float, text: str) -> list[Ma
     at = min(error, end)
     y = np.array([place])
     found: list[Mark] = [
-        Course(np.array([0.0, at]), np.array([place, place]), row.label, width=0.8, opacity=0.6),
-        Course(
+        Points(np.array([0.0, at]), np.array([place, place]), row.label, width=0.8, opacity=0.6),
+        Points(
             np.array([at]), y, row.label, row.name,
             marker="o" if error <= end else ">", size=5.0, hollow=not row.filled,
         ),
     ]  # fmt: skip
-    return [*found, Course(np.array([at]), y, row.label, texts=(text,))] if error > end else found
+    return [*found, Points(np.array([at]), y, row.label, texts=(text,))] if error > end else found
 
 
 def _end_of_scale(rows: Sequence[Row], before: float) -> float:
     """Largest error on the scale: some candidates fail wildly on what they have not seen."""
-    return min(max(before, *(row.rmse for row in rows)), FARTHEST * before)
+    return min(max(before, *(row.rmse for row in rows)), LARGEST_SHARE_SHOWN * before)
 
 
 def rest(view: View) -> Drawing | None:
@@ -182,6 +178,5 @@ def rest(view: View) -> Drawing | None:
     alt = "Best first: " + ", ".join(f"{r.name} {view.display.shown(r.rmse)}" for r in rows[:3])
     keys = (Key("model without black box", "before", "dash"), FLOOR_KEY)
     return Drawing(
-        "rest", "What the rest depends on", caption, alt, (_dots(view, rows, final),), keys,
-        row=FRAME + ROW * len(rows),
-    )  # fmt: skip
+        "rest", "What the rest depends on", caption, alt, (_dots(view, rows, final),), keys
+    )

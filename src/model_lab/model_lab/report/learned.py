@@ -13,13 +13,12 @@ from model_lab.learning.words import verdict
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
 from model_lab.report.drawing import Drawing, Key, Panel, Scale
-from model_lab.report.marks import Band, Bars, Course, Mark, Strip
+from model_lab.report.marks import Band, Bars, Mark, Points, Strip
 from model_lab.report.residuals import bars_of_error
 
-ROW = 2.8  # [in]
-DOTS = 3000  # residuals drawn on paper
-BINS = 30
-KEYS = (
+LEARNED_DOTS = 3000  # residuals that are drawn
+MEAN_BINS = 30
+LEARNED_KEYS = (
     Key("before, without the curve", "before"),
     Key("after, with the curve", "after"),
     Key("noise floor", "floor"),
@@ -37,13 +36,14 @@ def picture_of(learning: Learning) -> Drawing:
     )
     panels = (_residual_panel(learning), _error_panel(learning))
     if chosen is None:
-        return Drawing("learned", "Residuals and errors", caption, verdict(learning), panels,
-                       KEYS[::2], 2, ROW)  # fmt: skip
+        return Drawing(
+            "learned", "Residuals and errors", caption, verdict(learning), panels, LEARNED_KEYS[::2]
+        )
     titles = " ".join(one.shape.title for one in learning.curves)
     caption = f"{titles} The band holds 95 %. {caption}"
     curves = [curve_panel(one) for one in learning.curves]
     return Drawing(
-        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), KEYS, 3, ROW
+        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), LEARNED_KEYS
     )
 
 
@@ -56,7 +56,7 @@ def curve_panel(candidate: Candidate) -> Panel:
         marks.append(Strip(shape.neutral, shape.neutral, "other", "y", width=0.8, dash="dash"))
     if shape.names:
         at = np.arange(float(len(points)))
-        marks += [bars_of_error(at, low, high, "after"), Course(at, middle, "after", marker="o")]
+        marks += [bars_of_error(at, low, high, "after"), Points(at, middle, "after", marker="o")]
         ticks = tuple((float(place), name) for place, name in enumerate(shape.names))
         x = Scale(shape.abscissa, (-0.5, len(points) - 0.5), ticks=ticks)
     else:
@@ -65,15 +65,15 @@ def curve_panel(candidate: Candidate) -> Panel:
         knots = factor * np.array(shape.places, float)
         marks += [
             Band(course, low, high, "after"),
-            Course(course, middle, "after", width=1.4),
-            Course(knots, candidate.values, "after", marker="o", size=3.0),
+            Points(course, middle, "after", width=1.4),
+            Points(knots, candidate.values, "after", marker="o", size=3.0),
         ]
         x = Scale(along)
     return Panel(tuple(marks), x, Scale(shape.ordinate), "Learned curve")
 
 
 def _shown_along(abscissa: str) -> tuple[str, float]:
-    """An axis in the unit of the bench, and the factor to it."""
+    """Label of an axis in the unit that people read, and the factor from SI units to it."""
     noun, _, unit = abscissa.rpartition(" [")
     display = display_of(unit.rstrip("]").replace("-", ""))
     return f"{noun or abscissa} [{display.unit or '-'}]", display.factor
@@ -101,7 +101,7 @@ def _residual_panel(learning: Learning) -> Panel:
     return Panel(tuple(_residuals(learning)), Scale(label), y, "Residual before and after")
 
 
-def _residuals(learning: Learning) -> Iterator[Course]:
+def _residuals(learning: Learning) -> Iterator[Points]:
     place, _ = _place(learning)
     factor = display_of(learning.problem.data.unit).factor
     parts = [("before", learning.base)]
@@ -109,17 +109,17 @@ def _residuals(learning: Learning) -> Iterator[Course]:
         parts.append(("after", learning.final))
     for label, scored in parts:
         rest = factor * scored.held_out.residual
-        yield Course(place, rest, label, marker="o", size=1.3, opacity=0.3, most=DOTS)
+        yield Points(place, rest, label, marker="o", size=1.3, opacity=0.3, most=LEARNED_DOTS)
     for label, scored in parts:
         at, mean = _means(place, factor * scored.held_out.residual)
-        yield Course(at, mean, label, label, width=1.8)
+        yield Points(at, mean, label, label, width=1.8)
 
 
 def _means(place: Array, rest: Array) -> tuple[Array, Array]:
     """Mean residual in bins along an axis."""
     known = np.isfinite(place)
     place, rest = place[known], rest[known]
-    edges = np.unique(np.quantile(place, np.linspace(0.0, 1.0, BINS + 1)))
+    edges = np.unique(np.quantile(place, np.linspace(0.0, 1.0, MEAN_BINS + 1)))
     where = np.clip(np.searchsorted(edges, place, side="right") - 1, 0, max(len(edges) - 2, 0))
     count = np.bincount(where)
     used = count > 0

@@ -1,32 +1,31 @@
 """Report page: verdict, tables and figures in one HTML file that needs no network.
 
-The templates stand in `templates`: `frame.html` is what pages share. On screen figures are plots of
-plotly that can be zoomed; on paper, and where scripts are off, they are pictures.
+The templates stand in `templates`: `frame.html` is what pages share. Pages have no scripts: every
+panel of a figure is a picture, which a click makes as wide as the page.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from plotly.offline import get_plotlyjs
 
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.learning.learn import Learning
 from model_lab.learning.words import verdict
-from model_lab.measurements.sample_table import PROTOCOLS
+from model_lab.measurements.sample_table import WHOLE_PROTOCOLS
 from model_lab.measurements.units import display_of
 from model_lab.report import tables
 from model_lab.report.curves import curves
-from model_lab.report.drawing import Drawing, Panel, Scale, styled
+from model_lab.report.drawing import Drawing, Panel, Scale
 from model_lab.report.errors import ladder, ranking, rest
 from model_lab.report.learned import picture_of
-from model_lab.report.marks import Course
+from model_lab.report.marks import Points
 from model_lab.report.parameters import parameters
+from model_lab.report.picture import draw_row
 from model_lab.report.residuals import oddities, residuals
 from model_lab.report.sentences import (
     axis_words,
@@ -38,8 +37,9 @@ from model_lab.report.sentences import (
     verdict_sentence,
 )
 from model_lab.report.view import View
+from softhand_common.documents.output_file import write_file
 
-LEARNED_PAGE, LEARNED_PICTURE, DPI = "learned.html", "learned.png", 130
+LEARNED_PAGE, LEARNED_PICTURE = "learned.html", "learned.png"
 
 
 def write_report(
@@ -50,7 +50,7 @@ def write_report(
     commands: shell lines that make it again. learned: what was learned where nothing known
     explains the error.
     """
-    path.write_text(page(View(outcome), commands, learned), encoding="utf-8")
+    write_file(path, page(View(outcome), commands, learned))
 
 
 def write_learned(learned: Learning, folder: Path, command: str) -> None:
@@ -58,19 +58,16 @@ def write_learned(learned: Learning, folder: Path, command: str) -> None:
 
     command: the shell line that makes them again.
     """
-    drawing = picture_of(learned)
     text = template("learned.html").render(
         title=f"Learned: {learned.problem.data.title}", learned=learned, commands=[command]
     )
-    (folder / LEARNED_PAGE).write_text(text, encoding="utf-8")
-    beside = replace(drawing, columns=len(drawing.panels))
-    with styled():
-        beside.figure().savefig(folder / LEARNED_PICTURE, dpi=DPI)
+    write_file(folder / LEARNED_PAGE, text)
+    draw_row(picture_of(learned), folder / LEARNED_PICTURE)
 
 
 @lru_cache(maxsize=2)
 def template(name: str) -> Template:
-    """A template of this room by its name."""
+    """A template of this package by its name."""
     environment = Environment(
         loader=PackageLoader("model_lab", "report/templates"),
         autoescape=True,
@@ -80,7 +77,6 @@ def template(name: str) -> Template:
     )
     environment.tests["number"] = tables.is_number
     environment.globals |= {
-        "plotly": get_plotlyjs,
         "tables": tables,
         "ladder": ladder,
         "curves": curves,
@@ -117,7 +113,7 @@ def page(view: View, commands: Sequence[str], learned: Learning | None = None) -
 def _facts(view: View) -> str:
     data = view.data
     samples = sum(run.samples for run in data.runs)
-    held = "protocols with all their repeats" if data.table.holdout == PROTOCOLS else "blocks"
+    held = "protocols with all their repeats" if data.table.holdout == WHOLE_PROTOCOLS else "blocks"
     return (
         f"Experiment {data.experiment.replace('_', ' ')}: {counted(len(data.runs), 'run')}, "
         f"{counted(samples, 'sample')}, {counted(len(data.specimens), 'specimen')}, "
@@ -153,7 +149,7 @@ def proposal(view: View) -> Drawing | None:
     name = "stretch" if "stretch" in inputs else "pressure"
     display = display_of("" if name == "stretch" else "Pa")
     shown = display.factor * np.array(inputs[name], float)
-    course = Course(np.array(inputs["time"], float), shown, "after", width=1.6)
+    course = Points(np.array(inputs["time"], float), shown, "after", width=1.6)
     panel = Panel((course,), Scale("time [s]"), Scale(f"{name} [{display.unit or '-'}]"))
     alt = f"Course of the input: {planned['description']}"
     return Drawing("next", "Next experiment", caption, alt, (panel,))

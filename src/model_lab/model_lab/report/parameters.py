@@ -6,12 +6,12 @@ import numpy as np
 
 from model_lab.diagnosis.result import Estimate, correlation, estimate
 from model_lab.report.drawing import Drawing, Panel, Scale
-from model_lab.report.marks import Course
+from model_lab.report.marks import Points
 from model_lab.report.view import View
 
-MOST = 14  # parameters in the figure: one factor a specimen may be many
-ROW, PIXELS = 0.55, 90  # [in], on screen
-STRONG = 0.9  # correlation that is worth a word
+SHOWN_PARAMETERS = 14  # parameters in the figure: one factor a specimen may be many
+INTERVAL_HEIGHT = 0.62  # [in]
+STRONG_CORRELATION = 0.9  # correlation that is worth a word
 
 
 def parameter_estimates(view: View) -> dict[str, Estimate]:
@@ -22,7 +22,7 @@ def parameter_estimates(view: View) -> dict[str, Estimate]:
 
 def parameters(view: View) -> Drawing | None:
     """The figure, None for a model without a free parameter."""
-    shown = range(len(view.best.fit.values))[-MOST:]  # those of effects come last
+    shown = range(len(view.best.fit.values))[-SHOWN_PARAMETERS:]  # those of effects come last
     if not shown:
         return None
     names = [entry.name for entry in view.best.fit.likelihood.parameters]
@@ -32,8 +32,7 @@ def parameters(view: View) -> Drawing | None:
     )
     alt = f"Intervals of {', '.join(names[index] for index in shown)}"
     panels = tuple(_interval(view, index) for index in shown)
-    columns = 1 if len(shown) == 1 else 2
-    return Drawing("parameters", "Parameters", caption, alt, panels, (), columns, ROW)
+    return Drawing("parameters", "Parameters", caption, alt, panels)
 
 
 def _in_words(view: View, names: list[str]) -> str:
@@ -42,7 +41,7 @@ def _in_words(view: View, names: list[str]) -> str:
         f"{names[i]} and {names[j]} ({matrix[i, j]:.2f})"
         for i in range(len(names))
         for j in range(i)
-        if abs(matrix[i, j]) > STRONG
+        if abs(matrix[i, j]) > STRONG_CORRELATION
     ]
     return f" Hardly told apart here: {', '.join(strong[:4])}." if strong else ""
 
@@ -53,12 +52,12 @@ def _interval(view: View, index: int) -> Panel:
     colour = "other" if parameter.effect is None else "after"
     level = np.zeros(2)
     marks = (
-        Course(np.array(parameter.typical), level, "range", width=9.0),
-        Course(np.array(found.interval), level, colour, width=2.2),
-        Course(np.array([found.value]), level[:1], colour, marker="o", size=5.0),
+        Points(np.array(parameter.typical), level, "range", width=9.0),
+        Points(np.array(found.interval), level, colour, width=2.2),
+        Points(np.array([found.value]), level[:1], colour, marker="o", size=5.0),
     )
     unit = f" {parameter.unit}" if parameter.unit else ""
     low, high = found.interval
     title = f"{parameter.name} = {found.value:.4g}{unit}   [{low:.4g}, {high:.4g}]"
     x, y = Scale(logarithmic=parameter.logarithmic), Scale("", (-1.0, 1.0), hidden=True)
-    return Panel(marks, x, y, title, PIXELS)
+    return Panel(marks, x, y, title, INTERVAL_HEIGHT)

@@ -1,4 +1,4 @@
-"""Residuals before and after against every axis of the set, with bands; what is odd about them."""
+"""Residuals before and after against every axis of the set, with bands; anomalies."""
 
 from __future__ import annotations
 
@@ -14,19 +14,17 @@ from model_lab.localisation.bins import Bins
 from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise
 from model_lab.measurements.units import display_of
 from model_lab.report.drawing import FLOOR_KEY, Drawing, Key, Panel, Scale
-from model_lab.report.marks import DASHES, Band, Bars, Course, Mark, Strip
+from model_lab.report.marks import DASHES, Band, Bars, Mark, Points, Strip
 from model_lab.report.sentences import listed
 from model_lab.report.view import View
 
-DOTS = 2000  # samples that are drawn on paper
-COLUMNS = 3
-ROW_HEIGHT = 2.0  # [in]
-SHOWN = 99.7  # percentile of the residuals to which the scale reaches
-SKEWED = 8.0  # largest value over the 75th percentile from which a scale is bent
-END = 3.0  # by which a tick within is smaller than the end of a bent scale
-BENT = ("pressure_rate", "time_since_step")
-SPREAD = 0.32  # of a category's width, over which its dots lie
-FEW = 12  # values of an axis that stand side by side
+RESIDUAL_DOTS = 2000  # samples that are drawn
+SCALE_PERCENTILE = 99.7  # percentile of the residuals to which the scale reaches
+SKEWED_RATIO = 8.0  # largest value over the 75th percentile from which a scale is bent
+TICK_DISTANCE = 3.0  # by which a tick within is smaller than the end of a bent scale
+BENT_SCALES = ("pressure_rate", "time_since_step")
+DOT_SPREAD = 0.32  # of a category's width, over which its dots lie
+MOST_CATEGORY_VALUES = 12  # values of an axis that stand side by side
 ODD_DOTS = 600
 ODD_TITLES = {
     "repeats": "Scatter of repeats",
@@ -59,7 +57,7 @@ ODD_ORDINATES = {  # the others are errors
     "duration": "time [s]",
     "single_sample": "samples [-]",
 }
-LEVELS = ("stated", "within runs", "with repeats")
+NOISE_LEVELS = ("stated", "within runs", "with repeats")
 
 
 def residuals(view: View) -> Drawing | None:
@@ -78,11 +76,9 @@ def residuals(view: View) -> Drawing | None:
     models = "the model" if view.after is None else "the model before and after"
     alt = f"Residual of {models} against {', '.join(axis_title(one.bins.axis) for one in first)}"
     y = Scale(f"residual [{view.display.unit}]", _ends(view, found))
-    dots = DOTS // (len(first) * len(view.models))
+    dots = RESIDUAL_DOTS // (len(first) * len(view.models))
     panels = tuple(_panel(view, found, entry, y, dots) for entry in first)
-    return Drawing(
-        "residuals", "Residuals", caption, alt, panels, tuple(_keys(view)), COLUMNS, ROW_HEIGHT
-    )
+    return Drawing("residuals", "Residuals", caption, alt, panels, tuple(_keys(view)))
 
 
 def _again(entry: Dependence) -> str:
@@ -121,8 +117,10 @@ def _ends(view: View, found: Mapping[str, Localisation]) -> tuple[float, float]:
     floor, factor = 1.5 * view.diagnosis.noise_floor, view.display.factor
     every = np.concatenate([scored.held_out.residual for _, scored in view.models])
     curves = [c for part in found.values() for axis in part.axes for c in axis.curves.values()]
-    low = min(-floor, np.percentile(every, 100.0 - SHOWN), *(_least(c.low) for c in curves))
-    high = max(floor, np.percentile(every, SHOWN), *(-_least(-c.high) for c in curves))
+    low = min(
+        -floor, np.percentile(every, 100.0 - SCALE_PERCENTILE), *(_least(c.low) for c in curves)
+    )
+    high = max(floor, np.percentile(every, SCALE_PERCENTILE), *(-_least(-c.high) for c in curves))
     return 1.1 * factor * float(low), 1.1 * factor * float(high)
 
 
@@ -157,7 +155,7 @@ def _usual(bins: Bins) -> float:
     known = bins.axis.values[np.isfinite(bins.axis.values)]
     values = abs(display_of(bins.axis.unit).factor * known)
     usual = float(np.percentile(values, 75))
-    bent = bins.axis.name in BENT and values.max() > SKEWED * usual > 0.0
+    bent = bins.axis.name in BENT_SCALES and values.max() > SKEWED_RATIO * usual > 0.0
     return usual if bent else 0.0
 
 
@@ -165,8 +163,12 @@ def _bent_ticks(values: Array, usual: float) -> tuple[tuple[float, str], ...]:
     """Zero, the usual value and its tenfolds, and the ends: where they are drawn and named."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     steps = float(f"{usual:.1g}") * 10.0 ** np.arange(9.0)
-    inner = [v for v in (*-steps, 0.0, *steps) if low / END < v < high / END or v == 0.0]
-    ends = [v for v in (low, high) if abs(v) > END * usual]
+    inner = [
+        v
+        for v in (*-steps, 0.0, *steps)
+        if low / TICK_DISTANCE < v < high / TICK_DISTANCE or v == 0.0
+    ]
+    ends = [v for v in (low, high) if abs(v) > TICK_DISTANCE * usual]
     shown = sorted({*inner, *ends})
     return tuple((float(np.arcsinh(v / usual)), f"{v:.2g}") for v in shown)
 
@@ -180,7 +182,7 @@ def _names(bins: Bins) -> tuple[str, ...]:
     """Names of the places of an axis with few values; none if it is drawn to scale."""
     if bins.axis.categories:
         return tuple(name.replace("_", " ") for name in bins.axis.categories)
-    if bins.axis.of_run and bins.count <= FEW and np.all(bins.low == bins.high):
+    if bins.axis.of_run and bins.count <= MOST_CATEGORY_VALUES and np.all(bins.low == bins.high):
         display = display_of(bins.axis.unit)
         return tuple(display.number(value) for value in bins.center.tolist())
     return ()
@@ -195,20 +197,20 @@ def _places(bins: Bins, values: Array, index: IntArray) -> Array:
     return np.arcsinh(shown / usual) if usual else shown
 
 
-def _dots(view: View, bins: Bins, label: str, residual: Array) -> Course:
+def _dots(view: View, bins: Bins, label: str, residual: Array) -> Points:
     kept = np.flatnonzero(bins.index >= 0)
     at = _places(bins, bins.axis.values[kept], bins.index[kept]) + _beside(view, bins, label)
     if _names(bins):  # dots of one place a little apart
-        at = at + SPREAD * (np.modf(kept * 0.618)[0] - 0.5) * 0.8
+        at = at + DOT_SPREAD * (np.modf(kept * 0.618)[0] - 0.5) * 0.8
     shown = view.display.factor * residual[kept]
-    return Course(at, shown, label, marker="o", size=1.3, opacity=0.35)
+    return Points(at, shown, label, marker="o", size=1.3, opacity=0.35)
 
 
 def _beside(view: View, bins: Bins, label: str) -> float:
     """Both models stand side by side where there are few places."""
     if view.after is None or not _names(bins):
         return 0.0
-    return 0.5 * SPREAD if label == "after" else -0.5 * SPREAD
+    return 0.5 * DOT_SPREAD if label == "after" else -0.5 * DOT_SPREAD
 
 
 def _means(view: View, dependence: Dependence, label: str) -> Iterator[Mark]:
@@ -219,22 +221,22 @@ def _means(view: View, dependence: Dependence, label: str) -> Iterator[Mark]:
         mean, low, high = factor * curve.mean, factor * curve.low, factor * curve.high
         if _names(bins):
             yield bars_of_error(at, low, high, label)
-            yield Course(at, mean, label, label, marker="o")
+            yield Points(at, mean, label, label, marker="o")
         else:
             yield Band(at, low, high, label)
-            yield Course(at, mean, label, label, 1.2, dash, "o", 2.8)
+            yield Points(at, mean, label, label, 1.2, dash, "o", 2.8)
 
 
-def bars_of_error(at: Array, low: Array, high: Array, colour: str) -> Course:
+def bars_of_error(at: Array, low: Array, high: Array, colour: str) -> Points:
     """Upright bars between two values (n,)."""
     gap = np.full(len(at), np.nan)
     y = np.stack([low, high, gap], axis=1).ravel()
-    return Course(np.repeat(at, 3), y, colour, width=2.5, opacity=0.45)
+    return Points(np.repeat(at, 3), y, colour, width=2.5, opacity=0.45)
 
 
-# ---------------------------------------------------------------------- what is odd
+# ---------------------------------------------------------------------- anomalies
 def oddities(view: View) -> Drawing | None:
-    """One panel for each notice; None where nothing is odd."""
+    """One panel for each notice; None without any."""
     found = view.outcome.notices
     if not found:
         return None
@@ -248,16 +250,16 @@ def _odd_panel(view: View, notice: Notice) -> Panel:
     title = ODD_TITLES[notice.kind]
     if notice.kind == "repeats":
         lengths = (view.display.factor * notice.y).tolist()
-        ticks = tuple((float(at), level) for at, level in enumerate(LEVELS))
+        ticks = tuple((float(at), level) for at, level in enumerate(NOISE_LEVELS))
         x, y = Scale(f"scatter [{view.display.unit}]"), Scale("", (2.6, -0.6), ticks=ticks)
-        return Panel((Bars(lengths, ("floor", "other", "before")),), x, y, title, 200)
+        return Panel((Bars(lengths, ("floor", "other", "before")),), x, y, title, 2.1)
     other = ODD_ORDINATES.get(notice.kind)
     values = notice.y if other else view.display.factor * notice.y
     ordinate = other or f"error [{view.display.unit}]"
     look = {"width": 1.2} if other else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
     marked = notice.marked
     marks = (
-        Course(notice.x, values, "other", **look),
-        Course(notice.x[marked], values[marked], "before", marker="o", size=5.0, most=ODD_DOTS),
+        Points(notice.x, values, "other", **look),
+        Points(notice.x[marked], values[marked], "before", marker="o", size=5.0, most=ODD_DOTS),
     )
     return Panel(marks, Scale(ODD_ABSCISSAS[notice.kind]), Scale(ordinate), title)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
-    LEFT_OVER,
     Diagnosis,
     NamedEffect,
 )
-from model_lab.localisation.axes import DRIVING
+from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.measurements.units import display_of
+from model_lab.report.event_sentences import OF_SERIES, event_sentences
+from model_lab.rules import RULES
+from model_lab.slips.slip import Slip
 
-MOST_PARAMETERS = 4  # that a sentence bears
-WORDS = {
+SENTENCE_PARAMETERS = 4  # that a sentence bears
+AXIS_WORDS = {
     "time_since_step": "the time since the last step",
     "time_in_run": "the time since a run began",
     "pressure_rate": "the rate of the input",
@@ -35,25 +39,85 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     ...     0.0079, parts, "repeats", 0.008, 0.008, "rad", (), Unexplained(0.0, ())))
     'The model is adequate: its error of 0.458 deg is noise, whose floor lies at 0.453 deg.'
     """
-    return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis)]))
+    bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration)
+    return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis), bound]))
 
 
 def sure_sentence(diagnosis: Diagnosis) -> str:
-    """How many such verdicts are right; nothing where that is not known.
+    """How many such verdicts are right, rounded down; or why that is not known.
 
     >>> from types import SimpleNamespace as Made
-    >>> sure_sentence(Made(confidence=0.97, guess=False))
-    '97 of 100 such verdicts are right.'
-    >>> sure_sentence(Made(confidence=0.55, guess=True))
+    >>> known = {"effects": (), "tied": (), "beyond": ()}
+    >>> sure_sentence(Made(confidence=0.996, guess=False, **known))
+    '99 of 100 such verdicts are right.'
+    >>> sure_sentence(Made(confidence=0.55, guess=True, **known))
     'That is a guess: 55 of 100 such verdicts are right.'
     """
     if diagnosis.confidence is None:
-        return ""
+        return _why_unknown(diagnosis)
     guess = "That is a guess: " if diagnosis.guess else ""
-    return f"{guess}{100 * diagnosis.confidence:.0f} of 100 such verdicts are right."
+    hundredths = int(100.0 * diagnosis.confidence + 1e-6)
+    right = "name the cause among what is tied" if any(diagnosis.tied) else "are right"
+    return f"{guess}{hundredths} of 100 such verdicts {right}."
+
+
+def _why_unknown(diagnosis: Diagnosis) -> str:
+    """Why no number says how sure a verdict is; empty where too few sets of a kind were seen."""
+    loose = [f"{name} of {one.name}" for one in diagnosis.effects for name in one.undetermined]
+    if loose:
+        return f"That is a guess: these data do not determine {listed(loose)}."
+    if diagnosis.beyond:
+        guess = "That is a guess: how" if diagnosis.guess else "How"
+        return (
+            f"{guess} often such verdicts are right is not known, for this set is unlike those on "
+            f"which it was counted ({listed(diagnosis.beyond)} in `evidence`)."
+        )
+    return ""
+
+
+def slip_sentences(slips: Sequence[Slip], unit: str) -> list[str]:
+    """Slips, a sentence each, with the mend of each; unit: of the outputs.
+
+    >>> slip = Slip("unit", "pressure", "kPa", "psi", 0.8, 0.01, "columns: {pressure: {unit: psi}}")
+    >>> print(slip_sentences([slip], "rad")[0].split(":")[0])
+    The data fit if pressure is psi, not kPa as stated
+    """
+    shown = display_of(unit).shown
+    return [
+        f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated: the error falls "
+        f"from {shown(slip.rmse_before)} to {shown(slip.rmse_after)}. In experiment.yaml: "
+        f"{slip.mend}"
+        for slip in slips
+        if slip.name not in OF_SERIES
+    ]
+
+
+def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> str:
+    """That the modulus lies on a bound, and what frees it; empty if it does not.
+
+    >>> bound_sentence(["modulus_scale[A]"], {"modulus_scale": {"A": 0.85}})
+    'The modulus of A is at its bound, 0.85 times the stated one: --free-modulus frees it.'
+    """
+    scales = calibration.get("modulus_scale", {})
+    names = [name.removeprefix("modulus_scale[").rstrip("]") for name in at_bound]
+    shown = [
+        f"{name} is at its bound, {scales[name]:.3g} times" for name in names if name in scales
+    ]
+    if not shown:
+        return ""
+    return f"The modulus of {listed(shown)} the stated one: --free-modulus frees it."
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict_mended is not None:
+        plain = replace(diagnosis, verdict=diagnosis.verdict_mended, verdict_mended=None)
+        told = slip_sentences(diagnosis.slips, diagnosis.unit)
+        if diagnosis.instead:
+            instead = listed(diagnosis.instead, "or")
+            told.append(f"The data as stated would fit with {instead}, too.")
+        told += event_sentences(diagnosis.events, diagnosis.slips, diagnosis.unit)
+        without = "taken out" if diagnosis.events else "mended"
+        return "\n".join([*told, f"With that {without}: {_verdict(plain)}"])
     shown = display_of(diagnosis.unit).shown
     before, after = shown(diagnosis.rmse_before), shown(diagnosis.rmse_after)
     floor = shown(diagnosis.noise_floor)
@@ -62,15 +126,27 @@ def _verdict(diagnosis: Diagnosis) -> str:
             f"The model is adequate: its error of {before} is noise, whose floor lies at {floor}."
         )
     if diagnosis.verdict == EFFECTS_MISSING:
-        few = sum(len(effect.parameters) for effect in diagnosis.effects) <= MOST_PARAMETERS
+        few = sum(len(effect.parameters) for effect in diagnosis.effects) <= SENTENCE_PARAMETERS
         named = listed(
-            [effect_words(effect) if few else effect.name for effect in diagnosis.effects]
+            [
+                class_words(effect, diagnosis)
+                if effect.members
+                else effect_words(effect)
+                if few
+                else effect.name
+                for effect in diagnosis.effects
+            ]
         )
         lacks = "may lack" if diagnosis.guess else "lacks"
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
             f"{_left_over(diagnosis)}."
+        )
+    if diagnosis.rmse_before <= diagnosis.noise_floor:
+        return (
+            f"The model is not adequate, though its error of {before} lies within the noise floor "
+            f"of {floor}: {_depends(diagnosis)}, beyond chance."
         )
     fails = (
         f"The model fails and no known effect explains it: its error is {before} at a noise floor "
@@ -98,7 +174,7 @@ def _helps(diagnosis: Diagnosis) -> str:
 
 
 def story_sentence(diagnosis: Diagnosis) -> str:
-    """How the error fell, effect by effect, in the order in which they were found; nothing of one.
+    """How the error falls with each effect, in the order in which they were found; empty for one.
 
     >>> from types import SimpleNamespace as Made
     >>> steps = Made(name="tube_lag", rmse_after=0.02), Made(name="gravity", rmse_after=0.01)
@@ -117,7 +193,7 @@ def story_sentence(diagnosis: Diagnosis) -> str:
 
 def _left_over(diagnosis: Diagnosis) -> str:
     """What the named effects leave, where that is more than the floor itself."""
-    if diagnosis.rmse_after <= LEFT_OVER * diagnosis.noise_floor:
+    if diagnosis.rmse_after <= RULES.rest_error * diagnosis.noise_floor:
         return ""
     rest = display_of(diagnosis.unit).shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
@@ -126,17 +202,45 @@ def _left_over(diagnosis: Diagnosis) -> str:
 
 
 def notice_sentence(clauses: Sequence[str]) -> str:
-    """What is odd about a set, from the clauses of its notices; nothing without any."""
+    """Anomalies of a set, from the clauses of its notices; empty without any."""
     return f"Note: {'; '.join(clauses)}." if clauses else ""
 
 
 def tie_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What the data cannot tell apart, a sentence for each named effect that is tied."""
+    """What the data cannot tell apart, a sentence for each named effect that is tied with others
+    than those of its class of causes, which the verdict itself names.
+    """
     return [
-        f"These data cannot tell {effect.name} from {listed(names, 'or')}."
+        f"These data cannot tell {f'the {effect.cause}' if effect.members else effect.name} from "
+        f"{listed(others, 'or')}."
         for effect, names in zip(diagnosis.effects, diagnosis.tied, strict=True)
-        if names
+        if (others := [name for name in names if name not in effect.members])
     ]
+
+
+def class_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
+    """A class of causes with the size of the member that fits best, the members, and what tells
+    them apart.
+    """
+    planned = diagnosis.next_experiment
+    can = planned is not None and planned["breaks"]
+    apart = "; `model-lab plan` can" if can else ", nor can a run within what the set has seen"
+    article = "an" if effect.cause[0] in "aeiou" else "a"
+    return (
+        f"{article} {effect.cause}{_size_words(effect)} "
+        f"({listed(list(effect.members.values()), 'or')}: these data cannot tell{apart})"
+    )
+
+
+def _size_words(effect: NamedEffect) -> str:
+    """Size of an effect by its first parameter; by name if that has no unit."""
+    if not effect.parameters:
+        return ""
+    name, entry = next(iter(effect.parameters.items()))
+    if not entry.unit:
+        return f" with {name} = {entry.value:.3g} ± {entry.std:.2g}"
+    display = display_of(entry.unit)
+    return f" of {display.number(entry.value)} ± {display.shown(entry.std, 2)}"
 
 
 def effect_words(effect: NamedEffect) -> str:
@@ -154,8 +258,18 @@ def axis_words(name: str, experiment: str = "") -> str:
     >>> axis_words("pressure", "uniaxial")
     'the stretch'
     """
-    driving = DRIVING.get(experiment, (name,))[0] if name == "pressure" else name
-    return WORDS.get(name, f"the {driving}")
+    return AXIS_WORDS.get(name, f"the {driving_name(name, experiment)}")
+
+
+def driving_name(name: str, experiment: str) -> str:
+    """The name of an axis; of what drives an experiment, the quantity itself.
+
+    >>> driving_name("pressure", "rubber"), driving_name("largest_pressure", "rubber")
+    ('stretch', 'largest_stretch')
+    """
+    quantity = DRIVING_QUANTITY.get(experiment, ("pressure",))[0]
+    of_pressure = name in ("pressure", "largest_pressure", "pressure_rate")
+    return name.replace("pressure", quantity) if of_pressure else name
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

@@ -18,8 +18,8 @@ from model_lab.report.parameters import parameter_estimates
 from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
-MOST_RUNS = 400  # in the table of runs
-SOURCES = {
+TABLE_RUNS = 400  # in the table of runs
+FLOOR_WORDS = {
     REPEATS: "from the scatter of repeats",
     STATED: "as stated in experiment.yaml",
     SPLINE: "from what a smoothing spline leaves (there are no repeats)",
@@ -59,7 +59,7 @@ def floor_note(view: View) -> str:
     floor, shown = view.outcome.problem.floor, view.display.shown
     return (
         f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
-        f"{SOURCES[floor.source]}{_floor_parts(view)}."
+        f"{FLOOR_WORDS[floor.source]}{_floor_parts(view)}."
     )
 
 
@@ -69,7 +69,7 @@ def _ratio(value: float) -> str:
 
 
 def _floor_parts(view: View) -> str:
-    """The parts of the floor, as far as the set tells them."""
+    """The parts of the floor that can be estimated from the set."""
     floor, shown = view.outcome.problem.floor, view.display.shown
     if floor.source != REPEATS:
         return "; what differs from run to run is not known"
@@ -84,7 +84,7 @@ def runs(view: View) -> Table:
     squares = [s.held_out.residual**2 for _, s in view.models]
     counts = np.bincount(view.data.table.run)
     errors = np.sqrt([np.bincount(view.data.table.run, square) / counts for square in squares])
-    for index in np.sort(np.argsort(-errors[-1])[:MOST_RUNS]):
+    for index in np.sort(np.argsort(-errors[-1])[:TABLE_RUNS]):
         run = view.data.runs[index]
         warm = display_of("K").shown(run.temperature)
         shown = [view.display.shown(float(error)) for error in errors[:, index]]
@@ -140,7 +140,7 @@ def parameters(view: View) -> Table:
 
 
 def not_visible(view: View) -> Table | None:
-    """Effects on which these data are silent, together by reason."""
+    """Effects that these data cannot show, grouped by reason."""
     by_reason: dict[str, list[str]] = {}
     for entry in view.diagnosis.not_visible:
         by_reason.setdefault(entry.reason, []).append(entry.name)
@@ -149,7 +149,9 @@ def not_visible(view: View) -> Table | None:
 
 
 def story(view: View) -> Table | None:
-    """How the error fell with each effect, or with what helps; of one effect the errors say it."""
+    """How the error falls with each effect, or with those that help; None for a single named
+    effect.
+    """
     steps, floor = view.steps, view.diagnosis.noise_floor
     if len(steps) < 3 and not view.diagnosis.helps:
         return None

@@ -11,18 +11,18 @@ import numpy as np
 import yaml
 
 from model_lab.comparison.add import NOT_PHYSICS, Addition
-from model_lab.diagnosis.next_experiment import BREAKS
 from model_lab.diagnosis.result import ADEQUATE, Diagnosis
 from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, Specimen
 from model_lab.measurements.save import (
     column_entries,
+    csv_text,
     run_entry,
     shown_as,
     specimen_entry,
-    write_csv,
 )
 from model_lab.measurements.units import display_of
 from model_lab.report.sentences import (
+    driving_name,
     effect_words,
     listed,
     notice_sentence,
@@ -30,11 +30,13 @@ from model_lab.report.sentences import (
     tie_sentences,
     verdict_sentence,
 )
+from model_lab.rules import RULES
+from softhand_common.documents.output_file import write_files
 
 ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
 MOST_RANKED = 8
 COURSE, PART = "next.csv", "experiment-part.yaml"
-REPEATS = ("next_a", "next_b")
+RUN_NAMES = ("next_a", "next_b")
 
 
 def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
@@ -109,7 +111,12 @@ def _effects(diagnosis: Diagnosis) -> str:
 
 def _failures(diagnosis: Diagnosis) -> str:
     rows = [
-        [f"{100.0 * f.share_of_error:.0f} %", f"{f.p_value:.2g}", f.against, f.where]
+        [
+            f"{100.0 * f.share_of_error:.0f} %",
+            f"{f.p_value:.2g}",
+            driving_name(f.against, diagnosis.experiment),
+            f.where,
+        ]
         for f in diagnosis.failures
     ]
     head = ["share of error", "p", "against", "where"]
@@ -161,7 +168,7 @@ def addition_text(addition: Addition, path: Path) -> str:
 
 
 def _added(addition: Addition) -> str:
-    """The effect with its values; of a generic term they say nothing."""
+    """The effect with its values; without them for a generic term, where they have no meaning."""
     name = addition.effect.name
     if addition.problem.classes[name].physical:
         return effect_words(addition.effect)
@@ -213,28 +220,27 @@ def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
 def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Path) -> list[Path]:
     """Write the course of the inputs, and what experiment.yaml gets when it has been measured.
 
-    planned: `next_experiment` of a diagnosis. The folder must exist. Returns the files.
+    planned: `next_experiment` of a diagnosis. Returns the files.
     """
     specimen = _specimen(planned, data)
     columns = {name: np.array(values) for name, values in planned["inputs"].items()}
     mode = planned.get("mode", "")
     run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns, mode=mode)
-    write_csv(run, folder / COURSE)
     outputs = OUTPUTS[data.experiment]
     entries = column_entries([*columns, *outputs])
     document: dict[str, Any] = {"columns": entries}
     if specimen.name not in data.specimens:
         document["specimens"] = {specimen.name: specimen_entry(specimen)}
-    document["runs"] = {name: run_entry(replace(run, name=name)) for name in REPEATS}
+    document["runs"] = {name: run_entry(replace(run, name=name)) for name in RUN_NAMES}
     measured = [f"{name} [{entries[name]['unit']}]" for name in outputs]
     comment = [
         f"To be merged into experiment.yaml once {COURSE} has been played twice and recorded as",
-        f"{listed([f'{name}.csv' for name in REPEATS])}, each with the measured columns besides:",
+        f"{listed([f'{name}.csv' for name in RUN_NAMES])}, each with the measured columns besides:",
         f"{listed(measured)}.",
     ]
     text = "".join(f"# {line}\n" for line in comment)
     text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
-    (folder / PART).write_text(text, encoding="utf-8")
+    write_files({folder / COURSE: csv_text(run), folder / PART: text})
     return [folder / COURSE, folder / PART]
 
 
@@ -286,6 +292,7 @@ def _promise(planned: Mapping[str, Any]) -> str:
     if planned["breaks"]:
         return f"{apart}, and so breaks the tie. Do it twice."
     return (
-        f"{apart}, which is too little to rely on ({BREAKS:g} break a tie): within these limits "
+        f"{apart}, which is too little to rely on ({RULES.separation_breaks:g} break a tie): "
+        "within these limits "
         "they do not differ more."
     )

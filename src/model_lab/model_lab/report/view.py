@@ -9,7 +9,7 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.comparison.compare import Accuracy, accuracy
 from model_lab.diagnosis.diagnose import Outcome
-from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
+from model_lab.diagnosis.result import Diagnosis
 from model_lab.diagnosis.search import Scored
 from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import resting_share
@@ -17,7 +17,7 @@ from model_lab.measurements.measurement_set import DEFLATE, INFLATE, Measurement
 from model_lab.measurements.sample_table import Series
 from model_lab.measurements.units import Display, display_of
 
-MOSTLY = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
+RESTING_SHARE = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
 TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
 
 
@@ -69,12 +69,11 @@ class View:
     @property
     def after(self) -> Scored | None:
         """The model with the missing effects."""
-        named = self.diagnosis.verdict == EFFECTS_MISSING
-        return self.outcome.selection.final if named else None
+        return self.outcome.selection.final if self.diagnosis.effects else None
 
     @property
     def best(self) -> Scored:
-        """The best model that the diagnosis stands by."""
+        """The model with the named effects, or the one as it was."""
         return self.after or self.before
 
     @property
@@ -84,13 +83,18 @@ class View:
         return (("before", self.before), *after)
 
     @property
+    def residuals(self) -> list[tuple[str, Array]]:
+        """Held-out residual (samples,) of each model by its colour, in SI units."""
+        return [(label, scored.held_out.residual) for label, scored in self.models]
+
+    @property
     def display(self) -> Display:
-        """How outputs are shown."""
-        return display_of(self.data.unit)
+        """How outputs are shown: in the unit that the user stated."""
+        return self.data.display(self.data.outputs[0])
 
     @property
     def output_name(self) -> str:
-        """What is measured, as one says it."""
+        """Name of the measured quantity."""
         outputs = self.data.outputs
         return outputs[0].replace("_", " ") if len(outputs) == 1 else "torque on the base"
 
@@ -149,7 +153,7 @@ class View:
 
     def _over_time(self) -> bool:
         data = self.data
-        if data.experiment == "base_torque" or resting_share(data) > MOSTLY:
+        if data.experiment == "base_torque" or resting_share(data) > RESTING_SHARE:
             return True
         return self._time_matters()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from softhand_ros.parameters import Offer, Parameter, usage
 from softhand_ros.run_node import start_node
 
@@ -41,5 +43,9 @@ HELP = usage("monitor", PURPOSE, PARAMETERS, OFFERS)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tell how to use the node, or run it."""
+    """Print how to use the node, or run it."""
     return start_node(HELP, "model_lab.ros.monitor", args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

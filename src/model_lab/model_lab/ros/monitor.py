@@ -55,9 +55,12 @@ class Monitor(Node):
         self._residual = self.create_publisher(JointState, "model/residual", QUEUED)
         self._diagnostics = Diagnostics(self, "monitor", "model_lab")
         self._executor = RoundRobin(self)
+        self.get_logger().info(f"ready: {hand.name}, model {name}")
 
     def look(self) -> None:
-        """Take what has come, pressures first: the angles wait for theirs."""
+        """Process new messages, pressures first: angles are compared with the pressures of their
+        time.
+        """
         self._executor.serve(POLL_PERIOD)
         self._take_all(self._pressures, PRESSURE, self._on_pressures)
         self._take_all(self._angles, ANGLE, self._on_angles)
@@ -126,7 +129,7 @@ def run(node: Monitor, stop: threading.Event) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; `run_node` tells the exit status."""
+    """Run the node; the exit status is that of `run_node`."""
     return run_node("monitor", Monitor, run, usage=HELP, args=args)
 
 

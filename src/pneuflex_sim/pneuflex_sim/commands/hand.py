@@ -1,29 +1,26 @@
-"""The command `softhand hand`: design an actuator, its mould, draw any hand, write its URDF."""
+"""The commands `softhand hand show` and `softhand hand urdf`: draw any hand, write its URDF."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.commands import design as design_command
-from pneuflex_sim.commands import mould as mould_command
-from pneuflex_sim.commands import profile_design as profile_command
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
-from softhand_model.documents.output_file import PICTURES, check_new, write_new
+from softhand_common.documents.output_file import PICTURES, check_new, save_figure, write_new
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
 
 KILO = 1e3
-FOLDER = Path("out/hand")
+HAND_PICTURE_FOLDER = Path("out/hand")
 
 
 def add_show(commands: Any) -> None:
@@ -45,7 +42,12 @@ def add_show(commands: Any) -> None:
         "as in 20,28,50,70 (40%% of their limits)",
     )
     add("--segments", type=int, default=10, help="an actuator (%(default)s)")
-    add("-o", "--out", type=Path, help=f"picture ({FOLDER}/NAME.png, always drawn anew)")
+    add(
+        "-o",
+        "--out",
+        type=Path,
+        help=f"picture ({HAND_PICTURE_FOLDER}/NAME.png, always drawn anew)",
+    )
     add("--force", action="store_true", help="overwrite the file named by --out")
     found.set_defaults(run=run_show)
 
@@ -61,9 +63,8 @@ def run_show(options: argparse.Namespace) -> None:
     wanted = np.array([np.zeros(len(hand.channels)), *_pressures(hand, options.pressure)])
     joints = list(hand_at_rest(hand, wanted, options.segments))
     figure = draw_hand(hand, wanted, joints, options.segments)
-    path = options.out or FOLDER / f"{hand.name}.png"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    path = options.out or HAND_PICTURE_FOLDER / f"{hand.name}.png"
+    save_figure(figure, path)
     for pressures in wanted[1:]:
         print(air_text(hand, pressures, air_masses_at(hand, pressures)))
     print(path)
@@ -121,23 +122,25 @@ def run_urdf(options: argparse.Namespace) -> None:
         write_new(options.out, text + "\n", force=True)
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
+AddCommand = Callable[[Any], Any]  # adds a command to the subparsers of `hand`
+
+
+def parser(more: Sequence[AddCommand] = ()) -> argparse.ArgumentParser:
+    """The command line, with `more` commands in front."""
     found = argparse.ArgumentParser(
-        prog="softhand hand",
-        description="Design an actuator, make its mould, draw any hand, write its URDF; no ROS.",
+        prog="softhand hand", description="Work on a hand, without ROS."
     )
     commands = found.add_subparsers(dest="command", required=True)
-    profile_command.add_to(design_command.add_to(commands))
-    mould_command.add_to(commands)
+    for add in more:
+        add(commands)
     add_show(commands)
     add_urdf(commands)
     return found
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; 0, or 2 when its options cannot be used."""
-    options = parser().parse_args(arguments)
+def main(arguments: Sequence[str] | None = None, more: Sequence[AddCommand] = ()) -> int:
+    """Run a command, also one of `more`; 0, or 2 when its options cannot be used."""
+    options = parser(more).parse_args(arguments)
     try:
         options.run(options)
     except (ValueError, OSError) as error:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.pictures.render import (
-    OBJECT,
-    TABLE,
+    OBJECT_COLOR,
+    TABLE_COLOR,
     Camera,
     draw_box,
     draw_mesh,
@@ -24,12 +24,14 @@ from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.mesh import box, merged
 from pneuflex_sim.scene.object_body import Sheet
 from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_objects
-from softhand_model.documents.output_file import PICTURES, check_new
+from softhand_common.documents.output_file import PICTURES, check_new, save_figure
 
-SIZE = (360, 300)  # of one picture [px]
-COLUMNS = 6
-VIEW = Camera(target=(0.0, 0.0, 0.03), distance=0.42, yaw=60.0, pitch=-32.0, view_angle=33.0)
-FLOOR = (3.0, 3.0, 0.01)  # half extents [m]
+OBJECT_PICTURE_SIZE = (360, 300)  # of one picture [px]
+PICTURE_COLUMNS = 6
+OBJECT_CAMERA = Camera(
+    target=(0.0, 0.0, 0.03), distance=0.42, yaw=60.0, pitch=-32.0, view_angle=33.0
+)
+FLOOR_HALF_SIZE = (3.0, 3.0, 0.01)  # half extents [m]
 
 
 def table(objects: list[ObjectDescription]) -> str:
@@ -60,23 +62,22 @@ def write_contact_sheet(objects: list[ObjectDescription], path: Path) -> None:
     """Pictures of objects as they lie, all from the same distance, with names and sizes."""
     from matplotlib.figure import Figure  # an extra: the table needs no matplotlib
 
-    rows = -(-len(objects) // COLUMNS)
-    figure = Figure(figsize=(2.4 * COLUMNS, 2.1 * rows), layout="constrained")
-    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    rows = -(-len(objects) // PICTURE_COLUMNS)
+    figure = Figure(figsize=(2.4 * PICTURE_COLUMNS, 2.1 * rows), layout="constrained")
+    axes = figure.subplots(rows, PICTURE_COLUMNS, squeeze=False).ravel()
     for axis in axes:
         axis.set_axis_off()
     for axis, one in zip(axes, objects, strict=False):
         axis.imshow(picture(one))
         axis.set_title(f"{one.name}\n{size_text(one)} mm, {1e3 * one.mass:g} g", fontsize=8)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)
 
 
 def picture(described: ObjectDescription) -> NDArray[np.uint8]:
     """One object as it lies in the scene."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
-        draw_box(FLOOR, (0, 0, -FLOOR[2]), (0, 0, 0, 1), TABLE, client)
+        draw_box(FLOOR_HALF_SIZE, (0, 0, -FLOOR_HALF_SIZE[2]), (0, 0, 0, 1), TABLE_COLOR, client)
         place = [0.0, 0.0, described.rest_height]
         orientation = Rotation.from_euler("xyz", described.rpy).as_quat().tolist()
         if described.shape == "sheet":
@@ -84,10 +85,10 @@ def picture(described: ObjectDescription) -> NDArray[np.uint8]:
                 box(size, np.zeros(3)).moved(middle, tilt)
                 for size, middle, tilt in Sheet(described.dimensions).strips_at_first()
             ]
-            draw_mesh(merged(strips), place, orientation, OBJECT, client)
+            draw_mesh(merged(strips), place, orientation, OBJECT_COLOR, client)
         else:
             draw_object(described, place, orientation, client)
-        return photograph(VIEW, SIZE, client)
+        return photograph(OBJECT_CAMERA, OBJECT_PICTURE_SIZE, client)
     finally:
         pybullet.disconnect(client)
 
@@ -107,14 +108,12 @@ def main(arguments: list[str] | None = None) -> int:
             check_new(options.figure, options.force, PICTURES)
         friction = load_friction(options.friction)
         objects = [load_object(name, friction) for name in options.objects or load_objects()]
+        if options.figure is not None:
+            write_contact_sheet(objects, options.figure)
     except ValueError as error:
         print(f"softhand objects: {error}", file=sys.stderr)
         return 2
-    if options.figure is None:
-        print(table(objects))
-        return 0
-    write_contact_sheet(objects, options.figure)
-    print(options.figure)
+    print(table(objects) if options.figure is None else options.figure)
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,16 @@ from numpy.typing import NDArray
 from pneuflex_sim.pictures.hand_picture import hand_at_rest
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from pneuflex_sim.scene.mesh import write_meshes
-from softhand_model.documents.output_file import check_new
+from softhand_common.documents.output_file import check_new, written_whole
 from softhand_model.hand.hand import HandDescription, load_hand
 
 Array = NDArray[np.float64]
 
-OUT = Path("out/skin")
-VIEWS = ((90.0, -12.0), (35.0, -15.0))  # yaw and pitch [deg]: on the palm, from the side
-SHARE = 0.4  # of the pressure limits, where no pressure is given
-SIZE = (480, 480)
-CAMERA = {"target": (0.0, 0.0, 0.10), "distance": 0.52, "view_angle": 32.0}
+SKIN_FOLDER = Path("out/skin")
+VIEW_ANGLES = ((90.0, -12.0), (35.0, -15.0))  # yaw and pitch [deg]: on the palm, from the side
+DEFAULT_PRESSURE_SHARE = 0.4  # of the pressure limits, where no pressure is given
+SKIN_PICTURE_SIZE = (480, 480)
+SKIN_CAMERA = Camera(target=(0.0, 0.0, 0.10), distance=0.52, view_angle=32.0)
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 
 
@@ -41,12 +42,12 @@ def parser() -> argparse.ArgumentParser:
         type=float,
         metavar="PA",
         help="gauge pressure [Pa] of every channel, or one for all "
-        f"({SHARE:.0%} of their limits)".replace("%", "%%"),
+        f"({DEFAULT_PRESSURE_SHARE:.0%} of their limits)".replace("%", "%%"),
     )
     add("--frames", type=int, default=5, help="from open to closed (%(default)s)")
     add("--format", choices=("stl", "obj", "png"), default="obj", help="(%(default)s)")
     add("--segments", type=int, default=10, help="an actuator (%(default)s)")
-    add("--out", type=Path, default=OUT, help="folder (%(default)s)")
+    add("--out", type=Path, default=SKIN_FOLDER, help="folder (%(default)s)")
     add("--figure", type=Path, help="write one picture (PNG) of first and last frame instead")
     add("--force", action="store_true", help="overwrite frames or figure of an earlier run")
     return found
@@ -75,7 +76,7 @@ def pressures(
     """
     limits = hand.max_pressures()
     if given is None:
-        return SHARE * limits
+        return DEFAULT_PRESSURE_SHARE * limits
     if len(given) not in (1, len(limits)):
         raise ValueError(f"pressure: expected 1 or {len(limits)} numbers, got {len(given)}")
     found = scale * (np.full(len(limits), given[0]) if len(given) == 1 else np.array(given))
@@ -122,7 +123,6 @@ def _figure(hand: HandDescription, wanted: Array, options: argparse.Namespace) -
     check_new(options.figure, options.force, (".png",))
     renderer = Renderer(hand, None, "stand", options.segments)
     first, *_, last = _closing(hand, wanted, 3, options.segments)
-    options.figure.parent.mkdir(parents=True, exist_ok=True)
     _save(options.figure, np.hstack([_views(renderer, first), _views(renderer, last)]))
     print(options.figure)
     return 0
@@ -132,7 +132,8 @@ def _views(renderer: Renderer, joints: Array) -> NDArray[np.uint8]:
     """Pictures from the palm and from the side, in a row."""
     state = HandState(joints, *UPRIGHT)
     views = [
-        renderer.frame(state, SIZE, Camera(yaw=yaw, pitch=pitch, **CAMERA)) for yaw, pitch in VIEWS
+        renderer.frame(state, SKIN_PICTURE_SIZE, replace(SKIN_CAMERA, yaw=yaw, pitch=pitch))
+        for yaw, pitch in VIEW_ANGLES
     ]
     return np.hstack(views)
 
@@ -140,7 +141,8 @@ def _views(renderer: Renderer, joints: Array) -> NDArray[np.uint8]:
 def _save(path: Path, picture: NDArray[np.uint8]) -> None:
     from matplotlib.image import imsave  # an extra: meshes need no matplotlib
 
-    imsave(path, picture)
+    with written_whole(path) as file:
+        imsave(file, picture)
 
 
 if __name__ == "__main__":

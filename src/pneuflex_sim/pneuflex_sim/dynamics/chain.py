@@ -1,8 +1,8 @@
-"""Dynamics of serial chains of spherical joints, in a number of operations linear in the joints.
+"""Dynamics of serial chains of spherical joints, with a number of operations linear in the joints.
 
-The solve is the articulated-body recursion. Vectors are written in the axes of the chain's base and
-referred to the origin of each joint, so that the motion subspace of a spherical joint is the
-identity and no six-dimensional transform is needed: a spatial inertia is three matrices, angular A,
+The solver is the articulated-body algorithm. Vectors are written in the axes of the chain's base
+and referred to the origin of each joint, so that the motion subspace of a spherical joint is the
+identity and no six-dimensional transform is needed. A spatial inertia is three matrices, angular A,
 coupling B and linear C, in [A B; B^T C].
 """
 
@@ -17,6 +17,10 @@ from pneuflex_sim.dynamics.spatial import (
     ZERO,
     ZERO_MATRIX,
     Array,
+    IntArray,
+    Matrix,
+    Row,
+    Vector,
     apply,
     apply_transposed,
     cross,
@@ -33,17 +37,21 @@ from pneuflex_sim.dynamics.spatial import (
     write,
     write_matrix,
 )
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled
 
 
 class Links(NamedTuple):
-    """The links of serial chains, a row a joint; chain f has the joints start[f]..start[f+1]-1.
+    """The links of serial chains, one row per joint; chain f has the joints start[f]..start[f+1]-1.
 
-    offset (n, 3) [m] from the joint before, center (n, 3) [m] of mass, principal inertia (n, 3)
-    [kg m2], all in the axes of the link before or the own one; mass (n,) [kg].
+    Attributes:
+        start: (chains + 1,) index of the first joint of each chain.
+        offset: (n, 3) [m] from the joint before, in the axes of the link before.
+        center: (n, 3) [m] of mass from the joint, in the axes of the link.
+        inertia: (n, 3) [kg m2], principal, about the centre of mass in the axes of the link.
+        mass: (n,) [kg].
     """
 
-    start: Array
+    start: IntArray
     offset: Array
     center: Array
     inertia: Array
@@ -51,9 +59,13 @@ class Links(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Where orientations of the joints put the links, in the axes of their chain's base: rotation
-    matrices frame (n, 3, 3), arm (n, 3) [m] from the joint before, center (n, 3) [m] of mass seen
-    from the joint, inertia (n, 3, 3) [kg m2].
+    """Links placed by the orientations of their joints, in the axes of their chain's base.
+
+    Attributes:
+        frame: rotation matrices (n, 3, 3).
+        arm: (n, 3) [m] from the joint before.
+        center: (n, 3) [m] of mass from the joint.
+        inertia: (n, 3, 3) [kg m2].
     """
 
     frame: Array
@@ -71,9 +83,12 @@ class Equation(NamedTuple):
 
 
 class Folded(NamedTuple):
-    """What the way to the base leaves at each joint, with all that hangs on it: angular and
-    coupling inertia, the inverse of the angular one with what is added (n, 3, 3), and the torque
-    (n, 3) that is left for the joint.
+    """Articulated-body quantities of each joint after the pass from tip to base.
+
+    Attributes:
+        angular, coupling: (n, 3, 3), parts of the articulated inertia.
+        inverse: (n, 3, 3), of the angular part plus the added inertia.
+        torque: (n, 3) that remains for the joint.
     """
 
     angular: Array
@@ -89,7 +104,7 @@ def not_placed(joints: int) -> Placed:
 
 
 @compiled
-def place_links(q, links, placed):
+def place_links(q: Array, links: Links, placed: Placed) -> None:
     """Forward kinematics: fill `placed` for the orientations q (n, 4) of the joints."""
     for f in range(len(links.start) - 1):
         frame = UNIT_MATRIX
@@ -102,9 +117,9 @@ def place_links(q, links, placed):
 
 
 @compiled
-def inertial_torque(rate, links, placed, out):
-    """M @ rate of all chains: rate and out (n, 3) in child axes; joint velocities other than rate
-    are zero.
+def inertial_torque(rate: Array, links: Links, placed: Placed, out: Array) -> None:
+    """M @ rate of all chains, with rate and out (n, 3) in child axes, at joint velocities of
+    zero.
     """
     force, moment = np.empty(rate.shape), np.empty(rate.shape)
     for f in range(len(links.start) - 1):
@@ -119,8 +134,12 @@ def inertial_torque(rate, links, placed, out):
 
 
 @compiled
-def _load_links(first, last, rate, mass, placed, force, moment):
-    """Force and moment (n, 3) about its joint that each link of a chain takes at these rates."""
+def _load_links(
+    first: int, last: int, rate: Array, mass: Array, placed: Placed, force: Array, moment: Array
+) -> None:
+    """Fill force and moment (n, 3), about its joint, that each link of a chain needs for these
+    rates.
+    """
     spin, linear = ZERO, ZERO
     for i in range(first, last):
         own = apply(rows(placed.frame[i]), rate[i])
@@ -136,8 +155,8 @@ def _load_links(first, last, rate, mass, placed, force, moment):
 
 
 @compiled
-def solve_chains(equation, links, placed):
-    """Find the acceleration of an equation for the placed links of all chains."""
+def solve_chains(equation: Equation, links: Links, placed: Placed) -> None:
+    """Solve an `Equation` for the acceleration of the placed links of all chains."""
     n = len(links.mass)
     folded = Folded(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
     for f in range(len(links.start) - 1):
@@ -147,8 +166,10 @@ def solve_chains(equation, links, placed):
 
 
 @compiled
-def _fold(first, last, equation, mass, placed, folded):
-    """The way of the recursion from the tip to the base."""
+def _fold(
+    first: int, last: int, equation: Equation, mass: Array, placed: Placed, folded: Folded
+) -> None:
+    """The pass of the algorithm from the tip to the base."""
     a, b, c = ZERO_MATRIX, ZERO_MATRIX, ZERO_MATRIX
     moment, force = ZERO, ZERO  # that the joints further out need
     for i in range(last - 1, first - 1, -1):
@@ -173,8 +194,8 @@ def _fold(first, last, equation, mass, placed, folded):
 
 
 @compiled
-def _plus_transposed(start, a, vector):
-    """start + a^T @ vector, added up in this order."""
+def _plus_transposed(start: Vector, a: Matrix, vector: Vector) -> Vector:
+    """start + a^T @ vector, summed in this order."""
     return (
         start[0] + a[0][0] * vector[0] + a[1][0] * vector[1] + a[2][0] * vector[2],
         start[1] + a[0][1] * vector[0] + a[1][1] * vector[1] + a[2][1] * vector[2],
@@ -183,8 +204,10 @@ def _plus_transposed(start, a, vector):
 
 
 @compiled
-def _add_link(mass, com, own, a, b, c):
-    """The spatial inertia [a b; b^T c] and that of one link about its joint origin."""
+def _add_link(
+    mass: float, com: Row, own: Matrix, a: Matrix, b: Matrix, c: Matrix
+) -> tuple[Matrix, Matrix, Matrix]:
+    """The spatial inertia [a b; b^T c] plus that of one link about its joint origin."""
     (axx, axy, axz), (ayx, ayy, ayz), (azx, azy, azz) = a
     (bxx, bxy, bxz), (byx, byy, byz), (bzx, bzy, bzz) = b
     (cxx, cxy, cxz), (cyx, cyy, cyz), (czx, czy, czz) = c
@@ -204,13 +227,13 @@ def _add_link(mass, com, own, a, b, c):
 
 
 @compiled
-def _minus_scaled(row, factor, vector):
+def _minus_scaled(row: Vector, factor: float, vector: Row) -> Vector:
     """row - factor * vector."""
     return row[0] - factor * vector[0], row[1] - factor * vector[1], row[2] - factor * vector[2]
 
 
 @compiled
-def _shift_to_parent(r, a, b, c):
+def _shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
     """Angular and coupling inertia of [a b; b^T c], of a joint origin at `r`, at the parent's
     origin; the linear one stays c.
 
@@ -223,7 +246,7 @@ def _shift_to_parent(r, a, b, c):
 
 
 @compiled
-def _plus_crossed(a, r, b):
+def _plus_crossed(a: Matrix, r: Row, b: Matrix) -> Matrix:
     """a + R b, R the cross-product matrix of r."""
     return (
         _plus_two(a[0], -r[2], b[1], r[1], b[2]),
@@ -233,7 +256,7 @@ def _plus_crossed(a, r, b):
 
 
 @compiled
-def _plus_two(row, f, a, g, b):
+def _plus_two(row: Vector, f: float, a: Vector, g: float, b: Vector) -> Vector:
     """row + f * a + g * b."""
     return (
         row[0] + f * a[0] + g * b[0],
@@ -243,8 +266,8 @@ def _plus_two(row, f, a, g, b):
 
 
 @compiled
-def _accelerate(first, last, placed, folded, out):
-    """The way back of the recursion, from the base to the tip."""
+def _accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array) -> None:
+    """The pass of the algorithm from the base to the tip."""
     torque, angular, coupling = folded.torque, folded.angular, folded.coupling
     spin, shift = ZERO, ZERO
     for i in range(first, last):
@@ -261,8 +284,8 @@ def _accelerate(first, last, placed, folded, out):
 
 
 @compiled
-def _left(torque, angular, coupling, spin, shift):
-    """What the motion of the joints before leaves of a torque; a row of both inertias."""
+def _left(torque: float, angular: Array, coupling: Array, spin: Vector, shift: Vector) -> float:
+    """A torque minus what the motion of the joints before takes of it; one row of both inertias."""
     for s in range(3):
         torque -= angular[s] * spin[s] + coupling[s] * shift[s]
     return torque

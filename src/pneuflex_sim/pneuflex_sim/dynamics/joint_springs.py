@@ -30,17 +30,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuflex_sim.dynamics.chain import Equation, Placed, inertial_torque, place_links, solve_chains
+from pneuflex_sim.dynamics.chain import (
+    Equation,
+    Links,
+    Placed,
+    inertial_torque,
+    place_links,
+    solve_chains,
+)
 from pneuflex_sim.dynamics.spatial import (
     Array,
+    Row,
+    Vector,
     cross,
     quaternion_of_rotation,
     quaternion_product,
     rotation_between,
     write,
 )
+from softhand_common.numerics.compiled import compiled
 from softhand_model.hand.joint_stiffness import LEAST_STRETCH
-from softhand_model.numerics.compiled import compiled
 
 SMALL_ANGLE = 1e-2  # [rad], below which series stand for the rotation's Jacobian
 STOP_ANGLE = 2.4  # [rad] of a joint from rest; at pi a rotation would turn over into its opposite
@@ -51,9 +60,14 @@ BRAKE_TIME = 0.3  # [s] damping of the brake over the joint's stiffness
 
 
 class Springs(NamedTuple):
-    """Springs of joints about the axes of their child frames: rest orientations (n, 4) without
-    pressure, stiffness (n, 3) [N m/rad], stretching (n,) [1/rad] of the top with the bend of
-    rubber, 0 for linear springs, damping (n, 3) [N m s/rad].
+    """Springs of joints about the axes of their child frames.
+
+    Attributes:
+        rest: quaternions (n, 4), x y z w, in which the springs have no torque.
+        stiffness: (n, 3) [N m/rad].
+        stretching: (n,) [1/rad] stretch of the top of the finger for a bend of the joint, as the
+            law of rubber needs it; 0 makes the spring a linear one.
+        damping: (n, 3) [N m s/rad].
     """
 
     rest: Array
@@ -63,15 +77,15 @@ class Springs(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Joints as the engine has moved them: orientations q (n, 4), velocities v (n, 3) [rad/s]."""
+    """Joints after a step of the engine: orientations q (n, 4), velocities v (n, 3) [rad/s]."""
 
     q: Array
     v: Array
 
 
 class Actuation(NamedTuple):
-    """What pressure does to joints: rotation bend (n, 3) [rad] added to their rest, stiffness gas
-    (n, 3) [N m/rad] of the enclosed air.
+    """Effect of pressure on joints: rotation bend (n, 3) [rad] added to their rest, and stiffness
+    gas (n, 3) [N m/rad] of the enclosed air.
     """
 
     bend: Array
@@ -79,8 +93,8 @@ class Actuation(NamedTuple):
 
 
 class Before(NamedTuple):
-    """What a step leaves to the next one: velocities v (n, 3) [rad/s], torque (n, 3) [N m], which
-    is the result, and the placed links.
+    """State that a step hands to the next one: velocities v (n, 3) [rad/s], torque (n, 3) [N m],
+    which is also the result of the step, and the placed links.
     """
 
     v: Array
@@ -89,7 +103,7 @@ class Before(NamedTuple):
 
 
 @compiled
-def rubber_stress(stretch):
+def rubber_stress(stretch: float) -> tuple[float, float]:
     """`joint_stiffness.rubber_stress` of one joint: elastic term and slope [-] at a stretch [-]."""
     least = max(stretch, LEAST_STRETCH)
     inverse = 1.0 / least
@@ -99,13 +113,15 @@ def rubber_stress(stretch):
 
 
 @compiled
-def elastic_torque(error, rest_bend, stiffness, stretching):
+def elastic_torque(
+    error: Row, rest_bend: float, stiffness: Array, stretching: float
+) -> tuple[Vector, float, float]:
     """Torque (3,) [N m] of a joint's spring on its child, in the child's axes, at a rotation
-    `error` (3,) [rad] from a rest bent by rest_bend [rad]; and factors on the stiffness in bending:
-    of its tangent here and in the rest shape.
+    `error` (3,) [rad] from a rest bent by rest_bend [rad]; and two factors on the stiffness in
+    bending: of its tangent here, and in the rest shape.
 
-    It is minus the gradient of the energy: the transposed inverse of the rotation's right Jacobian
-    times K*e, K*e - e x K*e/2 + c*e x (e x K*e).
+    The torque is minus the gradient of the energy: the transposed inverse of the right Jacobian of
+    the rotation times K*e, that is K*e - e x K*e/2 + c*e x (e x K*e).
     """
     bending, here, at_rest = stiffness[1] * error[1], 1.0, 1.0
     if stretching > 0.0:
@@ -130,15 +146,23 @@ def elastic_torque(error, rest_bend, stiffness, stretching):
 
 
 @compiled
-def _beyond_stop(angle):
-    """How far [rad] a rotation from rest is beyond the stop; 0 within."""
+def _beyond_stop(angle: float) -> float:
+    """Angle [rad] by which a rotation from rest exceeds the stop; 0 within."""
     if angle > STOP_ANGLE:
         return angle - STOP_ANGLE
     return min(0.0, angle + STOP_ANGLE)
 
 
 @compiled
-def spring_torques(dt, first_step, links, springs, joints, actuation, before):
+def spring_torques(
+    dt: float,
+    first_step: bool,
+    links: Links,
+    springs: Springs,
+    joints: Joints,
+    actuation: Actuation,
+    before: Before,
+) -> None:
     """One implicit step of all chains: the torques in `before`, which is updated in place."""
     shape = joints.v.shape
     external = np.zeros(shape)
@@ -158,9 +182,17 @@ def spring_torques(dt, first_step, links, springs, joints, actuation, before):
 
 
 @compiled
-def _pull(dt, springs, joints, actuation, external, torque, equation):
-    """Torque (n, 3) of the springs in a step without acceleration, the right-hand side with the
-    load of the step before, and what the springs add to the inertia.
+def _pull(
+    dt: float,
+    springs: Springs,
+    joints: Joints,
+    actuation: Actuation,
+    external: Array,
+    torque: Array,
+    equation: Equation,
+) -> None:
+    """Fill the torque (n, 3) [N m] of the springs for a step without acceleration, the right-hand
+    side with the load of the step before, and the terms that the springs add to the inertia.
     """
     bend, v = actuation.bend, joints.v
     for i in range(len(v)):
@@ -184,8 +216,8 @@ def _pull(dt, springs, joints, actuation, external, torque, equation):
 
 
 @compiled
-def _brake(dt, v, stiffness, torque, equation):
-    """Add damping to the joints that would turn too far in a step; whether there are any."""
+def _brake(dt: float, v: Array, stiffness: Array, torque: Array, equation: Equation) -> bool:
+    """Add damping to the joints that would turn too far in a step; whether any was braked."""
     fastest, braked = min(max(BRAKE_ANGLE / dt, SLOWEST_BRAKE), FASTEST_BRAKE), False
     for i in range(len(v)):
         for k in range(3):
@@ -201,9 +233,9 @@ def _brake(dt, v, stiffness, torque, equation):
 
 
 @compiled
-def look_at_joints(rest, q, v, rotations):
-    """Fill the rotation vectors (n, 3) [rad] of the joints against their rest orientations without
-    pressure; the greatest joint speed [rad/s] about an axis, not a number where one is not.
+def look_at_joints(rest: Array, q: Array, v: Array, rotations: Array) -> float:
+    """Fill the rotation vectors (n, 3) [rad] of the joints relative to their rest without pressure;
+    returns the greatest joint speed [rad/s] about an axis, NaN if a speed is NaN.
     """
     fastest = 0.0
     for i in range(len(rest)):

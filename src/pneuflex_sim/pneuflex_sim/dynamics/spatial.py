@@ -1,9 +1,9 @@
 """Vectors, small rotations and 3 x 3 products for the compiled kernels.
 
 All are tuples: vectors (x, y, z), quaternions (x, y, z, w), matrices of three rows. The compiler
-keeps them in registers, where arrays would be allocated and could overlap. Vectors and quaternions
-that are only read may be rows of arrays as well; `rows` takes a matrix from an array, `write` and
-`write_matrix` put results into one.
+keeps tuples in registers, while arrays would be allocated and could overlap. Vectors and
+quaternions that are only read may also be rows of arrays. `rows` reads a matrix from an array;
+`write` and `write_matrix` store results into one.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 Row = Array | Vector | Quaternion
+QuaternionRow = Array | Quaternion
 
 ZERO = (0.0, 0.0, 0.0)
 ZERO_MATRIX = (ZERO, ZERO, ZERO)
@@ -51,7 +53,7 @@ def write_matrix(a: Matrix, out: Array) -> None:
 
 
 @compiled
-def rotation_matrix(q: Row) -> Matrix:
+def rotation_matrix(q: QuaternionRow) -> Matrix:
     """The rotation matrix of the unit quaternion `q`."""
     x, y, z, w = q[0], q[1], q[2], q[3]
     return (
@@ -62,7 +64,7 @@ def rotation_matrix(q: Row) -> Matrix:
 
 
 @compiled
-def quaternion_product(a: Row, b: Row) -> Quaternion:
+def quaternion_product(a: QuaternionRow, b: QuaternionRow) -> Quaternion:
     """The quaternion product a * b."""
     x = a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1]
     y = a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0]
@@ -72,7 +74,7 @@ def quaternion_product(a: Row, b: Row) -> Quaternion:
 
 
 @compiled
-def conjugate(q: Row) -> Quaternion:
+def conjugate(q: QuaternionRow) -> Quaternion:
     """The inverse of the unit quaternion `q`."""
     return -q[0], -q[1], -q[2], q[3]
 
@@ -86,7 +88,7 @@ def quaternion_of_rotation(rotation: Row) -> Quaternion:
 
 
 @compiled
-def rotation_between(reference: Row, q: Row) -> Vector:
+def rotation_between(reference: QuaternionRow, q: QuaternionRow) -> Vector:
     """The rotation vector (3,) [rad] of reference^-1 * q, angle within (-pi, pi]."""
     rx, ry, rz, rw = reference[0], reference[1], reference[2], reference[3]
     ex = rw * q[0] - rx * q[3] - ry * q[2] + rz * q[1]
@@ -195,7 +197,7 @@ def invert_symmetric(a: Matrix) -> Matrix:
 
 
 @compiled
-def rotate(q, vector):
+def rotate(q: QuaternionRow, vector: Row) -> Vector:
     """The vector (3,) turned by the unit quaternion `q`."""
     half = cross(q, vector)
     first = (2 * half[0], 2 * half[1], 2 * half[2])

@@ -1,5 +1,5 @@
-"""Air and hand act on each other: chamber volumes from the shape, rest shape and gas stiffness from
-the pressures.
+"""Coupling of air and hand: chamber volumes from the shape, rest shape and gas stiffness from the
+pressures.
 """
 
 from __future__ import annotations
@@ -7,40 +7,45 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.dynamics.joint_springs import Actuation
+from pneuflex_sim.dynamics.spatial import Array, IntArray
 from pneuflex_sim.hand.layout import HandLayout
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
-from softhand_model.numerics.compiled import compiled
 
-Array = NDArray[np.float64]
-
-LEAST_VOLUME = 0.2  # of a chamber bent the wrong way, as a share of that at rest
-BEND = 1  # index of the bending axis (y) in joint rotations
+MIN_VOLUME_SHARE = 0.2  # of a chamber bent the wrong way, as a share of that at rest
+BEND_AXIS = 1  # index of the bending axis (y) in joint rotations
 
 
 class RestTables(NamedTuple):
-    """Rest shape over pressure of all actuators, as cubics between pressures `step` (actuators,)
-    [Pa] apart: the channel that feeds each, its first joint, and how many columns of `cubic`
-    (actuators, intervals, 4, columns) it has, three a joint.
+    """Rest shape over pressure of all actuators, as piecewise cubics.
+
+    Attributes:
+        channel: (actuators,) index of the channel that feeds each.
+        step: (actuators,) [Pa] between the pressures of a table.
+        cubic: (actuators, intervals, 4, columns), coefficients, three columns per joint.
+        first_joint: (actuators,) index.
+        columns: (actuators,) number of columns in use.
     """
 
-    channel: Array
+    channel: IntArray
     step: Array
     cubic: Array
-    first_joint: Array
-    columns: Array
+    first_joint: IntArray
+    columns: IntArray
 
 
 class AirCoupling:
     """Chambers of a hand grouped by channel; channels in the order of the hand's YAML, joints in
     that of the layout.
 
-    rest_volumes (channels,) [m3]; volume_gain (channels, n) [m3/rad]: with each joint's bend;
-    total_gain (channels,) [m3/rad]: with a bend of all joints alike. by_tables: whether the rest
-    shape follows from tables alone; else effects of the model act on it. actuation: what the
-    pressures of the step do to the joints.
+    Attributes:
+        rest_volumes: (channels,) [m3].
+        volume_gain: (channels, n) [m3/rad], with each joint's bend.
+        total_gain: (channels,) [m3/rad], with an equal bend of all joints.
+        by_tables: whether the rest shape follows from tables alone, without effects of the model.
+        actuation: effect of the pressures of the present step on the joints.
     """
 
     def __init__(self, layout: HandLayout) -> None:
@@ -85,8 +90,8 @@ class AirCoupling:
     def enclosed_air(
         self, masses: Array, ambient: float, temperature: float, rotations: Array
     ) -> tuple[Array, Array]:
-        """Absolute pressures [Pa] and volumes [m3] of the channels when they hold these masses of
-        air [kg above the fill at rest and ambient].
+        """Absolute pressures [Pa] and volumes [m3] of channels that hold these masses of air [kg
+        above the fill at rest and ambient pressure].
         """
         volumes, pressures_abs = np.empty_like(masses), np.empty_like(masses)
         chamber_volumes(self.rest_volumes, self.volume_gain, rotations, volumes)
@@ -107,8 +112,9 @@ class AirCoupling:
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
-        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest; in
-        the rotations (n, 3) [rad], after a step [s], where effects act.
+        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest.
+        Where effects of the model act, they advance by a step [s] at the joint rotations (n, 3)
+        [rad].
         """
         if not self.by_tables:
             self.bend_by_models(step, pressures, rotations, temperature)
@@ -122,8 +128,8 @@ class AirCoupling:
     def bend_by_models(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> None:
-        """Advance effects by a step [s], and put the rest shape that they leave into `actuation`,
-        at gauge pressures (channels,) [Pa] and a temperature [K].
+        """Advance the effects of the model by a step [s] at gauge pressures (channels,) [Pa] and a
+        temperature [K], and store the resulting rest shape in `actuation`.
         """
         for name, channels in self._fed.items():
             joints = self.layout.chain_joints[name]
@@ -133,19 +139,26 @@ class AirCoupling:
 
 
 @compiled
-def chamber_volumes(rest_volumes, gain, rotations, volumes):
+def chamber_volumes(rest_volumes: Array, gain: Array, rotations: Array, volumes: Array) -> None:
     """Fill the volumes (channels,) [m3] for the joint rotations (n, 3) [rad]; `gain` (channels, n)
     [m3/rad].
     """
     for channel in range(len(volumes)):
         volume = rest_volumes[channel]
         for i in range(gain.shape[1]):
-            volume += gain[channel, i] * rotations[i, BEND]
-        volumes[channel] = max(volume, LEAST_VOLUME * rest_volumes[channel])
+            volume += gain[channel, i] * rotations[i, BEND_AXIS]
+        volumes[channel] = max(volume, MIN_VOLUME_SHARE * rest_volumes[channel])
 
 
 @compiled
-def enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressures_abs):
+def enclosed_pressures_abs(
+    masses: Array,
+    heat: float,
+    ambient: float,
+    rest_volumes: Array,
+    volumes: Array,
+    pressures_abs: Array,
+) -> None:
     """Fill the absolute pressures (channels,) [Pa] of masses [kg above rest] behind closed valves,
     with R_s T = heat [J/kg].
     """
@@ -155,16 +168,23 @@ def enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressur
 
 
 @compiled
-def act_on_joints(pressures, drop, with_bend, tables, stiffness, actuation):
-    """Make `actuation.gas` what the enclosed air adds to each joint's stiffness while all joints of
-    its channel bend alike, and, if asked to, `actuation.bend` the rest shape at the gauge pressures
-    (channels,) [Pa].
+def act_on_joints(
+    pressures: Array,
+    drop: Array,
+    with_bend: bool,
+    tables: RestTables,
+    stiffness: Array,
+    actuation: Actuation,
+) -> None:
+    """Fill `actuation.gas`, the stiffness that the enclosed air adds to each joint while all joints
+    of its channel bend alike, and, if `with_bend`, `actuation.bend`, the rest shape at the gauge
+    pressures (channels,) [Pa].
 
-    `drop` (channels,) [Pa/rad] is p_abs/V times the sum of dV/dtheta over the channel: that is how
-    fast the pressure falls with the bend (isothermal), and torque = -k*(dtheta_rest/dp)*dp. The
-    true matrix is a dyad; its row sums on the diagonal are exact for that motion and bound it for
-    any other, so they keep the implicit step stable. They act only on the motion within a step:
-    statics do not depend on them.
+    `drop` (channels,) [Pa/rad] is p_abs/V times the sum of dV/dtheta over the channel, the fall of
+    the pressure with the bend (isothermal); torque = -k*(dtheta_rest/dp)*dp. The true stiffness
+    matrix is a dyad. Its row sums on the diagonal are exact for an equal bend of all joints and an
+    upper bound for any other motion, so they keep the implicit step stable. They act only on the
+    motion within a step and do not change the statics.
     """
     bend, gas = actuation.bend, actuation.gas
     gas[:] = 0.0
@@ -179,6 +199,6 @@ def act_on_joints(pressures, drop, with_bend, tables, stiffness, actuation):
             joint, axis = tables.first_joint[actuator] + k // 3, k % 3
             if with_bend:
                 bend[joint, axis] += c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
-            if axis == BEND:
+            if axis == BEND_AXIS:
                 slope = c[1, k] + t * (2.0 * c[2, k] + t * 3.0 * c[3, k])
                 gas[joint, axis] += fall * slope * stiffness[joint, axis]

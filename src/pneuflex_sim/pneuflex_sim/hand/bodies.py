@@ -16,7 +16,7 @@ from pneuflex_sim.dynamics.chain import not_placed
 from pneuflex_sim.dynamics.joint_springs import Before, Joints, look_at_joints
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.collision import (
-    PALM,
+    PALM_GROUP,
     Touch,
     collides_with,
     collision_groups,
@@ -41,7 +41,7 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
+NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
 SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
 LONGEST_BLOW = 0.1  # [s]
@@ -49,7 +49,7 @@ LONGEST_BLOW = 0.1  # [s]
 
 class JointStates:
     """Orientations and velocities of the spherical joints of some bodies, each with `counts` joints
-    and no others. The arrays stay the same ones.
+    and no others. The arrays are allocated once.
     """
 
     def __init__(self, bodies: list[int], counts: list[int], client: int) -> None:
@@ -57,19 +57,21 @@ class JointStates:
             (body, list(range(count))) for body, count in zip(bodies, counts, strict=True)
         ]
         self._client, n = client, sum(counts)
-        self.joints = Joints(np.tile(IDENTITY, (n, 1)), np.zeros((n, 3)))
-        self._orientations = struct.Struct(f"{4 * n}d")
-        self._velocities = struct.Struct(f"{3 * n}d")
+        self.joints = Joints(np.tile(NO_ROTATION, (n, 1)), np.zeros((n, 3)))
+        self._orientations, self._q = struct.Struct(f"{4 * n}d"), self.joints.q.data
+        self._velocities, self._v = struct.Struct(f"{3 * n}d"), self.joints.v.data
 
     def read(self) -> None:
-        """Fill the arrays; with lists, struct and no keywords: each costs time in every step."""
+        """Fill the arrays. Lists, struct and positional arguments are used because this runs in
+        every step.
+        """
         client, orientations, velocities = self._client, [], []
         for body, joints in self._bodies:
             for q, v, _, _ in pybullet.getJointStatesMultiDof(body, joints, client):
                 orientations += q
                 velocities += v
-        self._orientations.pack_into(self.joints.q, 0, *orientations)
-        self._velocities.pack_into(self.joints.v, 0, *velocities)
+        self._orientations.pack_into(self._q, 0, *orientations)
+        self._velocities.pack_into(self._v, 0, *velocities)
 
     def push(self, torque: Array) -> None:
         """Apply torques (n, 3) [N m] to the joints in the next step, in their child frames."""
@@ -87,10 +89,13 @@ class JointStates:
 
 
 class HandBodies:
-    """The chains of one hand in a world; arrays have one row a joint, in the order of the layout.
+    """The chains of one hand in a world; arrays have one row per joint, in the order of the layout.
 
-    q (n, 4), v (n, 3) [rad/s]: as the joints are. rotations (n, 3) [rad]: rotation vector of each
-    joint against its rest without pressure; y is the bend. torque (n, 3) [N m]: of the springs.
+    Attributes:
+        q, v: orientations (n, 4) and velocities (n, 3) [rad/s] of the joints.
+        rotations: (n, 3) [rad], rotation vector of each joint relative to its rest without
+            pressure; y is the bend.
+        torque: (n, 3) [N m] of the springs.
     """
 
     def __init__(
@@ -152,9 +157,9 @@ class HandBodies:
             linkCollisionShapeIndices=shapes,
             linkVisualShapeIndices=[-1] * count,
             linkPositions=layout.offset[joints].tolist(),
-            linkOrientations=[IDENTITY] * count,
+            linkOrientations=[NO_ROTATION] * count,
             linkInertialFramePositions=layout.center[joints].tolist(),
-            linkInertialFrameOrientations=[IDENTITY] * count,
+            linkInertialFrameOrientations=[NO_ROTATION] * count,
             linkParentIndices=list(range(count)),
             linkJointTypes=[pybullet.JOINT_SPHERICAL] * count,
             linkJointAxis=[(0, 0, 1)] * count,
@@ -174,13 +179,13 @@ class HandBodies:
                 base, -1, lateralFriction=self.touch.friction, physicsClientId=self.world.client
             )
             pybullet.setCollisionFilterGroupMask(
-                base, -1, PALM, collides_with(PALM), physicsClientId=self.world.client
+                base, -1, PALM_GROUP, collides_with(PALM_GROUP), physicsClientId=self.world.client
             )
         return palm
 
     def _palm_mounts(self, pad: PalmPad) -> list[tuple[Array, Array]]:
         plate = self.layout.description.plate
-        own = [] if plate is None else [(np.array(plate.position), np.array(IDENTITY))]
+        own = [] if plate is None else [(np.array(plate.position), np.array(NO_ROTATION))]
         return [*own, (pad.spring.place, pad.orientation)]
 
     def _set_base_dynamics(self, base: int, resistance: tuple[float, float]) -> None:
@@ -207,7 +212,7 @@ class HandBodies:
         layout, client = self.layout, self.world.client
         inertia = layout.inertia(self.world.step_size)
         self._set_base_dynamics(base, (BASE_MASS, BASE_INERTIA))
-        pybullet.setCollisionFilterGroupMask(base, -1, PALM, 0, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(base, -1, PALM_GROUP, 0, physicsClientId=client)
         groups = collision_groups(layout, body)
         for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
             pybullet.changeDynamics(
@@ -231,7 +236,7 @@ class HandBodies:
                 base,
                 link,
                 pybullet.POSITION_CONTROL,
-                targetPosition=IDENTITY,
+                targetPosition=NO_ROTATION,
                 positionGain=0,
                 velocityGain=0,
                 force=[0, 0, 0],
@@ -240,8 +245,8 @@ class HandBodies:
 
     # ---------------------------------------------------------------- state
     def reset(self, wrist: Wrist, joints: Array | None = None) -> None:
-        """Put every base at the wrist and every joint at its orientation in `joints` (n, 4), or at
-        rest without pressure; nothing moves.
+        """Put every base at the wrist and every joint at its orientation in `joints` (n, 4), by
+        default at rest without pressure; all velocities are zero.
         """
         joints = self.layout.rest if joints is None else joints
         self.bases.reset(wrist)
@@ -264,7 +269,7 @@ class HandBodies:
             raise self.world.diverged(self._diverged(fastest))
 
     def _diverged(self, fastest: float) -> str:
-        """What to say of a joint that stays fast; a blow may make one fast for an instant."""
+        """Message about a joint that stays fast; a blow may make one fast for an instant."""
         joint = self.layout.names[int(np.argmax(np.abs(self.v).max(axis=1)))]
         return (
             f"the simulation diverged: joint {joint} turns at {fastest:.0f} rad/s for "

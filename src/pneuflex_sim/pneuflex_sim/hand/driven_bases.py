@@ -1,11 +1,11 @@
-"""The bases of a hand's bodies, pushed along with the wrist; what they gain beyond that push is the
-hand's load on it, at no cost.
+"""The bases of a hand's bodies, driven along with the wrist. The velocity that they gain beyond the
+drive is the hand's load on the wrist.
 
-Each base is a free body. (One that is moved by resetting its pose has no velocity in the contact
-solver, and a held object would not follow it.) Those of chains are so heavy that the chain does not
-move them. Those that touch by themselves, palm sheet and plate, weigh less than the arm: what stops
-them within a step, such as a table, then asks of the arm, which feels it one step late, no more
-than it can give.
+Each base is a free body. (A base that is moved by resetting its pose has no velocity in the contact
+solver, and a held object would not follow it.) The bases of chains are so heavy that the chain does
+not move them. The bases that touch by themselves, palm sheet and plate, weigh less than the arm.
+The arm feels what stops them, such as a table, one step late; with less mass this load cannot
+exceed what the arm can give.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import pybullet
 from numpy.typing import NDArray
 
 from pneuflex_sim.dynamics.spatial import (
+    Vector,
     conjugate,
     cross,
     minus,
@@ -28,8 +29,8 @@ from pneuflex_sim.dynamics.spatial import (
     write,
 )
 from pneuflex_sim.hand.palm_pad import NO_PAD, PalmPad
-from pneuflex_sim.hand.wrist import Wrist, advance_wrist
-from softhand_model.numerics.compiled import compiled
+from pneuflex_sim.hand.wrist import Arm, Wrist, WristState, advance_wrist
+from softhand_common.numerics.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -40,10 +41,16 @@ PALM_INERTIA = 0.02  # [kg m2]
 
 
 class Bases(NamedTuple):
-    """Bases (b,) of a hand: mounts in the frame of the wrist, poses in the world, each places
-    (b, 3) [m] and orientations (b, 4); velocity (b, 2, 3) [m/s, rad/s] that they have, and the one
-    that they were pushed to; push (b, 3, 3): force, torque and the place where they act; resistance
-    (b, 2): mass [kg] and inertia [kg m2].
+    """Bases (b,) of a hand.
+
+    Attributes:
+        mount_places, mount_orientations: poses of the mounts in the wrist frame, (b, 3) [m] and
+            (b, 4).
+        places, orientations: poses in the world, (b, 3) [m] and (b, 4).
+        velocity: (b, 2, 3) [m/s, rad/s], as measured.
+        pushed: (b, 2, 3) [m/s, rad/s], to which the last push should have brought them.
+        push: (b, 3, 3): force [N], torque [N m], and the point [m] where they act.
+        resistance: (b, 2): mass [kg] and inertia [kg m2].
     """
 
     mount_places: Array
@@ -57,8 +64,8 @@ class Bases(NamedTuple):
 
 
 class HandWeight(NamedTuple):
-    """Gravity [m/s2] on the bases, and the weight [N] of the resting hand at its center (3,) [m] of
-    mass in the frame of the wrist, which the arm knows and carries.
+    """Gravity [m/s2] on the bases, and the weight `force` [N] of the resting hand at its `center`
+    (3,) [m] of mass in the wrist frame; the arm compensates this weight.
     """
 
     gravity: float
@@ -67,9 +74,9 @@ class HandWeight(NamedTuple):
 
 
 @compiled
-def carry_bases(step, bases, weight, arm, wrist):
-    """One step [s] of wrist and bases: feel the load, advance the wrist under it, find the push;
-    the bases' poses become those to reach.
+def carry_bases(step: float, bases: Bases, weight: HandWeight, arm: Arm, wrist: WristState) -> None:
+    """One step [s] of wrist and bases: compute the load, advance the wrist under it, compute the
+    push. The bases' poses become those to reach.
     """
     feel_load(step, bases, weight, wrist)
     advance_wrist(step, arm, wrist)
@@ -81,7 +88,7 @@ def carry_bases(step, bases, weight, arm, wrist):
 
 
 @compiled
-def place_bases(wrist, bases, places, orientations):
+def place_bases(wrist: WristState, bases: Bases, places: Array, orientations: Array) -> None:
     """Poses (b, 3) [m] and (b, 4) of the mounts on the wrist as it is now."""
     for b in range(len(places)):
         mount = rotate(wrist.orientation, bases.mount_places[b])
@@ -92,9 +99,9 @@ def place_bases(wrist, bases, places, orientations):
 
 
 @compiled
-def feel_load(step, bases, weight, wrist):
-    """Wrench of the hand on the wrist from what the bases' velocities gained on the push, without
-    the weight of the resting hand.
+def feel_load(step: float, bases: Bases, weight: HandWeight, wrist: WristState) -> None:
+    """Store the wrench of the hand on the wrist, computed from the difference of the bases'
+    velocities from those pushed to, without the weight of the resting hand.
     """
     down = (0.0, 0.0, -weight.force)
     about = cross(rotate(wrist.orientation, weight.center), down)
@@ -110,19 +117,21 @@ def feel_load(step, bases, weight, wrist):
 
 
 @compiled
-def _gained(step, velocity, pushed, resistance):
-    """Force or torque that has changed a base's velocity against what it was pushed to."""
+def _gained(step: float, velocity: Array, pushed: Array, resistance: float) -> Vector:
+    """Force or torque that explains the difference of a base's velocity from the one pushed to."""
     gain = minus(velocity, pushed)
     return gain[0] * resistance / step, gain[1] * resistance / step, gain[2] * resistance / step
 
 
 @compiled
-def push_bases(step, bases, gravity, next_places, next_orientations):
-    """Push that brings the bases to the next poses within a step, and holds them against gravity
-    [m/s2]; `bases.pushed` becomes the velocity to reach.
+def push_bases(
+    step: float, bases: Bases, gravity: float, next_places: Array, next_orientations: Array
+) -> None:
+    """Fill the push that brings the bases to the next poses within a step and holds them against
+    gravity [m/s2]; `bases.pushed` becomes the velocity to reach.
 
-    The difference of the velocity that the bases have from what they should have had has moved
-    them, and that is made up for.
+    A difference of the measured velocity from the one pushed to has moved the bases; the push
+    compensates this displacement.
     """
     velocity, pushed, push = bases.velocity, bases.pushed, bases.push
     for b in range(len(pushed)):
@@ -140,10 +149,15 @@ def push_bases(step, bases, gravity, next_places, next_orientations):
 
 
 class DrivenBases:
-    """Free bodies at mounts on the wrist; the palm sheet, where there is one, is the last.
+    """Free bodies at mounts on the wrist; the palm sheet, if there is one, is the last.
 
-    mounts: place (3,) [m] and orientation (4,) of each in the frame of the wrist; resistance (b,
-    2): mass [kg] and inertia [kg m2] of each.
+    Args:
+        ids: PyBullet ids of the bodies.
+        mounts: place (3,) [m] and orientation (4,) of each in the wrist frame.
+        resistance: mass [kg] and inertia [kg m2] of each.
+        pad: the palm sheet, or None.
+        weight: of the hand.
+        client: of PyBullet.
     """
 
     def __init__(
@@ -158,9 +172,18 @@ class DrivenBases:
         self.ids, self.weight, self._client = ids, weight, client
         self.pad = NO_PAD if pad is None else pad.spring
         places, orientations = (np.array(part, float) for part in zip(*mounts, strict=True))
-        moving = (np.zeros((len(ids), rows, 3)) for rows in (2, 2, 3))
-        poses = (places, orientations, places.copy(), orientations.copy())
-        self.arrays = Bases(*poses, *moving, np.array(resistance, float))
+        velocity, pushed, push = (np.zeros((len(ids), rows, 3)) for rows in (2, 2, 3))
+        self.arrays = Bases(
+            places,
+            orientations,
+            places.copy(),
+            orientations.copy(),
+            velocity,
+            pushed,
+            push,
+            np.array(resistance, float),
+        )
+        self._velocities = self.arrays.velocity.data
         self._numbers = struct.Struct(f"{6 * len(ids)}d")
 
     def reset(self, wrist: Wrist) -> None:
@@ -179,14 +202,14 @@ class DrivenBases:
             pybullet.resetBaseVelocity(base, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
 
     def read(self) -> None:
-        """Take the velocities from PyBullet."""
+        """Read the velocities from PyBullet."""
         client = self._client
         found = [pybullet.getBaseVelocity(base, client) for base in self.ids]
         numbers = chain.from_iterable(chain.from_iterable(found))
-        self._numbers.pack_into(self.arrays.velocity, 0, *numbers)
+        self._numbers.pack_into(self._velocities, 0, *numbers)
 
     def push(self) -> None:
-        """Apply the push that `carry_bases` has found."""
+        """Apply the push that `carry_bases` has computed."""
         force, torque, frame = (
             pybullet.applyExternalForce,
             pybullet.applyExternalTorque,

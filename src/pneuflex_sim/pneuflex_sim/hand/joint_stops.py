@@ -1,4 +1,4 @@
-"""Tells when pressure asks joints to bend beyond their stops, where the simulator cuts them off."""
+"""Warns when pressure would bend joints beyond their stops, where the simulator limits them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from softhand_model.chain.chain import ChainModel, discretise
 
 Array = NDArray[np.float64]
 
-SEARCHED_TO = 3.0  # times the largest pressure limit, where the tables of the rest shape end
-TOLERANCE = 1.0  # [Pa] of the pressure that is sought
+# times the largest pressure limit, where the tables of the rest shape end
+SEARCHED_PRESSURE_SHARE = 3.0
+PRESSURE_TOLERANCE = 1.0  # [Pa] of the pressure that is sought
 
 
 class JointStops:
     """The stops of a hand's joints: no pressure turns the rest of a joint beyond STOP_ANGLE.
 
-    lowest [Pa]: gauge pressure in all channels at which the first joint comes to its stop, infinite
-    where none does. told: the warning, once it has been given, else empty. Effects of the model
-    file that the rest tables leave out are left out.
+    Effects of the model file that are not in the rest tables are left out here.
+
+    Attributes:
+        lowest: gauge pressure [Pa] in all channels at which the first joint reaches its stop;
+            infinite where none does.
+        warning: the warning once it was given, else empty.
     """
 
     def __init__(self, layout: HandLayout) -> None:
@@ -30,21 +34,21 @@ class JointStops:
         self._channels = {
             chain.name: [hand.channel_of(name) for name in chain.actuators] for chain in hand.chains
         }
-        self.lowest, self.told = self._lowest_pressure(), ""
+        self.lowest, self.warning = self._lowest_pressure(), ""
 
     def _lowest_pressure(self) -> float:
         hand = self._layout.description
-        low, high = 0.0, SEARCHED_TO * float(hand.max_pressures().max())
+        low, high = 0.0, SEARCHED_PRESSURE_SHARE * float(hand.max_pressures().max())
         if self._farthest(np.full(len(hand.channels), high))[0] <= STOP_ANGLE:
             return float("inf")
-        while high - low > TOLERANCE:
+        while high - low > PRESSURE_TOLERANCE:
             middle = (low + high) / 2.0
             beyond = self._farthest(np.full(len(hand.channels), middle))[0] > STOP_ANGLE
             low, high = (low, middle) if beyond else (middle, high)
         return low
 
     def _farthest(self, pressures: Array) -> tuple[float, str, int]:
-        """Bend [rad], chain and joint of it that pressures (channels,) [Pa] ask for most."""
+        """Largest bend [rad] that pressures (channels,) [Pa] ask for, with its chain and joint."""
         found = []
         for name, fed in self._channels.items():
             asked = np.abs(self._layout.models[name].rest_rotation(pressures[fed])).max(axis=1)
@@ -52,16 +56,16 @@ class JointStops:
         return max(found)
 
     def look(self, pressures: Array) -> None:
-        """Warn (RuntimeWarning), once, when gauge pressures (channels,) [Pa] ask for more than a
-        joint can bend.
+        """Warn once (RuntimeWarning) when gauge pressures (channels,) [Pa] would bend a joint
+        beyond its stop.
         """
         highest = max(pressures.tolist())  # a list is quicker, and this is asked in every step
-        if self.told or highest <= self.lowest:
+        if self.warning or highest <= self.lowest:
             return
         asked, chain, joint = self._farthest(pressures)
         if asked > STOP_ANGLE:
-            self.told = self._words(asked, chain, joint, pressures)
-            warnings.warn(self.told, RuntimeWarning, stacklevel=4)
+            self.warning = self._words(asked, chain, joint, pressures)
+            warnings.warn(self.warning, RuntimeWarning, stacklevel=4)
 
     def _words(self, asked: float, chain: str, joint: int, pressures: Array) -> str:
         layout, hand, fed = self._layout, self._layout.description, self._channels[chain]
@@ -79,8 +83,8 @@ class JointStops:
         )
 
     def segments_within(self, chain: str, pressures: Array) -> int:
-        """Segments an actuator, at least, with which no joint of a chain stops at pressures
-        (channels,) [Pa].
+        """Least number of segments per actuator with which no joint of a chain reaches its stop at
+        pressures (channels,) [Pa].
         """
         description = self._layout.description.chain(chain)
         segments, fed = self._layout.segments, pressures[self._channels[chain]]

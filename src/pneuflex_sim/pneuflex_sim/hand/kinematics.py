@@ -1,5 +1,5 @@
-"""Tips and angles of a hand from its joint orientations, and what the angle sensors at the
-actuators' tips show under the effects of a model.
+"""Tips and angles of a hand from its joint orientations, and the readings of angle sensors at the
+actuators' tips under the effects of a model.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
 
-QUANTITY = "tip_angle"  # of output effects that act on the sensors
+SENSED_QUANTITY = "tip_angle"  # of output effects that act on the sensors
 
 
 class HandShape:
@@ -56,8 +56,8 @@ class HandShape:
         }
 
     def tip_angles(self, bend: Array) -> dict[str, float]:
-        """Angle of the tip of each actuator against its base [rad]: the sum of its joints' bends
-        (n,), strut left out.
+        """Angle [rad] of the tip of each actuator relative to its base: the sum of its joints'
+        bends (n,), without the strut.
         """
         angles = {}
         for chain in self.layout.description.chains:
@@ -74,19 +74,19 @@ class HandShape:
 
 
 class TipSensors:
-    """One sensor an actuator, with the memory of the model's output effects.
+    """One angle sensor per actuator, with the memory of the model's output effects.
 
-    active: whether the model has effects that act on it; else readings are the true angles.
+    `active` says whether the model has such effects; without them readings are the true angles.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
         shown = (e for e in model.stage("output") if isinstance(e, OutputEffect))
-        self.active = any(effect.shows(QUANTITY) for effect in shown)
+        self.active = any(effect.shows(SENSED_QUANTITY) for effect in shown)
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: straight for long."""
+        """Clear the memory of all sensors, as after a long time at rest."""
         self._sensors: dict[str, StagedEffects] = {}
         self._readings: dict[str, float] = {}
 
@@ -94,11 +94,11 @@ class TipSensors:
         """Advance the sensors by dt [s] to the true angles [rad] at its end, by actuator."""
         for name, angle in angles.items():
             sensor = self._sensors.setdefault(name, StagedEffects(self._model.stage("output")))
-            self._readings[name] = float(sensor.reading(QUANTITY, np.asarray(angle), dt))
+            self._readings[name] = float(sensor.reading(SENSED_QUANTITY, np.asarray(angle), dt))
 
     def readings(self, angles: Mapping[str, float]) -> dict[str, float]:
-        """Readings [rad] by actuator after the last step; before the first one those of a step that
-        takes no time to the true angles [rad].
+        """Readings [rad] by actuator after the last step; before the first step, those of a step of
+        zero duration at the true angles [rad].
         """
         if not self.active:
             return dict(angles)

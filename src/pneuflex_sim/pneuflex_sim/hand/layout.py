@@ -1,6 +1,6 @@
 """The joints of a whole hand in one set of arrays, in the order of the kernels and of PyBullet.
 
-Chains that ride on another one (the thumb on the palm) continue the serial body of their parent;
+A chain mounted on another one (the thumb on the palm) continues the serial body of its parent;
 every other chain starts a body of its own at its mount on the wrist.
 """
 
@@ -42,9 +42,7 @@ class Body:
 
 @dataclass(frozen=True)
 class HandLayout:
-    """All joints of a hand: arrays of shape (n, ...) as in `SegmentChain`, and
-    their bodies.
-    """
+    """All joints of a hand and their bodies; arrays have shapes (n, ...) as in `SegmentChain`."""
 
     description: HandDescription
     segments: int  # an actuator
@@ -73,14 +71,15 @@ class HandLayout:
         return Springs(rest, self.stiffness, self.stretching, damping)
 
     def inertia(self, step: float) -> Array:
-        """Principal inertia (n, 3) [kg m2] of the links, as boxes, with the rotary inertia that a
-        step needs.
+        """Principal inertia (n, 3) [kg m2] of the links as boxes, plus the rotary inertia that a
+        step [s] needs.
 
-        PyBullet's contact solver sees links without their springs, so each gets c*(step**2*k +
-        step*d), with c = 0.2 at 1 ms, in proportion to the step: statics unchanged, motion slower.
-        Tips, whose stiffness goes to zero, get at least TIP_SHARE of the chain's median: with less
-        of either, grasps that jam a fingertip between table and object diverged. No axis gets less
-        than that of bending: else hands softer sideways diverged when they hit the table hard.
+        PyBullet's contact solver sees links without their springs. So each link gets an additional
+        c*(step**2*k + step*d), with c = 0.2 at 1 ms and proportional to the step: this leaves the
+        statics unchanged and slows the motion. Tips, whose stiffness tends to zero, get at least
+        TIP_SHARE of the chain's median: with less, grasps that jam a fingertip between table and
+        object diverged. No axis gets less than bending: otherwise hands that are softer sideways
+        diverged when they hit the table hard.
         """
         x, y, z = self.size.T
         box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12
@@ -95,7 +94,8 @@ class HandLayout:
 
 
 def build_layout(description: HandDescription, segments: int, model: Model) -> HandLayout:
-    """Discretise every chain of a hand into `segments` segments an actuator and line the joints up.
+    """Discretise every chain of a hand into `segments` segments per actuator and arrange the
+    joints.
 
     Raises ValueError if a serial body would have more joints than PyBullet can report.
     """

@@ -19,7 +19,7 @@ from softhand_model.hand.hand import ChainDescription
 
 Array = NDArray[np.float64]
 
-CORNER = 0.1  # radius at the passive layer, as a share of height and width
+CORNER_RADIUS = 0.1  # radius at the passive layer, as a share of height and width
 BACK_POWER = (0.8, 0.6)  # of the superellipse on the back, along height and width
 # unit outline of a collision hull: points of the smooth outline, by their angle on the back [rad]
 HULL_BACK = (1.4, 0.7, 0.15)
@@ -33,7 +33,10 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
     the thesis shows in pictures alone.
     """
     angle = np.linspace(0.0, np.pi / 2.0, corner_points)
-    corner = CORNER * np.stack([np.cos(angle) - 1.0, np.sin(angle) - 1.0], axis=1) + [0.0, 0.5]
+    corner = CORNER_RADIUS * np.stack([np.cos(angle) - 1.0, np.sin(angle) - 1.0], axis=1) + [
+        0.0,
+        0.5,
+    ]
     back = _back(np.linspace(np.pi / 2.0, 0.0, (back_points + 1) // 2))
     half = np.vstack([corner, back])  # from the passive layer over +y to the middle of the back
     return np.vstack([half, mirrored(half[:-1])])
@@ -41,7 +44,9 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
 
 def hull_section() -> Array:
     """Unit outline (10, 2) of the collision hulls: points of the smooth outline, convex."""
-    half = np.vstack([[0.0, 0.5 - CORNER], [-CORNER, 0.5], _back(np.array(HULL_BACK))])
+    half = np.vstack(
+        [[0.0, 0.5 - CORNER_RADIUS], [-CORNER_RADIUS, 0.5], _back(np.array(HULL_BACK))]
+    )
     return np.vstack([half, mirrored(half)])
 
 
@@ -57,7 +62,7 @@ def _back(angle: Array) -> Array:
 
 
 class ChainOutline:
-    """Sections of one chain cut into `segments` segments an actuator."""
+    """Sections of one chain that is divided into `segments` segments per actuator."""
 
     def __init__(self, description: ChainDescription, segments: int) -> None:
         self.description, self.segments = description, segments

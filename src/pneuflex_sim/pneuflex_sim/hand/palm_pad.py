@@ -1,16 +1,16 @@
-"""The palm sheet in PyBullet, and the plate that carries it: a hull on a base of its own that sinks
+"""The palm sheet in PyBullet and the plate that carries it: a hull on a base of its own that sinks
 towards the wrist under load.
 
-It is as stiff as the bent sheet (`softhand_model.hand.palm_sheet`) along the normal of its crown,
-and rigid along and about all other axes; its outline stays what it is. The load is felt one step
-late, so the sheet has to be heavier than what lies on it: MASS makes it slower than it is, at rest
-it stands where the spring says.
+Along the normal of its crown it has the stiffness of the bent sheet
+(`softhand_model.hand.palm_sheet`); along and about all other axes it is rigid, and its outline does
+not change. The load acts one step late, so the sheet must be heavier than what lies on it: PAD_MASS
+slows its motion, but does not change where it comes to rest.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pybullet
@@ -18,22 +18,25 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.dynamics.spatial import minus
 from pneuflex_sim.dynamics.spatial import rotate as rotate_by
-from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.hand.collision import COLLISION_MARGIN
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.hand.hand import Plate
 from softhand_model.hand.palm_sheet import PalmSheet
-from softhand_model.numerics.compiled import compiled
-from softhand_model.numerics.rotations import from_rpy, rotate
+
+if TYPE_CHECKING:
+    from pneuflex_sim.hand.driven_bases import Bases
 
 Array = NDArray[np.float64]
 
-MASS = 2.0  # [kg]
-ARCH_POINTS = 13
+PAD_MASS = 2.0  # [kg]
+PAD_ARCH_POINTS = 13
 
 
 class PadSpring(NamedTuple):
-    """Stiffness [N/m] of a sheet along its outward normal axis (3,); where its base stands (3,) [m]
-    without load; state (2,): how far it has sunk [m] and how fast [m/s]. Axis and place are in the
-    frame of the wrist.
+    """Spring of a palm sheet, in the wrist frame: stiffness [N/m] along its outward normal axis
+    (3,); place (3,) [m] of its base without load; state (2,): how far [m] and how fast [m/s] it has
+    sunk.
     """
 
     stiffness: float
@@ -58,19 +61,21 @@ class PalmPad:
         """Create the body, of a mass [kg]; its PyBullet id."""
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_MESH,
-            vertices=pad_vertices(self.sheet, MARGIN).tolist(),
+            vertices=pad_vertices(self.sheet, COLLISION_MARGIN).tolist(),
             physicsClientId=client,
         )
         body = pybullet.createMultiBody(mass, shape, -1, physicsClientId=client)
-        pybullet.changeDynamics(body, -1, collisionMargin=MARGIN, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, collisionMargin=COLLISION_MARGIN, physicsClientId=client)
         return int(body)
 
 
 @compiled
-def sink_pad(step, pad, bases, orientation):
-    """Let the sheet, the last of the bases, yield to the force by which its velocity gained on what
-    it was pushed to; nothing where there is none. One implicit step [s] of its critically damped
-    spring; its mount in the frame of the wrist, whose orientation (4,) is given, moves along.
+def sink_pad(step: float, pad: PadSpring, bases: Bases, orientation: Array) -> None:
+    """One implicit step [s] of the sheet's critically damped spring.
+
+    The sheet is the last of the bases; the force on it follows from the difference of its velocity
+    from the one it was pushed to. Its mount in the wrist frame, whose orientation (4,) is given,
+    moves along. Does nothing without a sheet.
     """
     if pad.stiffness <= 0.0:
         return
@@ -78,8 +83,8 @@ def sink_pad(step, pad, bases, orientation):
     force = (weight * gain[0], weight * gain[1], weight * gain[2])
     normal, state = rotate_by(orientation, pad.axis), pad.state
     push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
-    damping = 2.0 * math.sqrt(pad.stiffness * MASS)
-    inertia = MASS + step * damping + step**2 * pad.stiffness
+    damping = 2.0 * math.sqrt(pad.stiffness * PAD_MASS)
+    inertia = PAD_MASS + step * damping + step**2 * pad.stiffness
     drive = push - pad.stiffness * (state[0] + step * state[1]) - damping * state[1]
     state[1] += step * drive / inertia
     state[0] += step * state[1]
@@ -98,8 +103,8 @@ def create_plate(plate: Plate, mass: float, client: int) -> int:
 
 def pad_vertices(sheet: PalmSheet, margin: float) -> Array:
     """Vertices (k, 3) [m] of the hull of a sheet in its frame, eroded by a margin [m]."""
-    arch = sheet.profile(ARCH_POINTS)
-    arch -= margin * arch_normals(sheet, ARCH_POINTS)
+    arch = sheet.profile(PAD_ARCH_POINTS)
+    arch -= margin * arch_normals(sheet, PAD_ARCH_POINTS)
     half = 0.5 * sheet.width - margin
     return np.array([[x, y, z] for x, z in arch for y in (-half, half)])
 

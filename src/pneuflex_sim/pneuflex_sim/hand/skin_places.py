@@ -1,4 +1,4 @@
-"""Places on the skin of straight actuators: how far along, how far around, and on which side.
+"""Places on the skin of straight actuators: distance along, distance around, and side.
 
 A place is `along` [m] from the base of the rubber, and `around` [m] along the outline of the
 section there, from the middle of the passive layer towards +y. The sides of an actuator are its
@@ -8,6 +8,7 @@ right hand.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,16 +19,23 @@ from pneuflex_sim.hand.layout import SMALLEST_EDGE
 from pneuflex_sim.hand.outline import ChainOutline, cross_section
 
 Array = NDArray[np.float64]
+Section = Callable[[ChainOutline, float], Array]  # points (k, 2) [m] of the section at a place [m]
 
 PAD, BACK, LEFT, RIGHT, TIP = "pad", "back", "+y", "-y", "tip"
-SIDES = (PAD, BACK, LEFT, RIGHT)
+SKIN_SIDES = (PAD, BACK, LEFT, RIGHT)
 
 
 @dataclass(frozen=True)
 class SkinPlace:
-    """A place on the skin of a chain of this `length` [m]; `side` by the skin's normal, which is
-    within 45 deg of that side's; `girth` [m] of the section there, and `flank` [m], what is
-    `around` in the middle of its +y side.
+    """A place on the skin of a chain.
+
+    Attributes:
+        chain: its name.
+        along, around: [m], see the module.
+        side: the side whose normal is within 45 deg of the skin's normal.
+        length: of the chain [m].
+        girth: circumference of the section [m].
+        flank: `around` at the middle of the +y side [m].
     """
 
     chain: str
@@ -39,8 +47,8 @@ class SkinPlace:
     flank: float
 
     def distance(self, share: float, side: str) -> float:
-        """Distance [m] along the skin to the middle of a side at a share of the length; the `tip`
-        is reached over the pad as over the back.
+        """Distance [m] along the skin to the middle of a side at a share of the length; to the
+        `tip`, the shorter of the distances over pad and back.
 
         >>> place = SkinPlace("index", 0.075, 0.003, "pad", 0.1, 0.06, 0.011)
         >>> round(place.distance(0.79, "pad"), 6), round(place.distance(0.75, "+y"), 6)
@@ -56,8 +64,8 @@ class SkinPlace:
 
 
 class SkinPlaces:
-    """Where points are on the skin of a hand's straight single actuators, and the other way round;
-    points [m] in the wrist frame, joint orientations q (n, 4).
+    """Converts between points and places on the skin of a hand's straight single actuators; points
+    [m] in the wrist frame, joint orientations q (n, 4).
     """
 
     def __init__(self, shape: HandShape) -> None:
@@ -117,18 +125,18 @@ class SkinPlaces:
 
         return self._placed(chain, share * self.length(chain), middle, q)[0]
 
-    def _placed(self, chain: str, along: float, ring: object, q: Array) -> Array:
+    def _placed(self, chain: str, along: float, ring: Section, q: Array) -> Array:
         outline = self._outlines[chain]
         for bone, origin, axes in self._bones(chain, q):
             if along <= outline.range(bone)[1] + 1e-9:
-                flat = ring(outline, along)  # type: ignore[operator]
+                flat = ring(outline, along)
                 z = np.full((len(flat), 1), along - outline.joint(bone))
                 return origin + np.hstack([flat, z]) @ axes.T
         raise ValueError(f"along: expected at most {outline.length} m, got {along}")
 
     def _beside(self, chain: str, point: Array, q: Array) -> list[tuple[float, float, Array]]:
-        """Of each bone, the least first: how far [m] a point is beyond its ends, the place along
-        the chain next to it, and the point (2,) [m] in the section there.
+        """For each bone, nearest first: how far [m] a point is beyond its ends, the nearest place
+        along the chain, and the point (2,) [m] in the section there.
         """
         outline, found = self._outlines[chain], []
         for bone, origin, axes in self._bones(chain, q):

@@ -1,7 +1,8 @@
-"""All between two steps of PyBullet in one compiled call: air, springs, wrist and bases.
+"""All computations between two steps of PyBullet in one compiled call: air, springs, wrist and
+bases.
 
-The call takes its groups of arrays as plain tuples (see `plain`) and names them inside: to look at
-a named tuple costs the caller of a kernel half a microsecond, ten in all.
+The call takes its groups of arrays as plain tuples (see `plain`) and names them inside, because
+each named tuple costs the caller of a kernel half a microsecond, ten in all.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from pneuflex_sim.hand.air import RestTables, act_on_joints
 from pneuflex_sim.hand.driven_bases import Bases, HandWeight, carry_bases
 from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
 from pneuflex_sim.hand.wrist import Arm, Drive, WristState
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled
 
 
 class HandArrays(NamedTuple):
-    """A hand for the kernels: all of its joints, with what acts on them. total_gain (channels,)
-    [m3/rad] of the chambers with a bend of all joints alike.
+    """A hand for the kernels: its joints and what acts on them. `total_gain` (channels,) [m3/rad]
+    of the chambers with an equal bend of all joints.
     """
 
     links: Links
@@ -33,7 +34,7 @@ class HandArrays(NamedTuple):
 
 
 class Carrier(NamedTuple):
-    """What carries a hand that rides on the wrist."""
+    """The parts that carry a hand that is not fixed: its bases on the wrist."""
 
     bases: Bases
     weight: HandWeight
@@ -42,16 +43,25 @@ class Carrier(NamedTuple):
 
 
 def plain(group: Any) -> Any:
-    """A group of arguments, and the groups in it, as plain tuples."""
+    """A group of arguments, with nested groups, as plain tuples."""
     return tuple(plain(part) for part in group) if isinstance(group, tuple) else group
 
 
 @compiled
-def joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand):
-    """Joint torques of a step [s], into what the hand has `before` the next one, at the absolute
-    pressures [Pa] and volumes [m3] of the channels; `hand` is a plain `HandArrays`.
+def joint_torques(
+    step: float,
+    first_step: bool,
+    by_tables: bool,
+    ambient: float,
+    pressures_abs: Array,
+    volumes: Array,
+    hand: tuple[Any, ...],
+) -> None:
+    """Joint torques of a step [s], stored in the hand's `before`, at the absolute pressures [Pa]
+    and volumes [m3] of the channels; `hand` is a plain `HandArrays`.
 
-    `by_tables`: the rest shape follows from the tables; else the hand's actuation holds it already.
+    With `by_tables` the rest shape follows from the tables; else it is already in the hand's
+    actuation.
     """
     links, springs, joints, total_gain, tables, actuation, (v, torque, placed) = hand
     springs, actuation = Springs(*springs), Actuation(*actuation)
@@ -63,10 +73,21 @@ def joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, 
 
 
 @compiled
-def drive_hand(step, first_step, by_tables, ambient, pressures_abs, volumes, hand, carrier, wrist):
-    """`joint_torques`, and the push on the bases of a hand that rides on the wrist; its palm sheet
-    yields to what its base gained on the last push. `pressures_abs` are absolute [Pa], `carrier` is
-    a plain `Carrier`, `wrist` a plain `WristState`.
+def drive_hand(
+    step: float,
+    first_step: bool,
+    by_tables: bool,
+    ambient: float,
+    pressures_abs: Array,
+    volumes: Array,
+    hand: tuple[Any, ...],
+    carrier: tuple[Any, ...],
+    wrist: tuple[Any, ...],
+) -> None:
+    """`joint_torques`, and the push on the bases of a hand that is carried by the wrist; its palm
+    sheet yields to its load.
+
+    `pressures_abs` are absolute [Pa], `carrier` is a plain `Carrier`, `wrist` a plain `WristState`.
     """
     joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
     bases, weight, pad, (translation, rotation) = carrier

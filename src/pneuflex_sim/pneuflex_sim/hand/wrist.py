@@ -1,8 +1,8 @@
 """The compliant wrist: a mass and an inertia on a damped spring of limited force that follows a
 target pose.
 
-It stands for an impedance-controlled arm: force = stiffness*(target - pose) - damping*velocity, cut
-off at the force limit, plus what the hand feels. The arm carries the hand's own weight.
+It models an impedance-controlled arm: force = stiffness*(target - pose) - damping*velocity, clipped
+at the force limit, plus the load of the hand. The arm compensates the hand's own weight.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.dynamics.spatial import (
+    Row,
+    Vector,
     conjugate,
     minus,
     quaternion_of_rotation,
     quaternion_product,
 )
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -49,8 +51,8 @@ class WristParameters:
 
 
 class Drive(NamedTuple):
-    """Stiffness [N/m or N m/rad], inertia [kg or kg m2] and limit [N or N m] of the arm in
-    translation or in rotation.
+    """Translational or rotational part of the arm: stiffness [N/m or N m/rad], inertia [kg or kg
+    m2] and limit [N or N m].
     """
 
     stiffness: float
@@ -59,7 +61,7 @@ class Drive(NamedTuple):
 
 
 class Arm(NamedTuple):
-    """What holds the wrist."""
+    """The arm that holds the wrist."""
 
     translation: Drive
     rotation: Drive
@@ -132,7 +134,7 @@ class Wrist:
 
 
 @compiled
-def advance_wrist(step, arm, wrist):
+def advance_wrist(step: float, arm: Arm, wrist: WristState) -> None:
     """Advance the state of the wrist by one implicit step [s] of the arm's damped springs under the
     wrench of the hand.
     """
@@ -151,7 +153,7 @@ def advance_wrist(step, arm, wrist):
 
 
 @compiled
-def _rotation_error(target, orientation):
+def _rotation_error(target: Array, orientation: Array) -> Vector:
     """Rotation vector [rad], in world axes, that turns `orientation` into `target`."""
     change = quaternion_product(target, conjugate(orientation))
     norm = math.sqrt(change[0] ** 2 + change[1] ** 2 + change[2] ** 2)
@@ -162,7 +164,7 @@ def _rotation_error(target, orientation):
 
 
 @compiled
-def _drive(error, velocity, load, drive, step):
+def _drive(error: Row, velocity: Array, load: Array, drive: Drive, step: float) -> None:
     """Update `velocity` by one step of mass*a = clip(stiffness*error - damping*v) + load, implicit
     in the spring.
     """

@@ -22,19 +22,19 @@ from softhand_model.hand.hand import HandDescription
 Array = NDArray[np.float64]
 
 MILLI, KILO = 1e-3, 1e3
-COLORS = tuple(f"C{k}" for k in range(10))  # of the channels
-DISTANCE = 4.0  # [m] of the camera: what is 5 cm nearer looks 1.3 % larger
+CHANNEL_PLOT_COLORS = tuple(f"C{k}" for k in range(10))  # of the channels
+CAMERA_DISTANCE = 4.0  # [m] of the camera: what is 5 cm nearer looks 1.3 % larger
 PIXELS_A_MM = 3.0
-SMOOTHING = 2  # pixels that become one
-BORDER = 0.012  # [m] around the hand
-GAP = 0.015  # between legend and panels, share of the height
-DPI = 110
+OVERSAMPLING = 2  # pixels that become one
+HAND_BORDER = 0.012  # [m] around the hand
+LEGEND_MARGIN = 0.015  # between legend and panels, share of the height
+HAND_FIGURE_DPI = 110
 INCHES_A_METRE = 22.0
-CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
+HAND_CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
-STEP = 0.002  # [s]
-SEGMENTS = 5  # an actuator, where nobody says
-RAMP, REST = 0.4, 0.8  # [s] between two pressures
+FREE_AIR_STEP = 0.002  # [s]
+DRAWN_SEGMENTS = 5  # per actuator, by default
+RAMP_TIME, SETTLE_TIME = 0.4, 0.8  # [s] between two pressures
 
 
 def air_masses_at(hand: HandDescription, pressures: Array) -> Array:
@@ -47,11 +47,13 @@ def air_masses_at(hand: HandDescription, pressures: Array) -> Array:
 
 
 def hand_at_rest(hand: HandDescription, pressures: Array, segments: int) -> Iterator[Array]:
-    """Joint orientations (n, 4) of a weightless hand at rest, at gauge pressures (k, channels) [Pa]
-    that it takes one after the other, from none on.
+    """Joint orientations (n, 4) of a weightless hand at rest, at each of the gauge pressures (k,
+    channels) [Pa], which it takes one after the other, starting without pressure.
     """
     simulation = Simulation(
-        SimulationConfig(hand=hand, scene="stand", model="base", step=STEP, segments=segments)
+        SimulationConfig(
+            hand=hand, scene="stand", model="base", step=FREE_AIR_STEP, segments=segments
+        )
     )
     try:
         before = np.zeros(len(hand.channels))
@@ -66,9 +68,11 @@ def hand_at_rest(hand: HandDescription, pressures: Array, segments: int) -> Iter
 
 
 def _fill(simulation: Simulation, before: Array, after: Array) -> None:
-    """Go from air masses (channels,) [kg] to others, and let the hand come to rest."""
-    for k in range(round((RAMP + REST) / STEP)):
-        way = min(1.0, (k + 1) * STEP / RAMP)
+    """Ramp the air masses (channels,) [kg] from `before` to `after`, and let the hand come to
+    rest.
+    """
+    for k in range(round((RAMP_TIME + SETTLE_TIME) / FREE_AIR_STEP)):
+        way = min(1.0, (k + 1) * FREE_AIR_STEP / RAMP_TIME)
         simulation.set_air_masses(before + way * (after - before))
         simulation.step()
 
@@ -87,7 +91,7 @@ class View:
     light: tuple[float, float, float]
 
 
-VIEWS = (
+HAND_VIEWS = (
     View("from the palm", 90.0, "y", 1, 1, (1.6, -0.6, 1.2)),
     View("from the side", 180.0, "x", 0, -1, (0.6, 1.6, 1.2)),
 )
@@ -102,12 +106,12 @@ def draw_hand(
     """
     renderer = Renderer(hand, None, "stand", segments, _colors(hand))
     corners = [_corners(renderer, q) for q in joints]
-    low = np.min([corner[0] for corner in corners], axis=0) - BORDER
-    high = np.max([corner[1] for corner in corners], axis=0) + BORDER
+    low = np.min([corner[0] for corner in corners], axis=0) - HAND_BORDER
+    high = np.max([corner[1] for corner in corners], axis=0) + HAND_BORDER
     figure, axes = _sheet(low, high, len(joints))
     for column, (wanted, q) in enumerate(zip(pressures, joints, strict=True)):
         axes[0][column].set_title(_pressure_text(hand, wanted), fontsize=10)
-        for row, view in enumerate(VIEWS):
+        for row, view in enumerate(HAND_VIEWS):
             picture = _photograph(renderer, q, view, low, high)
             _place(axes[row][column], picture, view, low, high)
             _measure(axes[row][column], view, *corners[column])
@@ -119,16 +123,18 @@ def draw_beside(axes: Sequence[Axes], hands: Mapping[str, HandDescription]) -> N
     """Hands at rest by their titles, on one scale: for each an axes from the palm, then one from
     the thumb's side.
     """
-    renderers = [Renderer(hand, None, "stand", SEGMENTS, _colors(hand)) for hand in hands.values()]
+    renderers = [
+        Renderer(hand, None, "stand", DRAWN_SEGMENTS, _colors(hand)) for hand in hands.values()
+    ]
     joints = [
-        next(hand_at_rest(hand, np.zeros((1, len(hand.channels))), SEGMENTS))
+        next(hand_at_rest(hand, np.zeros((1, len(hand.channels))), DRAWN_SEGMENTS))
         for hand in hands.values()
     ]
     corners = [_corners(*both) for both in zip(renderers, joints, strict=True)]
-    low = np.min([corner[0] for corner in corners], axis=0) - BORDER
-    high = np.max([corner[1] for corner in corners], axis=0) + BORDER
+    low = np.min([corner[0] for corner in corners], axis=0) - HAND_BORDER
+    high = np.max([corner[1] for corner in corners], axis=0) + HAND_BORDER
     for number, title in enumerate(hands):
-        for panel, view in zip(axes[2 * number : 2 * number + 2], VIEWS, strict=True):
+        for panel, view in zip(axes[2 * number : 2 * number + 2], HAND_VIEWS, strict=True):
             picture = _photograph(renderers[number], joints[number], view, low, high)
             _place(panel, picture, view, low, high)
             _measure(panel, view, *corners[number])
@@ -137,7 +143,10 @@ def draw_beside(axes: Sequence[Axes], hands: Mapping[str, HandDescription]) -> N
 
 def channel_colors(hand: HandDescription) -> dict[str, str]:
     """Colour of each channel."""
-    return {name: COLORS[k % len(COLORS)] for k, name in enumerate(hand.channels)}
+    return {
+        name: CHANNEL_PLOT_COLORS[k % len(CHANNEL_PLOT_COLORS)]
+        for k, name in enumerate(hand.channels)
+    }
 
 
 def _colors(hand: HandDescription) -> dict[str, tuple[float, float, float, float]]:
@@ -161,25 +170,27 @@ def _photograph(
 ) -> NDArray[np.uint8]:
     """Picture of the box between two corners (3,) [m]."""
     size = high - low
-    wide, tall = (SMOOTHING * round(PIXELS_A_MM / MILLI * size[k]) for k in (view.index, 2))
+    wide, tall = (OVERSAMPLING * round(PIXELS_A_MM / MILLI * size[k]) for k in (view.index, 2))
     camera = Camera(
         tuple(0.5 * (low + high)),
-        DISTANCE,
+        CAMERA_DISTANCE,
         view.yaw,
         0.0,
-        float(np.degrees(2.0 * np.arctan(0.5 * size[2] / DISTANCE))),
+        float(np.degrees(2.0 * np.arctan(0.5 * size[2] / CAMERA_DISTANCE))),
         view.light,
     )
     fine = renderer.frame(HandState(joints, *UPRIGHT), (wide, tall), camera)
-    blocks = fine.reshape(tall // SMOOTHING, SMOOTHING, wide // SMOOTHING, SMOOTHING, 3)
+    blocks = fine.reshape(tall // OVERSAMPLING, OVERSAMPLING, wide // OVERSAMPLING, OVERSAMPLING, 3)
     return blocks.mean(axis=(1, 3)).astype(np.uint8)
 
 
 def _sheet(low: Array, high: Array, columns: int) -> tuple[Figure, NDArray]:
     """An empty figure to scale, and its axes (2, columns)."""
-    wide = INCHES_A_METRE * max((high - low)[view.index] for view in VIEWS) + 0.7
+    wide = INCHES_A_METRE * max((high - low)[view.index] for view in HAND_VIEWS) + 0.7
     tall = INCHES_A_METRE * (high - low)[2] + 0.6
-    figure = Figure(figsize=(columns * wide, 2.0 * tall + 1.2), dpi=DPI, layout="constrained")
+    figure = Figure(
+        figsize=(columns * wide, 2.0 * tall + 1.2), dpi=HAND_FIGURE_DPI, layout="constrained"
+    )
     return figure, figure.subplots(2, columns, squeeze=False)
 
 
@@ -196,12 +207,14 @@ def _measure(axes: Axes, view: View, low: Array, high: Array) -> None:
     """Arrows over the whole width and height between two corners (3,) [m], with lengths [mm]."""
     left, right = low[view.index] / MILLI, high[view.index] / MILLI
     bottom, top = low[2] / MILLI, high[2] / MILLI
-    gap = 0.5 * BORDER / MILLI
+    gap = 0.5 * HAND_BORDER / MILLI
     beside = right + gap if view.sign > 0 else left - gap
     for start, stop in (((left, top + gap), (right, top + gap)), ((beside, bottom), (beside, top))):
         axes.annotate("", start, stop, arrowprops={"arrowstyle": "<->", "lw": 0.7})
+        x, y = np.mean([start, stop], axis=0)
         axes.text(
-            *np.mean([start, stop], axis=0),
+            x,
+            y,
             f"{np.linalg.norm(np.subtract(start, stop)):.0f}",
             fontsize=7,
             rotation=90 if start[0] == stop[0] else 0,
@@ -221,7 +234,7 @@ def _pressure_text(hand: HandDescription, pressures: Array) -> str:
 
 
 def _explain(figure: Figure, hand: HandDescription) -> None:
-    """Which colour is which channel, and the sizes of the actuators."""
+    """Add the legend of channels by colour, and the sizes of the actuators."""
     fed: dict[str, list[str]] = {name: [] for name in hand.channels}
     kinds: dict[str, Actuator] = {}
     for chain in hand.chains:
@@ -236,9 +249,11 @@ def _explain(figure: Figure, hand: HandDescription) -> None:
     figure.suptitle(
         "\n".join([hand.name, *(_sizes(actuator) for actuator in kinds.values())]), fontsize=8
     )
-    legend = figure.legend(handles=patches, loc="lower center", ncols=2, fontsize=8, title=CAPTION)
+    legend = figure.legend(
+        handles=patches, loc="lower center", ncols=2, fontsize=8, title=HAND_CAPTION
+    )
     legend.get_title().set_fontsize(8)
-    share = legend.get_window_extent().height / figure.bbox.height + GAP
+    share = legend.get_window_extent().height / figure.bbox.height + LEGEND_MARGIN
     figure.set_layout_engine("constrained", rect=(0.0, share, 1.0, 1.0 - share))
 
 

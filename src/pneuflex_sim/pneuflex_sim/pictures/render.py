@@ -1,4 +1,4 @@
-"""Pictures of states by PyBullet's software renderer, a fresh world each; no display needed."""
+"""Pictures of states by PyBullet's software renderer, in a new world each; needs no display."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.pictures.skin import RUBBER, SCAFFOLD, SHEET, HandSkin
+from pneuflex_sim.pictures.skin import RUBBER_MATERIAL, SCAFFOLD_MATERIAL, SHEET_MATERIAL, HandSkin
 from pneuflex_sim.scene.mesh import Mesh
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
@@ -24,17 +24,17 @@ Color = tuple[float, float, float, float]  # red, green, blue, opacity
 
 TABLE_HALF, WALL_HALF = (0.6, 0.6, 0.05), (0.15, 0.6, 0.01)  # half extents as drawn [m]
 
-COLORS = {
-    RUBBER: (0.93, 0.55, 0.25, 1),
-    SCAFFOLD: (0.35, 0.38, 0.45, 1),
-    SHEET: (0.95, 0.78, 0.55, 1),
+MATERIAL_COLORS = {
+    RUBBER_MATERIAL: (0.93, 0.55, 0.25, 1),
+    SCAFFOLD_MATERIAL: (0.35, 0.38, 0.45, 1),
+    SHEET_MATERIAL: (0.95, 0.78, 0.55, 1),
 }
-OBJECT, TABLE = (0.25, 0.5, 0.75, 1), (0.86, 0.86, 0.83, 1)
+OBJECT_COLOR, TABLE_COLOR = (0.25, 0.5, 0.75, 1), (0.86, 0.86, 0.83, 1)
 
 
 @dataclass(frozen=True)
 class HandState:
-    """What a frame shows: joint orientations (n, 4), wrist and object pose in the world [m]."""
+    """State shown in a frame: joint orientations (n, 4), wrist and object pose in the world [m]."""
 
     joints: Array
     wrist_position: Array
@@ -45,8 +45,8 @@ class HandState:
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the picture is taken from: point looked at [m], distance [m], yaw and pitch [deg],
-    vertical view angle [deg], direction towards the light.
+    """Camera of a picture: target point [m], distance [m], yaw and pitch [deg], vertical view angle
+    [deg], direction towards the light.
     """
 
     target: tuple[float, float, float] = (0.0, 0.0, 0.08)
@@ -58,8 +58,9 @@ class Camera:
 
 
 class Renderer:
-    """Draws one hand (and object, and scene) in given states; `colors` are those of parts, by their
-    names in `HandSkin.parts`, that do not have the colour of their material.
+    """Draws one hand (and object, and scene) in given states.
+
+    `colors` overrides the colour of the material for parts by their names in `HandSkin.parts`.
     """
 
     def __init__(
@@ -90,17 +91,13 @@ class Renderer:
 
     def _draw(self, state: HandState, client: int) -> None:
         for shown in surroundings(self.scene).values():
-            draw_box(*shown, TABLE, client)
+            draw_box(*shown, TABLE_COLOR, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
         for name, (material, mesh) in self.skin.parts(state.joints).items():
-            draw_mesh(mesh, *wrist, self.colors.get(name, COLORS[material]), client)
-        if self.object is not None and state.object_position is not None:
-            draw_object(
-                self.object,
-                state.object_position.tolist(),
-                state.object_orientation.tolist(),
-                client,
-            )
+            draw_mesh(mesh, *wrist, self.colors.get(name, MATERIAL_COLORS[material]), client)
+        place, turn = state.object_position, state.object_orientation
+        if self.object is not None and place is not None and turn is not None:
+            draw_object(self.object, place.tolist(), turn.tolist(), client)
 
 
 def draw_mesh(
@@ -147,16 +144,16 @@ def draw_object(
     """Draw an object at a position (3,) [m] and quaternion (4,); a sheet as if it were flat."""
     surface = description.geometry.surface
     if surface is not None:
-        draw_mesh(surface, position, orientation, OBJECT, client)
+        draw_mesh(surface, position, orientation, OBJECT_COLOR, client)
         return
     half = description.half_extents
     if description.shape in ("box", "sheet"):
-        draw_box(half, tuple(position), tuple(orientation), OBJECT, client)
+        draw_box(half, tuple(position), tuple(orientation), OBJECT_COLOR, client)
         return
     kind = {"radius": half[0], "shapeType": pybullet.GEOM_SPHERE}
     if description.shape == "cylinder":
         kind = {"radius": half[0], "length": 2 * half[2], "shapeType": pybullet.GEOM_CYLINDER}
-    visual = pybullet.createVisualShape(rgbaColor=OBJECT, physicsClientId=client, **kind)
+    visual = pybullet.createVisualShape(rgbaColor=OBJECT_COLOR, physicsClientId=client, **kind)
     pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
 
 

@@ -1,9 +1,9 @@
 """Smooth surface of a hand by linear blend skinning: the outline at rest, carried by the links.
 
-A point of the surface is where the links near it would carry it, in the mean by their weights
-(thesis 5.1.4). At rest that is exact. Where links turn against each other by an angle, blending
-flattens the sections by about its half's cosine: by 5 % where a finger of five segments is bent by
-180 deg.
+A point of the surface moves to the weighted mean of the places to which the nearby links would
+carry it (thesis 5.1.4). At rest this is exact. Where links turn against each other, blending
+flattens the sections by about the cosine of half the angle: by 5 % where a finger of five segments
+is bent by 180 deg.
 """
 
 from __future__ import annotations
@@ -18,21 +18,23 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.outline import ChainOutline, cross_section
 from pneuflex_sim.scene.mesh import Mesh, box, mesh_of, tube, tube_triangles
+from softhand_common.numerics.rotations import from_rpy
 from softhand_model.hand.hand import WRIST
 from softhand_model.hand.palm_sheet import PalmSheet
-from softhand_model.numerics.rotations import from_rpy
 
 Array = NDArray[np.float64]
 Frames = tuple[Array, Array]  # origins (b, 3) [m] and rotation matrices (b, 3, 3)
 
 TIP_ROUNDING = 0.4  # radius at the tip, as a share of height or width there
-ARCH_POINTS = 25
-RUBBER, SCAFFOLD, SHEET = "rubber", "scaffold", "sheet"  # materials
+SKIN_ARCH_POINTS = 25
+RUBBER_MATERIAL, SCAFFOLD_MATERIAL, SHEET_MATERIAL = "rubber", "scaffold", "sheet"  # materials
 
 
 @dataclass(frozen=True)
 class Fineness:
-    """How fine a skin is: rings a segment, rings around the tip, and points of `cross_section`."""
+    """Resolution of a skin: rings per segment, rings around the tip, and points of
+    `cross_section`.
+    """
 
     rings: int
     tip_rings: int
@@ -40,7 +42,7 @@ class Fineness:
     back_points: int
 
 
-FINE, COARSE = Fineness(6, 5, 3, 11), Fineness(2, 2, 2, 5)
+FINE_SKIN, COARSE_SKIN = Fineness(6, 5, 3, 11), Fineness(2, 2, 2, 5)
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,9 @@ class BoundSkin:
         return np.asarray(np.einsum("vb,vbi->vi", self.weights, moved))
 
     def mesh(self, frames: Frames) -> Mesh:
-        """The surface for the frames of all bones."""
+        """The surface [m] for origins (b, 3) [m] and rotations (b, 3, 3) of the bones, which are
+        the rigid parts of a finger.
+        """
         return mesh_of(self.vertices(frames), self.indices)
 
 
@@ -94,7 +98,7 @@ def blend_weights(place: Array, bones: int) -> Array:
 class HandSkin:
     """Surfaces of all parts of one hand, in the frame of the wrist."""
 
-    def __init__(self, shape: HandShape, fineness: Fineness = FINE) -> None:
+    def __init__(self, shape: HandShape, fineness: Fineness = FINE_SKIN) -> None:
         self.shape = shape
         self._rubber: dict[str, tuple[str, BoundSkin]] = {}
         self._struts: dict[str, BoundSkin] = {}
@@ -121,17 +125,20 @@ class HandSkin:
         """Material and surface of every part by name: actuators, struts, plate and palm sheet."""
         links = self.shape.frames(q)
         rubber = {
-            name: (RUBBER, skin.mesh(bone_frames(self.shape, chain, q, links)))
+            name: (RUBBER_MATERIAL, skin.mesh(bone_frames(self.shape, chain, q, links)))
             for name, (chain, skin) in self._rubber.items()
         }
         struts = {
-            f"{name}_strut": (SCAFFOLD, skin.mesh(strut_frames(self.shape, name, q, links)))
+            f"{name}_strut": (
+                SCAFFOLD_MATERIAL,
+                skin.mesh(strut_frames(self.shape, name, q, links)),
+            )
             for name, skin in self._struts.items()
         }
         return rubber | struts | self._fixed
 
     def vertices(self, q: Array) -> dict[str, Array]:
-        """Vertices (v, 3) [m] of every part, as `parts` has them: a fifth of its time."""
+        """Vertices (v, 3) [m] of every part, as in `parts`, in a fifth of its time."""
         links = self.shape.frames(q)
         rubber = {
             name: skin.vertices(bone_frames(self.shape, chain, q, links))
@@ -145,8 +152,8 @@ class HandSkin:
 
 
 def bone_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
-    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4), which put
-    the links of the hand at `links`, as `HandShape.frames` tells it.
+    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4); `links` is
+    what `HandShape.frames` returns for them.
     """
     chain, joints = shape.layout.description.chain(name), shape.layout.chain_joints[name]
     first = joints.start + (chain.strut is not None)
@@ -154,10 +161,10 @@ def bone_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...])
     before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
     if chain.strut is None and chain.mount.parent != WRIST:
         before = before @ Rotation.from_quat(chain.mount.quaternion).as_matrix()
-    links = slice(first, joints.stop)
+    own = slice(first, joints.stop)
     return (
-        np.concatenate([position[first : first + 1], position[links]]),
-        np.concatenate([before[None], frame[links]]),
+        np.concatenate([position[first : first + 1], position[own]]),
+        np.concatenate([before[None], frame[own]]),
     )
 
 
@@ -172,7 +179,7 @@ def strut_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]
 
 
 def rest_rings(
-    outline: ChainOutline, actuator: int, bones: Frames, fineness: Fineness = FINE
+    outline: ChainOutline, actuator: int, bones: Frames, fineness: Fineness = FINE_SKIN
 ) -> tuple[Array, Array]:
     """Rings (r, k, 3) [m] of an actuator at rest from base to rounded tip, and where they lie (r,),
     counted in segments.
@@ -211,19 +218,22 @@ def _strut_rings(
 
 
 def _fixed_parts(shape: HandShape) -> dict[str, tuple[str, Mesh]]:
-    """Plate and palm sheet; the sheet as it is without load."""
+    """Plate and palm sheet; the sheet without load."""
     description, parts = shape.layout.description, {}
     if description.plate is not None:
         plate = description.plate
-        parts["plate"] = (SCAFFOLD, box(plate.size, np.array(plate.position)))
+        parts["plate"] = (SCAFFOLD_MATERIAL, box(plate.size, np.array(plate.position)))
     if description.sheet is not None:
-        parts["sheet"] = (SHEET, sheet_mesh(description.sheet))
+        parts["sheet"] = (SHEET_MATERIAL, sheet_mesh(description.sheet))
     return parts
 
 
 def sheet_mesh(sheet: PalmSheet) -> Mesh:
     """Surface of a palm sheet in the frame of the wrist; its outer side is the one that touches."""
-    arch, heading = sheet.profile(ARCH_POINTS), np.linspace(-0.5, 0.5, ARCH_POINTS) * sheet.angle
+    arch, heading = (
+        sheet.profile(SKIN_ARCH_POINTS),
+        np.linspace(-0.5, 0.5, SKIN_ARCH_POINTS) * sheet.angle,
+    )
     inner = arch - sheet.thickness * np.stack([np.cos(heading), np.sin(heading)], axis=1)
     half = 0.5 * sheet.width
     corners = ((arch, -half), (arch, half), (inner, half), (inner, -half))

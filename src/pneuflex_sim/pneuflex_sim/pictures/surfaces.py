@@ -8,8 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.pictures.render import COLORS, OBJECT, TABLE, Color, surroundings
-from pneuflex_sim.pictures.skin import COARSE, HandSkin
+from pneuflex_sim.pictures.render import (
+    MATERIAL_COLORS,
+    OBJECT_COLOR,
+    TABLE_COLOR,
+    Color,
+    surroundings,
+)
+from pneuflex_sim.pictures.skin import COARSE_SKIN, HandSkin
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.scene.mesh import Mesh, box, hull_mesh, tube
 from pneuflex_sim.scene.objects import ObjectDescription
@@ -18,22 +24,28 @@ from softhand_model.hand.hand import HandDescription
 
 Array = NDArray[np.float64]
 
-EMPTY, FULL = (0.96, 0.86, 0.68, 1.0), (0.80, 0.08, 0.08, 1.0)  # no pressure, and the limit
-OPACITY = 0.6  # of actuators: contacts lie between them and the object
+UNPRESSURIZED_COLOR, PRESSURE_LIMIT_COLOR = (
+    (0.96, 0.86, 0.68, 1.0),
+    (0.80, 0.08, 0.08, 1.0),
+)  # no pressure, and the limit
+ACTUATOR_OPACITY = 0.6  # of actuators: contacts lie between them and the object
 MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
 MERIDIANS, PARALLELS = 24, 12
 METRES_PER_NEWTON = 0.02  # length of lines and arrows
 
 
 class SceneSurfaces:
-    """Triangles of all that is to be seen in a simulation; how many there are does not change."""
+    """Triangles of everything visible in a simulation; their number is constant."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        self._skin = HandSkin(simulation.shape, COARSE)
+        self._skin = HandSkin(simulation.shape, COARSE_SKIN)
         self._still = {
-            name: (_corners(box(2 * np.array(half), np.zeros(3)), *pose), TABLE)
-            for name, (half, *pose) in surroundings(simulation.scene).items()
+            name: (
+                _corners(box(2 * np.array(half), np.zeros(3)), np.array(place), np.array(turn)),
+                TABLE_COLOR,
+            )
+            for name, (half, place, turn) in surroundings(simulation.scene).items()
         }
         description = simulation.object
         self._object = None if description is None else object_mesh(description)
@@ -42,14 +54,14 @@ class SceneSurfaces:
         """Corners (3 t, 3) [m] of the triangles and colour of every part by name."""
         simulation = self._simulation
         filled = actuator_colors(simulation.hand, simulation.pressures())
-        colors = {name: (*color[:3], OPACITY) for name, color in filled.items()}
+        colors = {name: (*color[:3], ACTUATOR_OPACITY) for name, color in filled.items()}
         pose = simulation.wrist_pose()
         shown = {
-            name: (_corners(mesh, *pose), colors.get(name, COLORS[material]))
+            name: (_corners(mesh, *pose), colors.get(name, MATERIAL_COLORS[material]))
             for name, (material, mesh) in self._skin.parts(simulation.bodies.q).items()
         }
         if self._object is not None:
-            shown["object"] = _corners(self._object, *simulation.object_pose()), OBJECT
+            shown["object"] = _corners(self._object, *simulation.object_pose()), OBJECT_COLOR
         return shown | self._still
 
 
@@ -69,7 +81,8 @@ def pressure_color(share: float) -> Color:
     """
     part = min(1.0, max(0.0, share))
     red, green, blue, opacity = (
-        round((1.0 - part) * a + part * b, 6) for a, b in zip(EMPTY, FULL, strict=True)
+        round((1.0 - part) * a + part * b, 6)
+        for a, b in zip(UNPRESSURIZED_COLOR, PRESSURE_LIMIT_COLOR, strict=True)
     )
     return red, green, blue, opacity
 
@@ -106,8 +119,8 @@ def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
 
 
 def contact_lines(contacts: list[Contact]) -> Array:
-    """Start, the contact point, and end (k, 2, 3) [m] of a line a contact, along the force on the
-    first side.
+    """Start (the contact point) and end (k, 2, 3) [m] of one line per contact, along the force on
+    the first side.
 
     >>> one = Contact("thumb", "thumb_4", "object", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 2.0)
     >>> contact_lines([one]).tolist()

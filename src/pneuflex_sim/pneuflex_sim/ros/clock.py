@@ -1,7 +1,7 @@
-"""Pace and clock of the simulators: one of them publishes /clock, the others follow it.
+"""Pace and clock of the simulators: one simulator publishes /clock, the others follow it.
 
-Who follows never goes beyond the newest tick and tells on /clock_followers how far it has come. Who
-leads waits for the slowest of them: the sequencers command both hands by the one clock, so a hand
+A follower never goes beyond the newest tick, and publishes its own time on /clock_followers. The
+leader waits for the slowest follower: the sequencers command both hands by the one clock, so a hand
 that fell behind would be moved faster than it is simulated.
 """
 
@@ -18,7 +18,7 @@ from softhand_ros.diagnostics import cut
 from softhand_ros.topics import (
     NEWEST,
     RELIABLE,
-    SECOND,
+    SECOND_NS,
     Inbox,
     full_name,
     nanoseconds,
@@ -26,12 +26,14 @@ from softhand_ros.topics import (
 )
 
 FOLLOWERS = "/clock_followers"
-LEAD = 0.02  # by which a follower may be behind [s]
-PATIENCE = 0.5  # wall time for which one tick waits for the followers [s]
-MEMORY = 1.0  # wall time after which a follower that is silent is forgotten [s]
-LARGEST_LAG = 1.0  # behind which a follower does not catch up, but jumps to the newest tick [s]
-LATEST = 2**30  # [s], half of what a stamp can tell
-ALONE = "publish_clock is false, and no /clock has come: another simulator must publish it"
+MAX_FOLLOWER_LAG = 0.02  # simulated time by which a follower may lag behind the leader [s]
+FOLLOWER_TIMEOUT = 0.5  # wall time that the leader waits for followers after a tick [s]
+PEER_MEMORY = 5.0  # wall time after which a silent peer is forgotten [s]
+JUMP_LAG = 1.0  # a follower with a larger lag jumps to the newest tick [s]
+MAX_CLOCK_SECONDS = 2**30  # [s], half of the range of a stamp
+NO_CLOCK_WARNING = (
+    "publish_clock is false, and no /clock has come: another simulator must publish it"
+)
 
 
 class Pace:
@@ -46,7 +48,7 @@ class Pace:
         self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
 
     def wait(self, simulated: float) -> None:
-        """Sleep until the wall clock has caught up; time that was lost is not made up for."""
+        """Sleep until the wall clock has caught up; lost time is not made up for."""
         self._now = simulated
         if not self.limit:
             return
@@ -63,83 +65,83 @@ class Pace:
 
 
 class SharedClock(Protocol):
-    """The part of a simulator's clock that depends on who leads."""
+    """The part of a simulator's clock that differs between leader and follower."""
 
     follows: bool
 
-    def tell(self, now: float) -> None:
-        """Tell the others the simulated time [s]."""
+    def publish_time(self, now: float) -> None:
+        """Publish the simulated time [s]."""
 
     def wait(self, timeout: float) -> None:
-        """Wait up to `timeout` [s] of wall time for word of the others."""
+        """Wait up to `timeout` [s] of wall time for messages of the other simulators."""
 
     def allows(self, now: float) -> bool:
         """Whether the simulation may go on beyond its time [s]."""
 
     def jump(self, now: float) -> float:
-        """By how much the simulation's time has to change at once [s]; 0 nearly always."""
+        """Change of the simulation's time that is due at once [s]; nearly always 0."""
 
     def warning(self) -> str:
-        """What to say of the others; empty when all is well."""
+        """A warning about the other simulators; empty when there is none."""
 
 
-class Told:
-    """Times that others tell on a topic, in the stamps of std_msgs/Header, by their names.
+class ClockPeers:
+    """Times that other nodes publish on a topic: stamps of std_msgs/Header, by node name.
 
-    Who falls silent is forgotten after MEMORY.
+    A node that has published nothing for PEER_MEMORY is forgotten.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
         self._inbox = Inbox(node, Header, topic, RELIABLE)
-        self._told: dict[str, tuple[int, float]] = {}  # time [ns], and when heard
+        self._peers: dict[str, tuple[int, float]] = {}  # stamp [ns], wall time of arrival [s]
 
-    def hear(self, timeout: float = 0.0) -> None:
-        """Take what has been told, or is within `timeout` [s] of wall time."""
+    def receive(self, timeout: float = 0.0) -> None:
+        """Take the messages that have come or come within `timeout` [s] of wall time."""
         message = self._inbox.take(timeout)
         while message is not None:
-            self._told[cut(message.frame_id)] = nanoseconds(message.stamp), time.monotonic()
+            self._peers[cut(message.frame_id)] = nanoseconds(message.stamp), time.monotonic()
             message = self._inbox.take()
-        if self._told:
-            oldest = time.monotonic() - MEMORY
-            self._told = {name: told for name, told in self._told.items() if told[1] > oldest}
+        if self._peers:
+            oldest = time.monotonic() - PEER_MEMORY
+            self._peers = {name: peer for name, peer in self._peers.items() if peer[1] > oldest}
 
     def forget(self) -> None:
-        """Forget all that was told."""
-        self._told.clear()
+        """Forget all peers."""
+        self._peers.clear()
 
     def names(self) -> list[str]:
-        """Who has told a time of late."""
-        return list(self._told)
+        """Names of the nodes that have published a time lately."""
+        return list(self._peers)
 
     def times(self) -> list[int]:
-        """What they have told last [ns]."""
-        return [told for told, _ in self._told.values()]
+        """The latest time of each of them [ns]."""
+        return [stamp for stamp, _ in self._peers.values()]
 
 
 class LeadingClock:
-    """Publishes /clock and waits for those who follow; a `SharedClock`."""
+    """The `SharedClock` of the simulator that publishes /clock: it waits for those that follow."""
 
     follows = False
 
     def __init__(self, node: Node) -> None:
         self._ticks = node.create_publisher(Clock, "/clock", RELIABLE)
-        self.followers = Told(node, FOLLOWERS)
+        self.followers = ClockPeers(node, FOLLOWERS)
 
-    def tell(self, now: float) -> None:
-        """Publish a tick; then wait until nobody who follows is further behind than LEAD."""
+    def publish_time(self, now: float) -> None:
+        """Publish a tick; then wait until no follower is further behind than MAX_FOLLOWER_LAG."""
         self._ticks.publish(Clock(clock=stamp_of_seconds(now)))
         self.wait(0.0)
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + FOLLOWER_TIMEOUT
         while self._behind(now) and (left := end - time.monotonic()) > 0:
             self.wait(left)
 
     def _behind(self, now: float) -> bool:
-        oldest = (now - LEAD) * SECOND
-        return any(told < oldest for told in self.followers.times())
+        oldest = (now - MAX_FOLLOWER_LAG) * SECOND_NS
+        return any(stamp < oldest for stamp in self.followers.times())
 
     def wait(self, timeout: float) -> None:
-        """Hear the followers."""
-        self.followers.hear(timeout)
+        """Receive the followers' times."""
+        self.followers.receive(timeout)
 
     def allows(self, now: float) -> bool:
         """Always."""
@@ -150,47 +152,49 @@ class LeadingClock:
         return 0.0
 
     def warning(self) -> str:
-        """Nothing: it needs nobody."""
+        """Always empty: the leader depends on nobody."""
         return ""
 
 
 class FollowingClock:
-    """Follows /clock and tells how far it has come; a `SharedClock`."""
+    """The `SharedClock` of a simulator that keeps to /clock of another one, and publishes on
+    /clock_followers how far it has come.
+    """
 
     follows = True
 
     def __init__(self, node: Node) -> None:
         self._inbox = Inbox(node, Clock, "/clock", NEWEST)
-        self._told = node.create_publisher(Header, FOLLOWERS, RELIABLE)
+        self._progress = node.create_publisher(Header, FOLLOWERS, RELIABLE)
         self._message = Header(frame_id=full_name(node, node.get_name()))
         self._newest: float | None = None
 
-    def tell(self, now: float) -> None:
-        """Tell who leads how far this simulation has come, once it follows."""
+    def publish_time(self, now: float) -> None:
+        """Publish the time of this simulation for the leader, once a tick was received."""
         if self._newest is not None:
             self._message.stamp = stamp_of_seconds(now)
-            self._told.publish(self._message)
+            self._progress.publish(self._message)
 
     def wait(self, timeout: float) -> None:
-        """Wait for the next tick; one that no simulation can have is left alone."""
+        """Wait for the next tick; a tick with an impossible time is ignored."""
         tick = self._inbox.take(timeout)
-        if tick is not None and 0 <= tick.clock.sec < LATEST:
-            self._newest = nanoseconds(tick.clock) / SECOND
+        if tick is not None and 0 <= tick.clock.sec < MAX_CLOCK_SECONDS:
+            self._newest = nanoseconds(tick.clock) / SECOND_NS
 
     def allows(self, now: float) -> bool:
         """Whether the newest tick lies ahead."""
         return self._newest is not None and now < self._newest - 1e-9
 
     def jump(self, now: float) -> float:
-        """Onto the newest tick when it lies far ahead, or the clock was set back."""
+        """The jump to the newest tick when it is far ahead, or when the clock was set back."""
         if self._newest is None:
             return 0.0
         ahead = self._newest - now
-        return ahead if ahead > LARGEST_LAG or ahead < -LEAD else 0.0
+        return ahead if ahead > JUMP_LAG or ahead < -MAX_FOLLOWER_LAG else 0.0
 
     def warning(self) -> str:
-        """That there is nobody to follow."""
-        return ALONE if self._newest is None else ""
+        """A warning while no /clock has been received."""
+        return NO_CLOCK_WARNING if self._newest is None else ""
 
 
 def shared_clock(node: Node, publish: bool) -> SharedClock:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+
 from pneuflex_sim.ros.parameters import PARAMETERS
 from softhand_ros.parameters import Offer, usage
 from softhand_ros.run_node import start_node
 
 PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 OFFERS = (
-    Offer("pub", "/clock", "rosgraph_msgs/Clock", "simulated time, of one simulator"),
-    Offer("sub", "/clock", "rosgraph_msgs/Clock", "with publish_clock false: of the other"),
-    Offer("sub", "/clock_followers", "std_msgs/Header", "how far others have come"),
-    Offer("pub", "/clock_followers", "std_msgs/Header", "with publish_clock false: how far it is"),
+    Offer("pub", "/clock", "rosgraph_msgs/Clock", "simulated time, by one simulator"),
+    Offer("sub", "/clock", "rosgraph_msgs/Clock", "with publish_clock false: its time"),
+    Offer("sub", "/clock_followers", "std_msgs/Header", "simulated times of the followers"),
+    Offer("pub", "/clock_followers", "std_msgs/Header", "with publish_clock false: own time"),
     Offer("pub", "pneumaticbox/sensors", "sensor_msgs/JointState", "absolute pressures [Pa]"),
     Offer("sub", "pneumaticbox/valves", "sensor_msgs/JointState", "+1 inflate, -1 deflate, 0"),
     Offer("pub", "hand/joint_states", "sensor_msgs/JointState", "three angles a joint [rad]"),
@@ -22,14 +24,14 @@ OFFERS = (
     Offer("pub", "robot_description", "std_msgs/String", "URDF, latched"),
     Offer("pub", "wrist/pose", "geometry_msgs/PoseStamped", "of the compliant wrist, in world"),
     Offer("pub", "wrist/wrench", "geometry_msgs/WrenchStamped", "of the hand on the wrist"),
-    Offer("sub", "wrist/target_pose", "geometry_msgs/PoseStamped", "where the wrist shall go"),
+    Offer("sub", "wrist/target_pose", "geometry_msgs/PoseStamped", "target pose of the wrist"),
     Offer(
         "sub",
         "scene/hold_object",
         "trajectory_msgs/MultiDOFJointTrajectory",
-        "where a spring holds the object out to the hand, or that it lets go",
+        "pose at which a spring holds the object out to the hand, or its release",
     ),
-    Offer("sub", "sim/commanded_until", "std_msgs/Header", "before when who commands no more"),
+    Offer("sub", "sim/commanded_until", "std_msgs/Header", "time until which it is commanded"),
     Offer("pub", "scene/object_pose", "geometry_msgs/PoseStamped", "truth, in world"),
     Offer("pub", "/tf", "tf2_msgs/TFMessage", "world to wrist and object, where tf2_msgs is there"),
     Offer("srv", "sim/reset", "std_srvs/Trigger", "back to the start"),
@@ -43,3 +45,7 @@ HELP = usage("hand_sim", PURPOSE, PARAMETERS, OFFERS)
 def main(args: list[str] | None = None) -> int:
     """Tell how to use the node, or run it."""
     return start_node(HELP, "pneuflex_sim.ros.node", args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

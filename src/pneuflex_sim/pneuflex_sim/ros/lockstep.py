@@ -1,5 +1,5 @@
-"""Lockstep, by which a run is the same each time: commands take effect at stamps of simulated time,
-and the simulation does not pass the time until which it has been commanded.
+"""Lockstep, which makes runs repeatable: commands take effect at stamps of simulated time, and the
+simulation does not pass the time until which it has been commanded.
 """
 
 from __future__ import annotations
@@ -11,69 +11,70 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pneuflex_sim.ros.clock import Told
-from softhand_ros.topics import RELIABLE, SECOND, Inbox, nanoseconds
+from pneuflex_sim.ros.clock import ClockPeers
+from softhand_ros.topics import RELIABLE, SECOND_NS, Inbox, nanoseconds
 
 COMMANDED_UNTIL = "sim/commanded_until"
 COMMANDS_WAIT = 0.05  # wall time to wait for commanders before services are served [s]
-LONGEST_LEAD = SECOND  # by which a target's stamp may be ahead; more is another clock's [ns]
-AT_ONCE = 10  # commands that are taken at one look: more at a time are a storm
+MAX_STAMP_LEAD = SECOND_NS  # by which a target's stamp may be ahead; more is another clock's [ns]
+MAX_COMMANDS_AT_ONCE = 10  # commands that are taken at one look: more at a time are a storm
 
 
 class Commanders:
-    """Who commands the simulation, each until a time before which it will command nothing more.
+    """The nodes that command the simulation. Each publishes the time before which it will command
+    nothing more.
 
-    They tell it on `sim/commanded_until`: name and stamp, 0 when they command no longer. The
-    simulation waits where it has reached such a time, until its commander goes on, falls silent or
-    leaves.
+    They publish on `sim/commanded_until`: name and stamp, 0 when they stop commanding. The
+    simulation stops at the earliest of these times until its commander goes on, falls silent or
+    ends.
 
     Args:
         node: whose topic it is.
-        awaited: the simulation stands at its start until the first one commands.
+        awaited: whether the simulation stands at its start until the first node commands.
     """
 
     def __init__(self, node: Node, awaited: bool) -> None:
-        self._told = Told(node, COMMANDED_UNTIL)
+        self._peers = ClockPeers(node, COMMANDED_UNTIL)
         self._awaited = awaited
         self.restart()
 
     def restart(self) -> None:
-        """The simulation is back at its start; who commanded it before does no longer."""
-        self._told.hear()
-        self._told.forget()
+        """Forget all commanders: the simulation is back at its start."""
+        self._peers.receive()
+        self._peers.forget()
         self.awaited = self._awaited
 
     def hold(self, now: float, timeout: float = 0.0) -> bool:
-        """Whether the simulation has to stand at its time `now` [s], after up to `timeout` [s] of
-        wall time for word of its commanders.
+        """Whether the simulation must stand at its time `now` [s], after waiting up to `timeout`
+        [s] of wall time for messages of the commanders.
         """
         end = time.monotonic() + timeout
-        self._told.hear()
-        while held := self._holds(round(now * SECOND)):
+        self._peers.receive()
+        while held := self._holds(round(now * SECOND_NS)):
             left = end - time.monotonic()
             if left <= 0:
                 break
-            self._told.hear(left)
+            self._peers.receive(left)
         return held
 
     def _holds(self, now: int) -> bool:
-        until = [told for told in self._told.times() if told]
+        until = [stamp for stamp in self._peers.times() if stamp]
         if until:
             self.awaited = False
-        return self.awaited or any(told <= now for told in until)
+        return self.awaited or any(stamp <= now for stamp in until)
 
 
 class StampedCommands:
     """Commands of a topic, each of which takes effect at the stamp of its header.
 
-    One that comes late, or bears no stamp or that of another clock, takes effect when it comes.
+    A message that comes late, has no stamp, or is stamped by another clock takes effect on arrival.
 
     Args:
         node: whose topic it is.
         kind: of the message.
         topic: its name.
-        command: does what a message says, or raises ValueError.
-        refuse: is told why a message cannot be used.
+        command: applies a message, or raises ValueError.
+        refuse: called with the reason when a message cannot be used.
     """
 
     def __init__(
@@ -89,18 +90,18 @@ class StampedCommands:
         self._waiting: list[tuple[int, Any]] = []  # by time [ns]
 
     def forget(self) -> None:
-        """Forget the commands that wait for their time."""
+        """Drop the commands whose time has not come."""
         self._waiting.clear()
 
     def obey(self, now: float) -> None:
-        """Take what has come, and obey what takes effect until `now` [s]."""
-        instant = round(now * SECOND)
-        for _ in range(AT_ONCE):
+        """Receive messages, and apply those that take effect until `now` [s]."""
+        instant = round(now * SECOND_NS)
+        for _ in range(MAX_COMMANDS_AT_ONCE):
             message = self._inbox.take()
             if message is None:
                 break
             stamp = nanoseconds(message.header.stamp)
-            if instant < stamp <= instant + LONGEST_LEAD:
+            if instant < stamp <= instant + MAX_STAMP_LEAD:
                 insort(self._waiting, (stamp, message), key=lambda waiting: waiting[0])
             else:
                 self._obey(message)

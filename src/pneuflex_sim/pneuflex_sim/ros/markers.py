@@ -1,7 +1,7 @@
 """Markers for viewers and for the sequencer: `hand/contacts` and `hand/markers`.
 
-A skin has thousands of points, and rclpy takes some 5 us to turn each into bytes; all that changes
-from one message to the next are numbers, at the same places.
+A skin has thousands of points, and rclpy takes some 5 us to serialise each. From one message to the
+next only numbers at fixed offsets change, so messages are serialised once and updated in place.
 """
 
 from __future__ import annotations
@@ -22,24 +22,33 @@ from pneuflex_sim.pictures.render import Color
 from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_lines, total_arrow, total_force
 from pneuflex_sim.scene.contacts import Contact, by_pair
 from pneuflex_sim.simulation import Simulation
-from softhand_ros.topics import heard
+from softhand_ros.topics import has_subscribers
 
 WORLD = "world"
 FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
-LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
-PREFIX = 8  # bytes of a serialised MarkerArray before its first marker: representation, count
-SOME_TIME = np.array([123456789, 987654321], np.int32)  # s and ns, found again in a message
-TEXT, PLACE = 12, "#"  # characters of a force at least, and what stands for one
+MARKER_LINE_WIDTH, CONTACT_BALL_SIZE, ARROW_SHAFT_WIDTH, ARROW_HEAD_WIDTH = (
+    0.002,
+    0.004,
+    0.004,
+    0.010,
+)  # [m]
+# bytes of a serialised MarkerArray before its first marker: representation, count
+MESSAGE_PREFIX = 8
+TIME_PLACEHOLDER = np.array([123456789, 987654321], np.int32)  # s and ns, found again in a message
+FORCE_TEXT_LENGTH, TEXT_PLACEHOLDER = (
+    12,
+    "#",
+)  # characters of a force at least, and what stands for one
 
 
 class SerialisedMessage:
-    """The bytes of a message (CDR), with views of numbers in them."""
+    """The bytes of a message (CDR), with writable views of numbers in them."""
 
     def __init__(self, data: bytes) -> None:
         self._data = bytearray(data)
 
     def view(self, numbers: NDArray[Any]) -> NDArray[Any]:
-        """What stands where these numbers are now; writing to it changes the message.
+        """Writable view of the bytes that hold these numbers now.
 
         Raises ValueError unless the numbers are in the message exactly once.
 
@@ -62,8 +71,8 @@ class SerialisedMessage:
         return bytes(self._data)
 
 
-class SeenScene:
-    """Markers of one simulation. Nothing is made that nobody has subscribed to."""
+class SceneMarkers:
+    """Markers of one simulation; computed only while somebody subscribes."""
 
     def __init__(self, node: Node, simulation: Simulation, qos: QoSProfile) -> None:
         self._simulation = simulation
@@ -75,18 +84,18 @@ class SeenScene:
 
     def publish_contacts(self, stamp: Time) -> None:
         """Contacts now."""
-        if heard(self._contacts):
+        if has_subscribers(self._contacts):
             self._contacts.publish(self._lines.message(stamp, by_pair(self._simulation.contacts())))
 
     def publish_markers(self, stamp: Time) -> None:
         """Surfaces and forces now."""
-        if heard(self._markers):
+        if has_subscribers(self._markers):
             self._markers.publish(self._surfaces.message(stamp))
             self._markers.publish(self._force_markers(stamp))
 
     def _force_markers(self, stamp: Time) -> MarkerArray:
-        """The contact points, and an arrow for each pair of bodies that touch; arrows of pairs that
-        have parted are deleted.
+        """The contact points, and an arrow for each pair of bodies in contact; arrows of pairs that
+        have separated are deleted.
         """
         found = self._simulation.contacts()
         pairs = by_pair(found)
@@ -97,7 +106,11 @@ class SeenScene:
         markers.append(_contact_points(stamp, found))
         for pair, contacts in pairs.items():
             arrow = _marker(stamp, f"force/{pair}", Marker.ARROW)
-            arrow.scale.x, arrow.scale.y, arrow.scale.z = SHAFT, HEAD, HEAD
+            arrow.scale.x, arrow.scale.y, arrow.scale.z = (
+                ARROW_SHAFT_WIDTH,
+                ARROW_HEAD_WIDTH,
+                ARROW_HEAD_WIDTH,
+            )
             arrow.points = _points(total_arrow(contacts))
             _paint(arrow, FORCE_COLOR)
             markers.append(arrow)
@@ -107,51 +120,53 @@ class SeenScene:
 
 class ContactMarkers:
     """Lines for each pair of bodies, `ns` = its name; their text is the sum of its normal forces
-    [N]. The sequencer reads them 50 times a second, so there is nothing more.
+    [N]. Kept small, as the sequencer reads them 50 times a second.
 
-    rclpy takes 0.2 ms to make a marker and turn it into bytes. So each pair with so many contacts
+    rclpy takes 0.2 ms to make and serialise a marker. So each pair with a given number of contacts
     is serialised once, and its numbers are changed.
     """
 
     def __init__(self) -> None:
 
         def clear(text: str) -> Marker:
-            marker = _marker(_stamp(SOME_TIME), "", Marker.CUBE, Marker.DELETEALL)
-            marker.text = text.replace(PLACE, " ")
+            marker = _marker(_stamp(TIME_PLACEHOLDER), "", Marker.CUBE, Marker.DELETEALL)
+            marker.text = text.replace(TEXT_PLACEHOLDER, " ")
             return marker
 
         self._clear = _serialised(clear, "")[0]
-        self._time = self._clear.view(SOME_TIME)
+        self._time = self._clear.view(TIME_PLACEHOLDER)
         self._lines: dict[tuple[str, int], _Lines] = {}
 
     def message(self, stamp: Time, pairs: Mapping[str, list[Contact]]) -> bytes:
         """The MarkerArray of these contacts, serialised; first it deletes all earlier ones."""
         self._time[:] = stamp.sec, stamp.nanosec
         clear = self._clear.data
-        parts = [clear[PREFIX:]]
+        parts = [clear[MESSAGE_PREFIX:]]
         for pair, contacts in pairs.items():
             key = pair, len(contacts)
             if key not in self._lines:
                 self._lines[key] = _Lines(*key)
             parts.append(self._lines[key].data(stamp, contacts))
         count = np.array([len(parts)], "<u4").tobytes()
-        return clear[: PREFIX - len(count)] + count + b"".join(parts)
+        return clear[: MESSAGE_PREFIX - len(count)] + count + b"".join(parts)
 
 
 class _Lines:
-    """The marker of a pair of bodies with so many contacts as it stands in a serialised array."""
+    """The marker of a pair of bodies with a given number of contacts, as it stands in a serialised
+    array.
+    """
 
     def __init__(self, pair: str, count: int) -> None:
         points = np.random.default_rng(0).uniform(size=(2 * count, 3))
 
         def lines(text: str) -> Marker:
-            marker = _marker(_stamp(SOME_TIME), pair, Marker.LINE_LIST)
-            marker.scale.x, marker.points, marker.text = LINE_WIDTH, _points(points), text
+            marker = _marker(_stamp(TIME_PLACEHOLDER), pair, Marker.LINE_LIST)
+            marker.scale.x, marker.points, marker.text = MARKER_LINE_WIDTH, _points(points), text
             _paint(marker, FORCE_COLOR)
             return marker
 
-        self._message, text = _serialised(lines, TEXT * PLACE)
-        self._time, self._points = self._message.view(SOME_TIME), self._message.view(points)
+        self._message, text = _serialised(lines, FORCE_TEXT_LENGTH * TEXT_PLACEHOLDER)
+        self._time, self._points = self._message.view(TIME_PLACEHOLDER), self._message.view(points)
         self._text = self._message.view(np.frombuffer(text.encode(), np.uint8))
 
     def data(self, stamp: Time, contacts: list[Contact]) -> bytes:
@@ -162,20 +177,21 @@ class _Lines:
         self._text[:] = np.frombuffer(text.encode(), np.uint8)
         self._time[:] = stamp.sec, stamp.nanosec
         self._points[:] = contact_lines(contacts).reshape(-1, 3)
-        return self._message.data[PREFIX:]
+        return self._message.data[MESSAGE_PREFIX:]
 
 
 def _serialised(make: Callable[[str], Marker], text: str) -> tuple[SerialisedMessage, str]:
-    """An array of one marker, which `make` gives for a text, so long that others may follow; and
-    the text, to which four characters more may be added.
+    """An array of the one marker that `make` returns for a text, padded so that other markers can
+    follow it; and the text, with up to four characters added.
 
-    Numbers of 8 bytes stand at multiples of 8 (CDR). So the bytes of a marker are the same wherever
-    it begins if their length is such a multiple, and four characters shift it by four.
+    Numbers of 8 bytes are aligned to multiples of 8 (CDR). So the bytes of a marker do not depend
+    on where it begins if their length is such a multiple, and four more characters shift it by
+    four.
     """
     data = serialize_message(MarkerArray(markers=[make(text)]))
     data += bytes(-len(data) % 4)
-    if (len(data) - PREFIX) % 8:
-        return _serialised(make, text + 4 * PLACE)
+    if (len(data) - MESSAGE_PREFIX) % 8:
+        return _serialised(make, text + 4 * TEXT_PLACEHOLDER)
     return SerialisedMessage(data), text
 
 
@@ -184,7 +200,8 @@ class SurfaceMarkers:
 
     def __init__(self, surfaces: SceneSurfaces) -> None:
         self._surfaces = surfaces
-        draw, markers, fields = np.random.default_rng(0), [], {}
+        draw, markers = np.random.default_rng(0), []
+        fields: dict[str, tuple[NDArray[Any], ...]] = {}
         for name, (corners, _) in surfaces.now().items():
             color = draw.uniform(0.1, 0.9, 4).astype(np.float32)
             corner, time = draw.uniform(size=3), draw.integers(1, 2**30, 2, dtype=np.int32)
@@ -196,7 +213,8 @@ class SurfaceMarkers:
             fields[name] = (time, color, np.tile(corner, (len(corners), 1)))
         self._message = SerialisedMessage(serialize_message(MarkerArray(markers=markers)))
         self._fields = {
-            name: tuple(map(self._message.view, numbers)) for name, numbers in fields.items()
+            name: tuple(self._message.view(part) for part in numbers)
+            for name, numbers in fields.items()
         }
 
     def message(self, stamp: Time) -> bytes:
@@ -211,7 +229,7 @@ def _contact_points(stamp: Time, contacts: list[Contact]) -> Marker:
     """A ball at each contact; without any the marker is deleted."""
     action = Marker.ADD if contacts else Marker.DELETE
     balls = _marker(stamp, "contacts", Marker.SPHERE_LIST, action)
-    balls.scale.x = balls.scale.y = balls.scale.z = BALL
+    balls.scale.x = balls.scale.y = balls.scale.z = CONTACT_BALL_SIZE
     balls.points = _points(np.array([contact.position for contact in contacts]))
     _paint(balls, FORCE_COLOR)
     return balls

@@ -15,57 +15,64 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from pneuflex_sim.ros.clock import Pace, shared_clock
-from pneuflex_sim.ros.commanded import Commanded
+from pneuflex_sim.ros.command_topics import CommandTopics
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders
-from pneuflex_sim.ros.markers import SeenScene
+from pneuflex_sim.ros.markers import SceneMarkers
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
-from pneuflex_sim.ros.sensed import Sensed
+from pneuflex_sim.ros.state_topics import StateTopics
 from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import write_urdf
 from pneuflex_sim.world import Diverged
-from softhand_model.numerics.compiled import compilation_told
+from softhand_common.numerics.compiled import compilation_announced
 from softhand_model.pneumatics.valves import CommandWatch
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report, cut
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
+from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import (
     RELIABLE,
     Inbox,
     clock_conflict,
-    heard,
+    has_subscribers,
     latched,
     nanoseconds,
     stamp_of_seconds,
 )
 
-LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s] ...
-PATIENCE = 0.5  # ... and where those of the sample before have come [s]
-MUCH_WAITING = 0.5  # wall time between two reports that was waited in vain [s]
-SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
-SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
-STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
+SENSORS = "pneumaticbox/sensors"
+# wall time to wait for the valves that answer a sample [s]: after an answer in time (a busy machine
+# is not a fault), and after a missed one
+ANSWER_TIMEOUT, LATE_ANSWER_TIMEOUT = 5.0, 0.05
+STOP_CHECK_PERIOD = 0.1  # wall time between checks whether the node shall end [s]
+WAITING_WARNING_TIME = 0.5  # missed wall time between two reports that is worth a warning [s]
+SERVE_SLICE = 0.001  # wall time for messages and services after a sample [s]
+SERVE_PERIOD = 0.01  # wall time between checks of services while the simulation stands [s]
+STANDSTILL_CLOCK_PERIOD = 0.1  # wall time between ticks while the simulation stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 class HandSim(Node):
-    """Publishes what the hand does and senses; obeys valves, and targets of wrist and object."""
+    """Publishes the state of the hand; applies commands to valves, wrist and object."""
 
     def __init__(self) -> None:
         super().__init__("hand_sim")
+        self._single = Single(self, "simulator", SENSORS)
         value = declare(self, PARAMETERS)
+        self.stop = threading.Event()  # the node is to end
         self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
-        with Preparation(self, self.diagnostics, "simulation") as tell, compilation_told(tell):
+        with Preparation(self, self.diagnostics, "simulation") as tell, compilation_announced(tell):
             self.simulation = Simulation(configuration(value))
             self._compile()
+        self._single.claim(value[ALLOW_SECOND.name])
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
-        self.answered_stamp, self.missed_answers, self.told_missed = -1, 0, 0
+        self.answered_stamp, self.missed_answers, self.reported_missed = -1, 0, 0
         self.answered_late, self.waited = False, 0.0
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
@@ -73,27 +80,27 @@ class HandSim(Node):
         self.clock = shared_clock(self, value["publish_clock"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self.commanders = Commanders(self, value["await_commander"])
-        self.commanded = Commanded(self, self.simulation, self._refuse)
+        self.command_topics = CommandTopics(self, self.simulation, self._refuse)
         self._create_topics()
         self._create_services()
         self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
-        self.sensed = Sensed(self, self.simulation)
-        self.seen = SeenScene(self, self.simulation, RELIABLE)
+        self.state_topics = StateTopics(self, self.simulation)
+        self.markers = SceneMarkers(self, self.simulation, RELIABLE)
         self.transforms = Transforms(self, self.simulation)
         self.marker_period = 1.0 / value["marker_rate"]
         self._executor = RoundRobin(self)
         layout = self.simulation.bodies.layout
         self.description.publish(String(data=write_urdf(layout)))
         self.get_logger().info(
-            f"{self.simulation.hand.name}: {len(layout.mass)} joints, "
+            f"ready: {self.simulation.hand.name}, {len(layout.mass)} joints, "
             f"step {1e3 * self.simulation.step_size:g} ms"
         )
 
     def _compile(self) -> None:
-        """Take one step and go back: it compiles what is not cached yet.
+        """Take one step and reset, so that kernels that are not cached are compiled now.
 
-        Done later, between two samples, the seconds this takes look like a dead simulator, and the
-        driver vents.
+        Compiling between two samples would take seconds, in which the driver would vent for want of
+        samples.
         """
         self.simulation.step(np.zeros(len(self.simulation.channels)))
         self.simulation.read_sensors()
@@ -101,7 +108,7 @@ class HandSim(Node):
 
     def _create_topics(self) -> None:
         make = self.create_publisher
-        self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
+        self.sensors = make(JointState, SENSORS, RELIABLE)
         self.description = make(String, "robot_description", latched(1))
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
 
@@ -112,13 +119,15 @@ class HandSim(Node):
 
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
-        """A message that cannot be used is refused whole, named in the log and in /diagnostics."""
+        """Report a message that cannot be used in the log and in /diagnostics; it is ignored as a
+        whole.
+        """
         self.refused = [cut(reason)]
         self.refusals += 1
         self.get_logger().warning(f"refused {self.refused[0]}", throttle_duration_sec=1.0)
 
     def _take_valves(self, timeout: float = 0.0) -> None:
-        """Obey the valves that have come; wait up to `timeout` [s] for the first."""
+        """Apply the valve commands that have come; wait up to `timeout` [s] for the first."""
         message = self._valves.take(timeout)
         while message is not None:
             self._obey_valves(message)
@@ -141,12 +150,12 @@ class HandSim(Node):
         self.simulation.reset()
         self.diverged = ""
         self.commanders.restart()
-        self.commanded.forget()
+        self.command_topics.forget()
         self._set_time(now if self.clock.follows else 0.0)
         return f"the simulation is back at its start, time {self.simulation.time:g}"
 
     def _set_time(self, now: float) -> None:
-        """Have the simulation go on at another time [s]."""
+        """Let the simulation go on at another time [s]."""
         self.simulation.start += now - self.simulation.time
         self.watch.reset(now)
         self.answered_stamp = -1
@@ -177,24 +186,24 @@ class HandSim(Node):
         return nanoseconds(message.header.stamp)
 
     def publish_clock(self) -> None:
-        """Tell the simulated time; while paused it goes on to be told, standing still."""
-        self.clock.tell(self.simulation.time)
+        """Publish the simulated time; also while the simulation is paused."""
+        self.clock.publish_time(self.simulation.time)
 
     def _warnings(self) -> list[str]:
-        """What a user should know now; refused messages are named once."""
+        """Warnings for the user; refused messages are named once."""
         warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
-        missed, self.told_missed = self.missed_answers - self.told_missed, self.missed_answers
+        missed, self.reported_missed = (
+            self.missed_answers - self.reported_missed,
+            self.missed_answers,
+        )
         waited, self.waited = self.waited, 0.0
-        if waited > MUCH_WAITING:
+        if waited > WAITING_WARNING_TIME:
             warnings.append(f"the driver answers late: {missed} samples waited for it in vain")
-        if self.count_publishers("pneumaticbox/sensors") > 1:
-            text = "a second simulator publishes pneumaticbox/sensors on this domain"
-            self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")
-            warnings.append(text)
-        if self.simulation.stops.told:
-            warnings.append(self.simulation.stops.told)
+        warnings.append(self._single.warning())
+        if self.simulation.stops.warning:
+            warnings.append(self.simulation.stops.warning)
         return warnings
 
     def publish_diagnostics(self) -> None:
@@ -222,10 +231,12 @@ class HandSim(Node):
 
     # ---------------------------------------------------------------- one sample
     def advance(self) -> None:
-        """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
+        """Publish a sample, simulate to the next one while the driver computes, receive its
+        answer.
+        """
         simulation = self.simulation
         before = simulation.time
-        self.commanded.obey(before)
+        self.command_topics.obey(before)
         sample = self._publish_sensors()
         stale = self.watch.silent(before)
         valves = self.watch.valves(before)
@@ -236,59 +247,61 @@ class HandSim(Node):
         self._publish_state(before)
 
     def _publish_state(self, before: float) -> None:
-        """Publish what is due since the time `before` [s], and last of all the tick: who hears it
-        finds the state of its time.
+        """Publish what is due since the time `before` [s]. The tick comes last, so that its
+        receivers already have the state of its time.
         """
         now = self.simulation.time
         stamp = stamp_of_seconds(now)
         if _crossed(before, now, self.marker_period):
-            self.seen.publish_markers(stamp)
+            self.markers.publish_markers(stamp)
         if _crossed(before, now, SLOW_PERIOD):
-            self.sensed.publish_slow(stamp)
-            self.seen.publish_contacts(stamp)
+            self.state_topics.publish_slow(stamp)
+            self.markers.publish_contacts(stamp)
         if _crossed(before, now, FAST_PERIOD):
-            self.sensed.publish_fast(stamp)
+            self.state_topics.publish_fast(stamp)
             self.transforms.publish(stamp)
             self.publish_clock()
 
     def _wait_for_answer(self, sample: int, stale: bool) -> None:
-        """In lockstep, for the valves of this sample, but not for long; else take what has come."""
+        """In lockstep, wait a limited time for the valves that answer this sample; else take what
+        has come.
+        """
         self._take_valves()
         if not self.lockstep or stale:
             return
-        patience = LOCKSTEP_WAIT if self.answered_late else PATIENCE
+        patience = LATE_ANSWER_TIMEOUT if self.answered_late else ANSWER_TIMEOUT
         deadline = time.monotonic() + patience
-        while self.answered_stamp < sample and self._driver_there:
+        while self.answered_stamp < sample and self._driver_there and not self.stop.is_set():
             left = deadline - time.monotonic()
             if left <= 0:
                 self.missed_answers += 1
                 self.waited += patience
                 break
-            self._take_valves(left)
+            self._take_valves(min(left, STOP_CHECK_PERIOD))
         self.answered_late = self.answered_stamp < sample
 
     @property
     def _driver_there(self) -> bool:
         """Whether somebody answers samples, and hears them."""
-        return bool(self._valves.publishers()) and heard(self.sensors)
+        return bool(self._valves.publishers()) and has_subscribers(self.sensors)
 
     def halt(self, reason: str) -> None:
-        """Stand still with a simulation that has diverged; without clock and samples its driver
-        vents.
-        """
+        """Stop a simulation that has diverged, and its air flow, until `sim/reset`."""
         self.diverged = reason
         self.get_logger().error(f"{reason}: it stands until sim/reset")
         self.publish_diagnostics()
 
     def stand(self) -> None:
-        """Serve what comes while the simulation stands; paused, it goes on telling its time."""
+        """Serve messages and services while the simulation stands; a paused one still publishes its
+        time.
+        """
         if not self.diverged:
             self.publish_clock()
-        end = time.monotonic() + STANDING_PERIOD
+        end = time.monotonic() + STANDSTILL_CLOCK_PERIOD
         while self.stands and time.monotonic() < end:
             self.clock.wait(SERVE_PERIOD)
             self._take_valves()
-            self.commanded.obey(self.simulation.time)
+            self.command_topics.obey(self.simulation.time)
             self._executor.serve(SERVE_SLICE)
         if change := self.clock.jump(self.simulation.time):
             self._set_time(self.simulation.time + change)
@@ -296,7 +309,7 @@ class HandSim(Node):
     @property
     def stands(self) -> bool:
         """Whether the simulation has diverged, waits for the clock that it follows or for its
-        commanders, or is paused and no single step is wanted.
+        commanders, or is paused without a pending single step.
         """
         now = self.simulation.time
         if self.diverged or not self.clock.allows(now):
@@ -306,7 +319,9 @@ class HandSim(Node):
         return self.lockstep and self.commanders.hold(now)
 
     def await_commands(self) -> None:
-        """In lockstep, wait a moment where the commanders have not commanded any further."""
+        """In lockstep, wait briefly for commanders that have not commanded beyond the present
+        time.
+        """
         if self.lockstep and not self.paused and not self.diverged:
             self.commanders.hold(self.simulation.time, COMMANDS_WAIT)
 
@@ -318,7 +333,8 @@ def _crossed(before: float, after: float, period: float) -> bool:
 
 def run(node: HandSim, stop: threading.Event) -> None:
     """Step and serve until `stop`."""
-    told = 0.0
+    reported_at = 0.0
+    node.stop = stop
     while not stop.is_set():
         node.await_commands()
         if node.stands:
@@ -330,13 +346,13 @@ def run(node: HandSim, stop: threading.Event) -> None:
             except Diverged as reason:
                 node.halt(str(reason))
             node.pace.wait(node.simulation.time)
-        if time.monotonic() - told >= REPORT_PERIOD:
+        if time.monotonic() - reported_at >= REPORT_PERIOD:
             node.publish_diagnostics()
-            told = time.monotonic()
+            reported_at = time.monotonic()
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; `run_node` tells the exit status."""
+    """Run the node; returns the exit status of `run_node`."""
     return run_node(
         "hand_sim",
         HandSim,

@@ -1,4 +1,4 @@
-"""Parameters of the node `hand_sim`, and the simulation that they ask for. All are read-only."""
+"""Parameters of the node `hand_sim`, all read-only, and the simulation that they configure."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from softhand_ros.parameters import Parameter
+from softhand_ros.single import ALLOW_SECOND
 
 if TYPE_CHECKING:
     from pneuflex_sim.simulation import SimulationConfig
@@ -18,7 +19,7 @@ PARAMETERS = (
     Parameter(
         "wall_inclination",
         0.0,
-        "angle of the scene's wall against the table; from 5 on, 0: as the scene has it",
+        "inclination of the wall against the table, 5 or more; 0: the scene's",
         "deg",
         (0.0, 120.0),
     ),
@@ -36,6 +37,7 @@ PARAMETERS = (
     Parameter("gui", False, "open PyBullet's window"),
     Parameter("lockstep", True, "wait for the driver's answers and for commanders"),
     Parameter("await_commander", False, "in lockstep, stand at the start until a strategy runs"),
+    ALLOW_SECOND,
     Parameter("publish_clock", True, "publish /clock; false: follow another simulator's"),
     Parameter(
         "real_time_factor",

@@ -1,6 +1,6 @@
-"""Where wrist and object are in the world, on /tf; on machines that have tf2_msgs.
+"""Frames of wrist and object in the world, on /tf, on machines that have tf2_msgs.
 
-Its messages come with ROS and are not on PyPI. robot_state_publisher adds the hand's links to the
+tf2_msgs comes with ROS and is not on PyPI. robot_state_publisher adds the hand's links to the
 wrist, with the namespace as its frame_prefix.
 """
 
@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from pneuflex_sim.simulation import Simulation
-from softhand_model.numerics.arrays import Array
+from softhand_common.numerics.arrays import Array
 from softhand_ros.topics import full_name
 
 try:
@@ -23,8 +23,8 @@ except ImportError:
     TFMessage = None
 
 WORLD = "world"  # of all hands
-DEPTH = 100  # as tf2_ros has it
-ABSENT = "no tf2_msgs on this machine: /tf is not published"
+TF_QUEUE_DEPTH = 100  # as tf2_ros has it
+NO_TF_MESSAGE = "no tf2_msgs on this machine: /tf is not published"
 
 
 class Frame(NamedTuple):
@@ -59,18 +59,20 @@ def stamped(frame: Frame, stamp: Time) -> TransformStamped:
 
 
 class Transforms:
-    """Publishes the frames, or says once that it cannot."""
+    """Publishes the frames, or logs once that it cannot."""
 
     def __init__(self, node: Node, simulation: Simulation) -> None:
         self._simulation, self._publisher = simulation, None
         self._prefix = full_name(node, "frame").removesuffix("frame")
         if TFMessage is None:
-            node.get_logger().info(ABSENT)
+            node.get_logger().info(NO_TF_MESSAGE)
         else:
-            self._publisher = node.create_publisher(TFMessage, "/tf", QoSProfile(depth=DEPTH))
+            self._publisher = node.create_publisher(
+                TFMessage, "/tf", QoSProfile(depth=TF_QUEUE_DEPTH)
+            )
 
     def publish(self, stamp: Time) -> None:
-        """Publish where the frames are now."""
+        """Publish the present poses of the hand's frames on /tf, marked with a time stamp."""
         if self._publisher is not None:
             now = [stamped(frame, stamp) for frame in frames(self._simulation, self._prefix)]
             self._publisher.publish(TFMessage(transforms=now))

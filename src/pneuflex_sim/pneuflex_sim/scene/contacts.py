@@ -1,4 +1,4 @@
-"""Contact points with the names of what touches."""
+"""Contact points with the names of the bodies that touch."""
 
 from __future__ import annotations
 
@@ -12,8 +12,15 @@ OBJECT = "object"
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact point: names of both sides, the joint name of the first, position [m], normal
-    towards it, and what acts on it there: force along the normal [N], friction (3,) [N].
+    """One contact point.
+
+    Attributes:
+        first, second: names of both sides.
+        segment: joint name of the first side; empty for anything but a chain of the hand.
+        position: (3,) [m] in the world.
+        normal: (3,), towards the first side.
+        force: along the normal [N].
+        friction: (3,) [N] on the first side.
     """
 
     first: str
@@ -26,9 +33,7 @@ class Contact:
 
 
 class ContactNames:
-    """Which name a PyBullet body and link go by: a chain of the hand, `object`, or a part of the
-    scene.
-    """
+    """Names of PyBullet bodies and links: a chain of the hand, `object`, or a part of the scene."""
 
     def __init__(
         self, bodies: dict[int, str], links: dict[tuple[int, int], tuple[str, str]], client: int
@@ -40,10 +45,11 @@ class ContactNames:
         return self._links.get((body, link)) or (self._bodies[body], "")
 
     def contacts(self, body: int | None = None) -> list[Contact]:
-        """Contact points that carry a force, of one body or of all; of each pair at least one
-        presses.
+        """Contact points that carry a force, of one body or of all; only pairs with a positive
+        normal force.
 
-        The first side is a chain of the hand if there is one, else what the object touches.
+        The first side is a chain of the hand if there is one, else the body that the object
+        touches.
         """
         # asked for one body, PyBullet may swap the sides, and then leaves friction as it was
         points = pybullet.getContactPoints(physicsClientId=self._client)
@@ -57,8 +63,8 @@ class ContactNames:
         return [contact for contact in found if (contact.first, contact.second) in pressing]
 
     def touching(self, body: int) -> frozenset[str]:
-        """Names of what presses on a body: of the sides of `contacts` without their places and
-        forces, which take five times as long.
+        """Names of the bodies that press on a body. Places and forces, as in `contacts`, would take
+        five times as long.
         """
         points = pybullet.getContactPoints(physicsClientId=self._client)
         pressing = {

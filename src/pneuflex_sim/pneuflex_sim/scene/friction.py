@@ -1,9 +1,10 @@
-"""Friction of pairs of materials, and the coefficients that make PyBullet use them.
+"""Friction of pairs of materials, and the coefficients that reproduce it in PyBullet.
 
-PyBullet multiplies the coefficients of the two bodies that touch, so a table of pairs cannot be
-kept by one number a material. What a hand, an object and fixed bodies need can: rubber gets the
-root of its own pair, the object the rest of its pair with rubber, and a fixed body one coefficient
-towards the hand and another towards the object (see `scenes`).
+PyBullet multiplies the coefficients of the two bodies in contact, so a general table of pairs
+cannot be expressed by one number per material. The pairs of a hand, an object and fixed bodies can:
+rubber gets the square root of its coefficient with itself, the object its coefficient with rubber
+divided by that, and a fixed body one coefficient towards the hand and another towards the object
+(see `scenes`).
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from pathlib import Path
 
 import pybullet
 
-from softhand_model.documents.quoted import listed
-from softhand_model.documents.yaml_document import Node, read_document
+from softhand_common.documents.quoted import listed
+from softhand_common.documents.yaml_document import Node, read_document
 
 FORMAT = "pneuflex-friction/1"
-RUBBER = "rubber"
-LEAST = 1e-3  # less than any pair of dry materials has
-LARGEST = 10.0  # PyBullet cuts off above
+RUBBER_MATERIAL = "rubber"
+MIN_FRICTION = 1e-3  # less than any pair of dry materials has
+MAX_FRICTION = 10.0  # PyBullet cuts off above
 
 
 @dataclass(frozen=True)
@@ -52,20 +53,20 @@ class FrictionTable:
         return found
 
     def check_material(self, node: Node) -> None:
-        """Raise DocumentError for what is no material of the table."""
+        """Raise DocumentError for a material that is not in the table."""
         if node.text() not in self.materials:
             raise node.error(f"one of {listed(self.materials)} (of {self.source})")
 
     @property
     def hand(self) -> float:
-        """PyBullet's coefficient of the hand: times itself that of rubber on rubber."""
-        return math.sqrt(self.pair(RUBBER, RUBBER))
+        """PyBullet's coefficient of the hand; its square is that of rubber on rubber."""
+        return math.sqrt(self.pair(RUBBER_MATERIAL, RUBBER_MATERIAL))
 
     def towards_hand(self, material: str) -> float:
         """PyBullet's coefficient of anything that the hand touches: of the object, or of a fixed
         body towards the hand.
         """
-        return self.pair(material, RUBBER) / self.hand
+        return self.pair(material, RUBBER_MATERIAL) / self.hand
 
     def towards_object(self, material: str, of_object: str) -> float:
         """PyBullet's coefficient of a fixed body towards an object of a material."""
@@ -73,7 +74,7 @@ class FrictionTable:
 
 
 class BodyFriction:
-    """Coefficients of all bodies that a PyBullet client has now, to scale all pairs together."""
+    """Coefficients of all present bodies of a PyBullet client, to scale all pairs together."""
 
     def __init__(self, client: int) -> None:
         self._client, self._factor = client, 1.0
@@ -91,8 +92,8 @@ class BodyFriction:
         return found[1], found[6], found[7]
 
     def scale(self, factor: float) -> None:
-        """Make the sliding friction of every pair, and what twists against it, `factor` times what
-        it was at first; rolling resistance, which PyBullet multiplies with it, stays.
+        """Scale the sliding and twisting friction of every pair to `factor` times the initial one.
+        Rolling resistance, which PyBullet multiplies with sliding friction, is kept.
         """
         if factor == self._factor:
             return
@@ -109,8 +110,7 @@ class BodyFriction:
 
 
 def load_friction(path: str | Path | None = None) -> FrictionTable:
-    """The shipped table, with the pairs of a file of one's own in place of its pairs or beside
-    them.
+    """The shipped table; pairs of a file of one's own replace its pairs or are added to them.
 
     Raises ValueError naming file, key, expected and got.
 
@@ -136,4 +136,4 @@ def _pairs(path: Path) -> dict[frozenset[str], float]:
 def _add(pairs: dict[frozenset[str], float], pair: frozenset[str], value: Node) -> None:
     if pair in pairs:
         raise value.error("every pair once", "it twice")
-    pairs[pair] = value.number(high=LARGEST, low=LEAST)
+    pairs[pair] = value.number(high=MAX_FRICTION, low=MIN_FRICTION)

@@ -10,18 +10,21 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import QhullError
 
+from softhand_common.documents.output_file import written_whole
+
 Array = NDArray[np.float64]
 
-CREASE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides still looks round
-SUFFIXES = (".stl", ".obj")
+CREASE_ANGLE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides looks round
+MESH_SUFFIXES = (".stl", ".obj")
+LARGEST_MESH_FILE = 2**26  # [bytes], a binary STL of 1.3 million triangles
 STL_HEAD, STL_TRIANGLE = 84, 50  # bytes of a binary file
 CORNER_ZERO = re.compile(r"^f (?:.* )?0+(?:[ /]|$)", re.MULTILINE)
-SMALLEST, LARGEST = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
+SHORTEST_OBJECT, LONGEST_OBJECT = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
 
 
 @dataclass(frozen=True)
@@ -71,16 +74,17 @@ def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
     )
 
 
-def creased(mesh: Mesh, angle: float = CREASE) -> Mesh:
-    """The mesh with its vertices doubled along edges where faces meet at more than `angle` [rad],
-    so that they are drawn sharp and flat faces flat.
+def creased(mesh: Mesh, angle: float = CREASE_ANGLE) -> Mesh:
+    """The mesh with vertices doubled along edges where faces meet at more than `angle` [rad], so
+    that these edges are drawn sharp and flat faces flat.
 
-    A corner of a face keeps the vertex of its neighbour across a smooth edge: the new vertices are
-    the connected sets of corners. (trimesh's `smooth_shade` splits between smooth patches only, so
-    an edge that is sharp within a patch is drawn smooth.)
+    Corners of faces that share a smooth edge share a vertex: the new vertices are the connected
+    sets of corners. (trimesh's `smooth_shade` splits between smooth patches only, so an edge that
+    is sharp within a patch is drawn smooth.)
     """
     faces = mesh.indices.reshape(-1, 3).astype(np.int64)
-    normal = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
+    corners = mesh.corners
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     unit = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
     corner = np.arange(faces.size)
     following = np.roll(corner.reshape(-1, 3), -1, axis=1).ravel()
@@ -143,7 +147,7 @@ def tube_triangles(rings: int, points: int) -> NDArray[np.int32]:
     return np.array(faces, dtype=np.int32).ravel()
 
 
-def box(size: Sequence[float], center: Array) -> Mesh:
+def box(size: ArrayLike, center: Array) -> Mesh:
     """A box of a size (3,) [m] around a centre (3,) [m], with sharp edges."""
     square = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     rings = np.array([np.column_stack([square, np.full(4, z)]) for z in (-0.5, 0.5)])
@@ -157,9 +161,11 @@ def box(size: Sequence[float], center: Array) -> Mesh:
 
 def write_meshes(path: Path, meshes: Mapping[str, Mesh]) -> None:
     """Write meshes into one STL or OBJ file, in metres; OBJ has an object a mesh, with normals."""
-    scene = trimesh.Scene({name: mesh.trimesh for name, mesh in meshes.items()})
+    surfaces: dict[str, trimesh.parent.Geometry] = {n: mesh.trimesh for n, mesh in meshes.items()}
+    scene = trimesh.Scene(surfaces)
     of_obj = {"include_normals": True, "header": "metres"} if path.suffix == ".obj" else {}
-    scene.export(path, **of_obj)
+    with written_whole(path) as file:
+        scene.export(file, **of_obj)
 
 
 def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
@@ -168,11 +174,14 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     Vertices at one place are joined; groups and materials do not matter. Raises ValueError for a
     file that cannot be read, a length that hints at other units, or too few triangles.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"{path}: expected a file {' or '.join(SUFFIXES)}, got {path.suffix!r}")
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise ValueError(
+            f"{path}: expected a file {' or '.join(MESH_SUFFIXES)}, got {path.suffix!r}"
+        )
     try:
         file, kind = _content(path)
-        found = trimesh.load_mesh(file, file_type=kind, process=False)
+        with np.errstate(invalid="ignore"):  # numbers that are not finite are refused below
+            found = trimesh.load_mesh(file, file_type=kind, process=False)
     except (OSError, ValueError, IndexError, KeyError) as reason:
         raise ValueError(f"{path}: expected a mesh, got {reason}") from reason
     found.vertices = scale * found.vertices
@@ -182,10 +191,10 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
             f"{path}: expected 4 triangles or more of finite numbers, got {len(found.faces)}"
         )
     longest = float(np.ptp(found.triangles.reshape(-1, 3), axis=0).max())
-    if not SMALLEST <= longest <= LARGEST:
+    if not SHORTEST_OBJECT <= longest <= LONGEST_OBJECT:
         raise ValueError(
-            f"{path}: expected a longest side of {SMALLEST:g} to {LARGEST:g} m, got {longest:g} m; "
-            "of a file in millimetres, give `scale: 0.001`"
+            f"{path}: expected a longest side of {SHORTEST_OBJECT:g} to {LONGEST_OBJECT:g} m, "
+            f"got {longest:g} m; of a file in millimetres, give `scale: 0.001`"
         )
     found.merge_vertices(merge_tex=True, merge_norm=True)
     found.update_faces(np.diff(np.sort(found.faces)).all(axis=1))  # of three corners
@@ -197,10 +206,13 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
 
 
 def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
-    """What is in a file, and the library's name for it. Text is decoded here: of what is not UTF-8
-    the library wants another package to guess.
+    """Content of a file, and the library's name for its format. Text is decoded here, since the
+    library needs another package to guess an encoding other than UTF-8.
     """
-    data, kind = path.read_bytes(), path.suffix.lower()[1:]
+    with path.open("rb") as opened:
+        data, kind = opened.read(LARGEST_MESH_FILE + 1), path.suffix.lower()[1:]
+    if len(data) > LARGEST_MESH_FILE:
+        raise ValueError(f"more than {LARGEST_MESH_FILE} bytes; make it coarser")
     count = int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
     if kind == "stl" and len(data) == STL_HEAD + count * STL_TRIANGLE:
         return io.BytesIO(data), kind

@@ -1,5 +1,5 @@
-"""The body of an object in PyBullet: created once, put in its place, weighed, pushed by forces; a
-limp sheet is of strips on hinges.
+"""The body of an object in PyBullet: creation, placement, mass and forces. A limp sheet is modelled
+as strips on hinges.
 """
 
 from __future__ import annotations
@@ -15,23 +15,26 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import ENVIRONMENT
+from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.solids import box_solid
 from pneuflex_sim.world import World
+from softhand_common.documents.output_file import write_file
 
 Array = NDArray[np.float64]
 
-WAVE = 0.1  # [rad] by which strips stand up and down at first: a flat sheet would not buckle
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
-SIDES = (1, -1)
-LARGEST_STEP = 1.0  # [rad] by which an object may rotate in one step
+# [rad] by which strips stand up and down at first: a flat sheet would not buckle
+HINGE_WAVE_ANGLE = 0.1
+NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
+SHEET_SIDES = (1, -1)
+MAX_ROTATION_PER_STEP = 1.0  # [rad] by which an object may rotate in one step
 
 
 class Sheet:
-    """Strips along y; the middle one is the base, and a chain of them hangs on either side of it.
+    """A limp sheet of strips along y. The middle strip is the base; a chain of strips hangs on
+    either side of it.
 
-    strip_moments (3,): principal moments per mass [m2] of a strip.
+    `strip_moments` (3,): principal moments per mass [m2] of a strip.
     """
 
     def __init__(self, dimensions: Mapping[str, Any]) -> None:
@@ -44,16 +47,18 @@ class Sheet:
 
     @property
     def angles(self) -> list[float]:
-        """Angle [rad] of each hinge at first: a wave that stands on the base and both ends."""
+        """Initial angle [rad] of each hinge: a wave that stands on the base and on both ends."""
         per_side = self.strips // 2
-        wave = [-WAVE] + [2 * WAVE * (-1) ** k for k in range(per_side - 1)]
-        return [side * angle for side in SIDES for angle in wave]
+        wave = [-HINGE_WAVE_ANGLE] + [2 * HINGE_WAVE_ANGLE * (-1) ** k for k in range(per_side - 1)]
+        return [side * angle for side in SHEET_SIDES for angle in wave]
 
     def strips_at_first(self) -> list[tuple[Array, Array, Array]]:
-        """Size (3,) [m], middle (3,) [m] and rotation (3, 3) of every strip in the base's frame."""
+        """Size (3,) [m], middle (3,) [m] and rotation (3, 3) of every strip in the base's frame,
+        initially.
+        """
         found = [(self.size, np.zeros(3), np.eye(3))]
         per_side = self.strips // 2
-        for number, side in enumerate(SIDES):
+        for number, side in enumerate(SHEET_SIDES):
             hinge, tilt = np.array([0.5 * side * self.pitch, 0.0, 0.0]), 0.0
             for angle in self.angles[number * per_side : (number + 1) * per_side]:
                 tilt += angle
@@ -66,9 +71,9 @@ class Sheet:
     def create(self, client: int) -> int:
         """Create the body with masses of 1 kg; its PyBullet id."""
         count, pitch = self.strips - 1, self.pitch
-        sides = np.repeat(SIDES, count // 2)
+        sides = np.repeat(SHEET_SIDES, count // 2)
         first = [k % (count // 2) == 0 for k in range(count)]
-        shapes = {side: self._shape(side, client) for side in (0, *SIDES)}
+        shapes = {side: self._shape(side, client) for side in (0, *SHEET_SIDES)}
         body = pybullet.createMultiBody(
             1.0,
             shapes[0],
@@ -80,9 +85,9 @@ class Sheet:
                 (side * pitch * (0.5 if at_base else 1.0), 0.0, 0.0)
                 for side, at_base in zip(sides, first, strict=True)
             ],
-            linkOrientations=[IDENTITY] * count,
+            linkOrientations=[NO_ROTATION] * count,
             linkInertialFramePositions=[(0.5 * side * pitch, 0.0, 0.0) for side in sides],
-            linkInertialFrameOrientations=[IDENTITY] * count,
+            linkInertialFrameOrientations=[NO_ROTATION] * count,
             linkParentIndices=[0 if at_base else k for k, at_base in enumerate(first)],
             linkJointTypes=[pybullet.JOINT_REVOLUTE] * count,
             linkJointAxis=[(0, 1, 0)] * count,
@@ -100,7 +105,7 @@ class Sheet:
         )
 
     def reset(self, body: int, client: int) -> None:
-        """Hinges to their first angles, at rest, with their friction."""
+        """Reset the hinges to their initial angles, at rest, with their friction."""
         for hinge, angle in enumerate(self.angles):
             pybullet.resetJointState(body, hinge, angle, 0.0, physicsClientId=client)
             pybullet.setJointMotorControl2(
@@ -114,8 +119,13 @@ class Sheet:
 
 
 class ObjectBody:
-    """One object in a world; `id` is PyBullet's, `mass` [kg] that of now,
-    `surfaces` the links that touch."""
+    """One object in a world.
+
+    Attributes:
+        id: of PyBullet.
+        mass: present mass [kg].
+        surfaces: links that touch.
+    """
 
     def __init__(self, description: ObjectDescription, friction: float, world: World) -> None:
         client = world.client
@@ -123,7 +133,7 @@ class ObjectBody:
         self.sheet = Sheet(description.dimensions) if description.shape == "sheet" else None
         solid = description.geometry.solid
         if self.sheet is not None:
-            self._moments, self._axes = self.sheet.strip_moments, np.array(IDENTITY)
+            self._moments, self._axes = self.sheet.strip_moments, np.array(NO_ROTATION)
             self.id = self.sheet.create(client)
         else:
             self._moments, self._axes = solid.principal()
@@ -170,9 +180,9 @@ class ObjectBody:
                 linkCollisionShapeIndices=[part] * count,
                 linkVisualShapeIndices=[-1] * count,
                 linkPositions=[(0, 0, (k + 0.5) * length - half_length) for k in range(count)],
-                linkOrientations=[IDENTITY] * count,
+                linkOrientations=[NO_ROTATION] * count,
                 linkInertialFramePositions=[(0.0, 0.0, 0.0)] * count,
-                linkInertialFrameOrientations=[IDENTITY] * count,
+                linkInertialFrameOrientations=[NO_ROTATION] * count,
                 linkParentIndices=[0] * count,
                 linkJointTypes=[pybullet.JOINT_FIXED] * count,
                 linkJointAxis=[(0, 0, 1)] * count,
@@ -196,24 +206,27 @@ class ObjectBody:
                 **soft,
             )
             pybullet.setCollisionFilterGroupMask(
-                self.id, link, ENVIRONMENT, -1, physicsClientId=self._client
+                self.id, link, ENVIRONMENT_GROUP, -1, physicsClientId=self._client
             )
 
     def _limit_spin(self, step: float) -> None:
-        """PyBullet's own limit of 100 rad/s would brake a marker that rolls faster than 0.85 m/s;
-        without any, slender objects that spin fast gained energy in random trials and flew off.
+        """Limit the spin. PyBullet's own limit of 100 rad/s would brake a marker that rolls faster
+        than 0.85 m/s; without a limit, slender objects that spin fast gained energy in random
+        trials.
         """
         pybullet.changeDynamics(
-            self.id, -1, maxJointVelocity=LARGEST_STEP / step, physicsClientId=self._client
+            self.id, -1, maxJointVelocity=MAX_ROTATION_PER_STEP / step, physicsClientId=self._client
         )
 
     def set_mass(self, mass: float) -> None:
-        """Another mass [kg], spread in the same way."""
+        """Set the mass [kg], with the same distribution."""
         self.mass = mass
         self.resist(0.0, 0.0)
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Give way as if what holds it had a mass [kg] and an inertia [kg m2] of its own."""
+        """Add mass [kg] and inertia [kg m2] of what holds the object to its resistance against
+        motion.
+        """
         share = self.mass / len(self.links)
         for link in self.links:
             pybullet.changeDynamics(
@@ -236,13 +249,13 @@ class ObjectBody:
         pybullet.applyExternalTorque(self.id, -1, torque.tolist(), frame, client)
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
-        """Lay it at a position (3,) [m] and roll, pitch, yaw (3,) [rad], turned by another `yaw`
-        [rad] about the vertical, at rest.
+        """Put it at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by another
+        `yaw` [rad] about the vertical.
         """
         self.put_at(position, Rotation.from_euler("xyz", (*rpy[:2], rpy[2] + yaw)))
 
     def put_at(self, position: Array, rotation: Rotation) -> None:
-        """Put it at a position (3,) [m], its axes turned by a rotation, at rest."""
+        """Put it at rest at a position (3,) [m] with an orientation."""
         if not self._own_axes:
             rotation = rotation * self._to_own.inv()
         quaternion = rotation.as_quat().tolist()
@@ -255,11 +268,11 @@ class ObjectBody:
 
     @property
     def _own_axes(self) -> bool:
-        """Whether the engine's axes, the principal ones, are the object's own."""
+        """Whether the engine's axes (the principal ones) are the object's own axes."""
         return bool(self._axes[3] == 1.0)
 
     def pose(self) -> tuple[Array, Array]:
-        """Position (3,) [m] and quaternion (4,); raises Diverged when it has."""
+        """Position (3,) [m] and quaternion (4,); raises Diverged when they are not finite."""
         place, found = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
         if not np.isfinite(place).all():
             raise self._world.diverged(f"the simulation diverged: the object is at {place}")
@@ -268,7 +281,7 @@ class ObjectBody:
         return np.array(place), (Rotation.from_quat(found) * self._to_own).as_quat()
 
     def pull_down(self, acceleration: float) -> None:
-        """For one step, add a weight of its mass at an acceleration [m/s2]."""
+        """For one step, add the weight of its mass at an acceleration [m/s2]."""
         share = -acceleration * self.mass / len(self.links)
         for link in self.links:
             pybullet.applyExternalForce(
@@ -324,7 +337,7 @@ def _shape_of_pieces(pieces: tuple[Array, ...], client: int) -> int:
     """One shape of several hulls: PyBullet takes them from an OBJ file with one object a hull."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pieces.obj"
-        path.write_text(_obj_text(pieces), encoding="ascii")
+        write_file(path, _obj_text(pieces))
         return int(
             pybullet.createCollisionShape(
                 pybullet.GEOM_MESH, fileName=str(path), physicsClientId=client

@@ -1,4 +1,4 @@
-"""Geometry of the objects: what they touch with, where their mass is, and how they are drawn."""
+"""Geometry of the objects: collision shapes, mass properties, and drawn surfaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.hand.collision import COLLISION_MARGIN
+from pneuflex_sim.scene.bodies import without_overlap
 from pneuflex_sim.scene.mesh import (
     Mesh,
     box,
@@ -36,17 +37,19 @@ from pneuflex_sim.scene.solids import (
 Array = NDArray[np.float64]
 Dimensions = Mapping[str, Any]
 
-STAVES = 16  # of a cup's wall
-ROUND = 24  # points around an ellipsoid
+CUP_STAVES = 16  # of a cup's wall
+ELLIPSOID_POINTS = 24  # points around an ellipsoid
 
 
 @dataclass(frozen=True)
 class Geometry:
     """A shape about its centre of mass.
 
-    solid: mass properties. pieces: vertices (k, 3) [m] of the convex pieces that it touches with,
-    eroded by MARGIN, which the engine adds; none for the engine's own shapes. surface: what is
-    drawn, None for the engine's own shapes.
+    Attributes:
+        solid: mass properties.
+        pieces: vertices (k, 3) [m] of the convex pieces used in collision, eroded by
+            COLLISION_MARGIN, which the engine adds again; empty for the engine's own shapes.
+        surface: the mesh that is drawn; None for the engine's own shapes.
     """
 
     solid: Solid
@@ -55,8 +58,11 @@ class Geometry:
 
 
 def geometry(shape: str, dimensions: Dimensions) -> Geometry:
-    """Geometry of a shape in `SHAPES`; raises ValueError for a mesh that cannot be used."""
-    return SHAPES[shape](dimensions)
+    """Geometry of a shape named in `SHAPE_GEOMETRIES`.
+
+    Raises ValueError for a mesh that cannot be used.
+    """
+    return SHAPE_GEOMETRIES[shape](dimensions)
 
 
 def _of_pieces(outlines: Sequence[Array], solid: Solid, surface: Mesh) -> Geometry:
@@ -64,7 +70,7 @@ def _of_pieces(outlines: Sequence[Array], solid: Solid, surface: Mesh) -> Geomet
     center = solid.center
     return Geometry(
         Solid(solid.volume, np.zeros(3), solid.inertia),
-        tuple(eroded(outline, MARGIN) - center for outline in outlines),
+        tuple(eroded(outline, COLLISION_MARGIN) - center for outline in outlines),
         surface.moved(-center, np.eye(3)),
     )
 
@@ -98,18 +104,18 @@ def _ellipsoid(dimensions: Dimensions) -> Geometry:
     normals = directions / size
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     outline = 0.5 * size * directions
-    pieces, meshes = [outline - MARGIN * normals], [hull_mesh(outline)]
+    pieces, meshes = [outline - COLLISION_MARGIN * normals], [hull_mesh(outline)]
     if "neck" in dimensions:
         neck = _neck(dimensions["neck"], 0.5 * size[0])
-        pieces.append(eroded(neck, MARGIN))
+        pieces.append(eroded(neck, COLLISION_MARGIN))
         meshes.append(hull_mesh(neck))
     return Geometry(ellipsoid_solid(size), tuple(pieces), merged(meshes))
 
 
 def _directions() -> Array:
     """Unit vectors (k, 3) over the sphere, both poles of z among them."""
-    around = 2.0 * np.pi * np.arange(ROUND) / ROUND
-    height = np.pi * np.arange(1, ROUND // 2) / (ROUND // 2)
+    around = 2.0 * np.pi * np.arange(ELLIPSOID_POINTS) / ELLIPSOID_POINTS
+    height = np.pi * np.arange(1, ELLIPSOID_POINTS // 2) / (ELLIPSOID_POINTS // 2)
     azimuth, polar = (grid.ravel() for grid in np.meshgrid(around, height))
     across = np.sin(polar)
     rings = np.stack([np.cos(azimuth) * across, np.sin(azimuth) * across, np.cos(polar)], -1)
@@ -140,7 +146,7 @@ def _cup(dimensions: Dimensions) -> Geometry:
     inner = [_ring(radius - wall, z) for radius, z in zip(radii, (0.0, length), strict=True)]
     staves = [
         np.array([ring[k] for ring in (*outer, *inner) for k in (start, start - 1)])
-        for start in range(STAVES)
+        for start in range(CUP_STAVES)
     ]
     bottom = np.vstack([_ring(radii[0] - wall, z) for z in (0.0, wall)])
     outlines = [*staves, bottom]
@@ -149,28 +155,35 @@ def _cup(dimensions: Dimensions) -> Geometry:
 
 
 def _ring(radius: float, z: float) -> Array:
-    return np.column_stack([radius * _circle(STAVES), np.full(STAVES, z)])
+    return np.column_stack([radius * _circle(CUP_STAVES), np.full(CUP_STAVES, z)])
 
 
 def _mesh(dimensions: Dimensions) -> Geometry:
-    """An open mesh can be used by its hull alone: it has no volume of its own. Drawn is what it
-    touches with: the hull, where that is asked for.
+    """An open mesh has no volume of its own and can only be used by its hull. If the hull is used,
+    it is also what is drawn.
     """
     path, whole = Path(dimensions["file"]), dimensions.get("pieces") != "hull"
     surface = read_mesh(path, dimensions.get("scale", 1.0))
+    try:
+        return _of_surface(surface, whole)
+    except ValueError as reason:
+        raise ValueError(f"{path}: {reason}") from reason
+
+
+def _of_surface(surface: Mesh, whole: bool) -> Geometry:
     gaps = open_edges(surface)
     if gaps and whole:
         raise ValueError(
-            f"{path}: expected a closed surface, got {gaps} open edges; close it, or give "
-            "`pieces: hull`"
+            f"expected a closed surface, got {gaps} open edges; close it, or give `pieces: hull`"
         )
     if not whole:
         hull = creased(hull_mesh(surface.vertices))
         return _of_pieces([surface.vertices], hull_solid(surface.vertices), hull)
-    return _of_pieces(convex_pieces(surface), mesh_solid(surface), creased(surface))
+    solid = mesh_solid(without_overlap(surface))
+    return _of_pieces(convex_pieces(surface), solid, creased(surface))
 
 
-SHAPES: dict[str, Callable[[Dimensions], Geometry]] = {
+SHAPE_GEOMETRIES: dict[str, Callable[[Dimensions], Geometry]] = {
     "cylinder": _cylinder,
     "box": _box,
     "sphere": _sphere,

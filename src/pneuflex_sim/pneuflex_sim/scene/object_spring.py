@@ -1,9 +1,9 @@
 """A damped spring in six directions that holds the object out to the hand, as an experimenter does
-(section 8.2.2), and fades when it is to let go.
+(section 8.2.2), and fades to release it.
 
-Stiffness and what it gives way with are ours. The engine's contacts see no spring, only masses: so
-the object resists as if the holding hand's mass and inertia were its own, with which the spring is
-well damped. The damping of a step is that of its end, without which steps of 10 ms diverge.
+Stiffness and resistance are our choice. The engine's contacts see masses, but no springs. So mass
+and inertia of the holding hand, with which the spring is well damped, are added to the object. The
+damping force of a step is evaluated at its end; otherwise steps of 10 ms diverge.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from pneuflex_sim.scene.object_body import ObjectBody
 
 Array = NDArray[np.float64]
 
-STIFFNESS, TURN_STIFFNESS = 500.0, 5.0  # [N/m], [N m/rad]
-MASS, INERTIA = 0.1, 5e-4  # of what holds it [kg], [kg m2]
-DAMPING = 2.0 * np.sqrt(STIFFNESS * MASS)  # [N s/m]
-TURN_DAMPING = 2.0 * np.sqrt(TURN_STIFFNESS * INERTIA)  # [N m s/rad]
+SPRING_STIFFNESS, SPRING_TURN_STIFFNESS = 500.0, 5.0  # [N/m], [N m/rad]
+HOLDING_MASS, HOLDING_INERTIA = 0.1, 5e-4  # of what holds it [kg], [kg m2]
+SPRING_DAMPING = 2.0 * np.sqrt(SPRING_STIFFNESS * HOLDING_MASS)  # [N s/m]
+SPRING_TURN_DAMPING = 2.0 * np.sqrt(SPRING_TURN_STIFFNESS * HOLDING_INERTIA)  # [N m s/rad]
 
 
 @dataclass(frozen=True)
 class ObjectSpring:
-    """Where the object is held: position (3,) [m] and orientation (4,) in the wrist frame; from
-    `let_go` [s] on the spring fades within `fade` [s].
+    """Pose at which the object is held, position (3,) [m] and orientation (4,) in the wrist frame;
+    from `let_go` [s] on the spring fades within `fade` [s].
     """
 
     position: tuple[float, ...]
@@ -43,16 +43,18 @@ class ObjectSpring:
                 f"{self.position}, {self.orientation}"
             )
         if not abs(np.linalg.norm(self.orientation) - 1) < 1e-2:
-            raise ValueError(f"held object: expected a unit quaternion, got {self.orientation}")
+            raise ValueError(
+                f"held object: expected a unit quaternion x y z w, got {self.orientation}"
+            )
         if not self.fade >= 0:
             raise ValueError(f"held object: expected to fade in 0 s or more, got {self.fade}")
 
     def fading(self, now: float, duration: float) -> ObjectSpring:
-        """The same that fades from now on within a duration [s]."""
+        """A copy that fades from now on within a duration [s]."""
         return replace(self, let_go=now, fade=duration)
 
     def strength(self, now: float) -> float:
-        """Share of the spring that is left at a time [s], 1 to 0."""
+        """Remaining share of the spring at a time [s], 1 to 0."""
         since = now - self.let_go
         if since < 0.0:
             return 1.0
@@ -67,16 +69,22 @@ class ObjectSpring:
     def pull(
         self, body: ObjectBody, wrist: tuple[Array, Array], now: float, step: float, weight: float
     ) -> None:
-        """Act on a body for one step [s]; `wrist` is position [m] and quaternion of the wrist,
-        `weight` [N] that of the body and of what it is held with.
+        """Act on a body for one step [s].
+
+        `wrist` is position [m] and quaternion of the wrist, `now` the time [s], `weight` [N] that
+        of the body and of the holding mass.
         """
         share = self.strength(now)
-        body.resist(share * MASS, share * INERTIA)
+        body.resist(share * HOLDING_MASS, share * HOLDING_INERTIA)
         place, turn = self.pose(*wrist)
         position, orientation = body.pose()
         velocity, spin = body.velocity()
         error = (turn * Rotation.from_quat(orientation).inv()).as_rotvec()
-        damping = DAMPING / (1.0 + step * DAMPING / MASS)
-        turn_damping = TURN_DAMPING / (1.0 + step * TURN_DAMPING / INERTIA)
-        force = STIFFNESS * (place - position) - damping * velocity + np.array([0.0, 0.0, weight])
-        body.push(share * force, share * (TURN_STIFFNESS * error - turn_damping * spin))
+        damping = SPRING_DAMPING / (1.0 + step * SPRING_DAMPING / HOLDING_MASS)
+        turn_damping = SPRING_TURN_DAMPING / (1.0 + step * SPRING_TURN_DAMPING / HOLDING_INERTIA)
+        force = (
+            SPRING_STIFFNESS * (place - position)
+            - damping * velocity
+            + np.array([0.0, 0.0, weight])
+        )
+        body.push(share * force, share * (SPRING_TURN_STIFFNESS * error - turn_damping * spin))

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from pneuflex_sim.scene.friction import FrictionTable
-from pneuflex_sim.scene.mesh import SUFFIXES
+from pneuflex_sim.scene.mesh import MESH_SUFFIXES
 from pneuflex_sim.scene.object_shapes import Geometry, geometry
-from softhand_model.documents.quoted import quoted
-from softhand_model.documents.yaml_document import (
+from softhand_common.documents.quoted import unknown
+from softhand_common.documents.yaml_document import (
     Bounds,
     DocumentError,
     Node,
@@ -27,17 +27,17 @@ from softhand_model.documents.yaml_document import (
 )
 from softhand_model.hand import plausible
 
-FORMAT, ALL_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
+OBJECT_FORMAT, OBJECTS_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
 MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML
-PIECES = ("decomposed", "hull")
-SIZE = Bounds(1e-5, 10.0, "m")
-MASS = Bounds(1e-6, 1e3, "kg")
-STIFFNESS, DAMPING = Bounds(0.1, 1e9, "N/m"), Bounds(0.0, 1e6, "N s/m")
+DECOMPOSITIONS = ("decomposed", "hull")
+OBJECT_SIZE = Bounds(1e-5, 10.0, "m")
+OBJECT_MASS = Bounds(1e-6, 1e3, "kg")
+CONTACT_STIFFNESS, CONTACT_DAMPING = Bounds(0.1, 1e9, "N/m"), Bounds(0.0, 1e6, "N s/m")
 HINGE_FRICTION = Bounds(1e-12, 10.0, "N m")
-SCALE = Bounds(1e-6, 1e6, "")
-MOST_STRIPS = 99
+MESH_SCALE = Bounds(1e-6, 1e6, "")
+MAX_STRIPS = 99
 
-REQUIRED = {
+REQUIRED_DIMENSIONS = {
     "cylinder": ("diameter", "length"),
     "box": ("size",),
     "sphere": ("diameter",),
@@ -47,12 +47,12 @@ REQUIRED = {
     "sheet": ("size", "strips", "contact_thickness", "hinge_friction"),
     "mesh": ("file",),
 }
-OPTIONAL = {"ellipsoid": ("neck",), "mesh": ("scale", "pieces")}
+OPTIONAL_DIMENSIONS = {"ellipsoid": ("neck",), "mesh": ("scale", "pieces")}
 
 
 @dataclass(frozen=True)
 class Compliance:
-    """Stiffness [N/m] and damping [N s/m] of each contact point of a surface that yields."""
+    """Stiffness [N/m] and damping [N s/m] of each contact point of a compliant surface."""
 
     stiffness: float
     damping: float
@@ -60,9 +60,16 @@ class Compliance:
 
 @dataclass(frozen=True)
 class ObjectDescription:
-    """An object: shape with its dimensions [m], mass [kg], material by its name in the table of
-    friction, orientation when it lies in the scene [rad], compliance of its surface, and what the
-    model leaves out. A cylinder's dimensions may tell in how many `parts` it touches (2).
+    """An object to grasp.
+
+    Attributes:
+        name, shape: see `SHAPE_GEOMETRIES` for the shapes.
+        dimensions: of the shape [m]. A cylinder's may give the number of collision `parts` (2).
+        mass: [kg].
+        material: its name in the table of friction.
+        rpy: orientation in which it lies in the scene [rad].
+        compliance: of its surface, None for a rigid one.
+        note: what the model leaves out.
     """
 
     name: str
@@ -76,7 +83,7 @@ class ObjectDescription:
 
     @cached_property
     def geometry(self) -> Geometry:
-        """What it touches with and where its mass is; raises ValueError for a mesh that cannot be
+        """Collision shapes and mass properties; raises ValueError for a mesh that cannot be
         used.
         """
         return geometry(self.shape, self.dimensions)
@@ -94,7 +101,7 @@ class ObjectDescription:
     @property
     def rest_height(self) -> float:
         """Height of the origin of its axes above the surface that the object lies on [m]."""
-        return self.reach((0.0, 0.0, -1.0)) + (MARGIN if self.geometry.pieces else 0.0)
+        return self.reach((0.0, 0.0, -1.0)) + (COLLISION_MARGIN if self.geometry.pieces else 0.0)
 
     def reach(self, direction: tuple[float, float, float]) -> float:
         """How far the object reaches from the origin of its axes in a direction (a unit vector in
@@ -125,15 +132,16 @@ class ObjectDescription:
 def load_objects() -> dict[str, ObjectDescription]:
     """The shipped objects by name."""
     path = Path(str(resources.files("pneuflex_sim").joinpath("data/objects.yaml")))
-    entries = read_document(path, ALL_FORMAT).fields(["format", "objects"])["objects"].mapping()
+    entries = read_document(path, OBJECTS_FORMAT).fields(["format", "objects"])["objects"].mapping()
     return {name: _parse(name, entry, entry.mapping()) for name, entry in entries.items()}
 
 
 def load_object(name: str | Path, friction: FrictionTable | None = None) -> ObjectDescription:
-    """The shipped object of that name, or the one in a YAML or mesh file at that path, of a
-    material of `friction`; without a table, as for drawing, of any.
+    """The shipped object of that name, or the one in a YAML or mesh file at that path. With a table
+    of friction its material must be in the table; without one, as for drawing, any material will
+    do.
 
-    Raises ValueError naming file, key, expected and got, or listing the names there are.
+    Raises ValueError naming file, key, expected and got, or listing the available names.
 
     >>> load_object("tube").mass
     0.114
@@ -142,10 +150,10 @@ def load_object(name: str | Path, friction: FrictionTable | None = None) -> Obje
     if str(name) in objects:
         return objects[str(name)]
     path = Path(name)
-    if path.suffix.lower() in SUFFIXES and os.path.isfile(path):
+    if path.suffix.lower() in MESH_SUFFIXES and os.path.isfile(path):
         return _of_mesh_file(path)
     if is_document(path):
-        document = read_document(path, FORMAT)
+        document = read_document(path, OBJECT_FORMAT)
         fields = document.mapping()
         fields.pop("format")
         own = fields.pop("name").text() if "name" in fields else path.stem
@@ -154,12 +162,12 @@ def load_object(name: str | Path, friction: FrictionTable | None = None) -> Obje
         return _checked(_parse(own, document, fields), document)
     raise ValueError(
         f"object: expected one of {', '.join(objects)}, or the path of a file .yaml, "
-        f"{', '.join(SUFFIXES)}; got {quoted(str(name))}"
+        f"{', '.join(MESH_SUFFIXES)}; got {unknown(name, objects)}"
     )
 
 
 def _of_mesh_file(path: Path) -> ObjectDescription:
-    """A mesh in metres of a middling density and material; a YAML file says it better."""
+    """A mesh in metres with a default density and material; a YAML file can state its own."""
     dimensions = {"file": str(path)}
     volume = geometry("mesh", dimensions).solid.volume
     return ObjectDescription(path.stem, "mesh", dimensions, MESH_DENSITY * volume, MESH_MATERIAL)
@@ -178,9 +186,9 @@ def _checked(description: ObjectDescription, document: Node) -> ObjectDescriptio
 def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescription:
     """An object of the keys in `children`; `entry` is where they stand."""
     if "shape" not in children:
-        raise entry.error(f"the key shape: one of {', '.join(REQUIRED)}")
-    shape = children["shape"].choice(REQUIRED)
-    sizes, more = REQUIRED[shape], OPTIONAL.get(shape, ())
+        raise entry.error(f"the key shape: one of {', '.join(REQUIRED_DIMENSIONS)}")
+    shape = children["shape"].choice(REQUIRED_DIMENSIONS)
+    sizes, more = REQUIRED_DIMENSIONS[shape], OPTIONAL_DIMENSIONS.get(shape, ())
     keys = {key: child.value for key, child in children.items()}
     fields = Node(entry.file, entry.key, keys, entry.source).fields(
         ["shape", *sizes, "mass", "material"], [*more, "rpy", "compliance", "note"]
@@ -191,9 +199,9 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
         name,
         shape,
         {key: READERS[key](fields[key]) for key in (*sizes, *more) if key in fields},
-        fields["mass"].within(MASS),
+        fields["mass"].within(OBJECT_MASS),
         fields["material"].text(),
-        fields["rpy"].vector(bounds=plausible.ANGLE) if "rpy" in fields else (0.0, 0.0, 0.0),
+        fields["rpy"].vector(bounds=plausible.ANGLE_RANGE) if "rpy" in fields else (0.0, 0.0, 0.0),
         _compliance(fields["compliance"]) if "compliance" in fields else None,
         fields["note"].text() if "note" in fields else "",
     )
@@ -201,15 +209,17 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
 
 def _compliance(node: Node) -> Compliance:
     fields = node.fields(["stiffness", "damping"])
-    return Compliance(fields["stiffness"].within(STIFFNESS), fields["damping"].within(DAMPING))
+    return Compliance(
+        fields["stiffness"].within(CONTACT_STIFFNESS), fields["damping"].within(CONTACT_DAMPING)
+    )
 
 
 def _length(node: Node) -> float:
-    return node.within(SIZE)
+    return node.within(OBJECT_SIZE)
 
 
 def _size(node: Node) -> tuple[float, ...]:
-    return node.vector(bounds=SIZE)
+    return node.vector(bounds=OBJECT_SIZE)
 
 
 def _parts(node: Node) -> list[dict[str, tuple[float, ...]]]:
@@ -217,17 +227,22 @@ def _parts(node: Node) -> list[dict[str, tuple[float, ...]]]:
         raise node.error("at least one box")
     parts = [item.fields(["size", "position"]) for item in node.items()]
     return [
-        {"size": _size(part["size"]), "position": part["position"].vector(bounds=plausible.OFFSET)}
+        {
+            "size": _size(part["size"]),
+            "position": part["position"].vector(bounds=plausible.POSITION_RANGE),
+        }
         for part in parts
     ]
 
 
 def _neck(node: Node) -> dict[str, float]:
-    return {k: value.within(SIZE) for k, value in node.fields(["diameter", "length"]).items()}
+    return {
+        k: value.within(OBJECT_SIZE) for k, value in node.fields(["diameter", "length"]).items()
+    }
 
 
 def _odd(node: Node) -> int:
-    if node.whole(3, MOST_STRIPS) % 2 == 0:
+    if node.whole(3, MAX_STRIPS) % 2 == 0:
         raise node.error("an odd number")
     return node.value
 
@@ -240,11 +255,11 @@ def _file(node: Node) -> str:
 READERS: dict[str, Callable[[Node], Any]] = {
     **dict.fromkeys(("diameter", "base_diameter", "length", "wall", "contact_thickness"), _length),
     "hinge_friction": lambda node: node.within(HINGE_FRICTION),
-    "scale": lambda node: node.within(SCALE),
+    "scale": lambda node: node.within(MESH_SCALE),
     "size": _size,
     "boxes": _parts,
     "neck": _neck,
     "strips": _odd,
     "file": _file,
-    "pieces": lambda node: node.choice(PIECES),
+    "pieces": lambda node: node.choice(DECOMPOSITIONS),
 }

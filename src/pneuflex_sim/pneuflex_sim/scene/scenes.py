@@ -1,8 +1,8 @@
-"""Scenes: what stands around the hand, from data/scenes.yaml, and its fixed bodies in PyBullet.
+"""Scenes: the surroundings of the hand, from data/scenes.yaml, and their fixed bodies in PyBullet.
 
-What hand and object need of a surface may differ by more than the engine's product of two
-coefficients can say; then the surface stands there twice, once for the hand and once for the
-object, each with its own coefficient.
+The friction of a surface with the hand and with the object may differ by more than the engine's
+product of two coefficients can express. Then the surface is created twice, once for the hand and
+once for the object, each with its own coefficient.
 """
 
 from __future__ import annotations
@@ -14,26 +14,30 @@ from pathlib import Path
 
 import pybullet
 
-from pneuflex_sim.hand.collision import ENVIRONMENT
+from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from pneuflex_sim.scene.friction import FrictionTable
-from softhand_model.documents.quoted import quoted
-from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
+from softhand_common.documents.quoted import unknown
+from softhand_common.documents.yaml_document import Bounds, Node, is_document, read_document
 from softhand_model.hand import plausible
 
-FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
+SCENE_FORMAT, SCENES_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
 # beyond the latter the wall is where the hand starts [deg]
-LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0
-HAND = ~ENVIRONMENT  # all groups of the hand
-PLACE = Bounds(-10.0, 10.0, "m")
+MIN_INCLINATION, MAX_INCLINATION = 5.0, 120.0
+HAND_GROUPS = ~ENVIRONMENT_GROUP  # all groups of the hand
+POSITION_BOUNDS = Bounds(-10.0, 10.0, "m")
 ROLLING_RESISTANCE = Bounds(0.0, 0.1, "m")
 TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a material with its surface at height 0; it reaches from x = edge [m] on towards
-    +x, or without end when there is no edge. rolling_resistance [m]: moment over normal force that
-    an object has to overcome to roll; the hand does not feel it.
+    """A table of a material with its surface at height 0.
+
+    Attributes:
+        material: its name in the table of friction.
+        edge: x [m] from which it reaches towards +x; None: it is endless.
+        rolling_resistance: [m], moment over normal force that an object must overcome to roll; it
+            does not act on the hand.
     """
 
     material: str
@@ -62,8 +66,8 @@ class Wall:
 
 @dataclass(frozen=True)
 class SceneDescription:
-    """A scene: table and wall, if there are, whether it has an object, the wrist's pose at the
-    start [m, rad] and whether it is rigid.
+    """A scene: table and wall (None: absent), whether it has an object, the initial pose of the
+    wrist [m, rad] and whether the wrist is rigid.
     """
 
     name: str
@@ -82,9 +86,9 @@ class SceneDescription:
             return self
         if self.wall is None:
             raise ValueError(f"wall_inclination: expected a scene with a wall, got {self.name}")
-        if not LEAST_INCLINATION <= inclination <= MOST_INCLINATION:
+        if not MIN_INCLINATION <= inclination <= MAX_INCLINATION:
             raise ValueError(
-                f"wall_inclination: expected {LEAST_INCLINATION:g} to {MOST_INCLINATION:g} deg, "
+                f"wall_inclination: expected {MIN_INCLINATION:g} to {MAX_INCLINATION:g} deg, "
                 f"got {inclination:g}"
             )
         return replace(self, wall=replace(self.wall, inclination=inclination))
@@ -93,15 +97,15 @@ class SceneDescription:
 def load_scenes() -> dict[str, SceneDescription]:
     """The shipped scenes by name."""
     path = Path(str(resources.files("pneuflex_sim").joinpath("data/scenes.yaml")))
-    entries = read_document(path, ALL_FORMAT).fields(["format", "scenes"])["scenes"].mapping()
+    entries = read_document(path, SCENES_FORMAT).fields(["format", "scenes"])["scenes"].mapping()
     return {name: _parse(name, entry) for name, entry in entries.items()}
 
 
 def load_scene(name: str | Path, friction: FrictionTable | None = None) -> SceneDescription:
-    """The shipped scene of that name, or the one in a YAML file at that path, of materials of
-    `friction`; without a table, as for drawing, of any.
+    """The shipped scene of that name, or the one in a YAML file at that path. With a table of
+    friction its materials must be in the table; without one, as for drawing, any materials will do.
 
-    Raises ValueError naming file, key, expected and got, or listing the names there are.
+    Raises ValueError naming file, key, expected and got, or listing the available names.
 
     >>> load_scene("wall").wall.inclination
     90.0
@@ -111,7 +115,7 @@ def load_scene(name: str | Path, friction: FrictionTable | None = None) -> Scene
         return scenes[str(name)]
     path = Path(name)
     if is_document(path):
-        document = read_document(path, FORMAT)
+        document = read_document(path, SCENE_FORMAT)
         own = {key: value for key, value in document.value.items() if key != "format"}
         node = Node(document.file, "", own, document.source)
         found = _parse(path.stem, node)
@@ -122,7 +126,7 @@ def load_scene(name: str | Path, friction: FrictionTable | None = None) -> Scene
         return found
     raise ValueError(
         f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; "
-        f"got {quoted(str(name))}"
+        f"got {unknown(name, scenes)}"
     )
 
 
@@ -134,14 +138,14 @@ def _parse(name: str, entry: Node) -> SceneDescription:
         _wall(fields["wall"]) if "wall" in fields else None,
         fields["object"].choice([True, False]),
         fields["wrist"].choice(["compliant", "rigid"]) == "rigid",
-        fields["wrist_position"].vector(bounds=PLACE),
-        fields["wrist_rpy"].vector(bounds=plausible.ANGLE),
+        fields["wrist_position"].vector(bounds=POSITION_BOUNDS),
+        fields["wrist_rpy"].vector(bounds=plausible.ANGLE_RANGE),
     )
 
 
 def _table(node: Node) -> Table:
     fields = node.fields(["material"], ["edge", "rolling_resistance"])
-    edge = fields["edge"].within(PLACE) if "edge" in fields else None
+    edge = fields["edge"].within(POSITION_BOUNDS) if "edge" in fields else None
     return Table(fields["material"].text(), edge, _rolling_resistance(fields))
 
 
@@ -149,8 +153,8 @@ def _wall(node: Node) -> Wall:
     fields = node.fields(["material", "distance", "inclination"], ["rolling_resistance"])
     return Wall(
         fields["material"].text(),
-        fields["distance"].within(PLACE),
-        fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION),
+        fields["distance"].within(POSITION_BOUNDS),
+        fields["inclination"].number(MIN_INCLINATION, MAX_INCLINATION),
         _rolling_resistance(fields),
     )
 
@@ -182,7 +186,9 @@ def build_scene(
 def _sides(
     part: Table | Wall, friction: FrictionTable, object_material: str | None
 ) -> list[tuple[int, dict[str, float]]]:
-    """Whom each body of a part touches (a mask of collision groups), and its coefficients."""
+    """Collision mask and coefficients of each body of a part: one for hand and object, or one for
+    each.
+    """
     hand = {"lateralFriction": friction.towards_hand(part.material), "rollingFriction": 0.0}
     if object_material is None:
         return [(-1, hand)]
@@ -192,12 +198,12 @@ def _sides(
     if math.isclose(lateral, hand["lateralFriction"]) and not rolling:
         return [(-1, hand)]
     of_object = {"lateralFriction": lateral, "rollingFriction": rolling}
-    return [(HAND, hand), (ENVIRONMENT, of_object)]
+    return [(HAND_GROUPS, hand), (ENVIRONMENT_GROUP, of_object)]
 
 
 def _table_shape(table: Table, client: int) -> int:
-    """A plane, or a box with an edge, on which a lying cylinder gains speed by itself without
-    rolling resistance.
+    """A plane, or a box if the table has an edge. On a box, a lying cylinder without rolling
+    resistance gains speed by itself.
     """
     if table.edge is None:
         return _plane_shape((0.0, 0.0, 1.0), client)
@@ -229,5 +235,5 @@ def _fixed(
 ) -> int:
     body = pybullet.createMultiBody(0, shape, -1, position, physicsClientId=client)
     pybullet.changeDynamics(body, -1, **dynamics, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(body, -1, ENVIRONMENT, mask, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(body, -1, ENVIRONMENT_GROUP, mask, physicsClientId=client)
     return int(body)

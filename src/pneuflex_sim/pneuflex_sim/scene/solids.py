@@ -1,34 +1,44 @@
-"""Solids of even density: volume, centre and inertia; and the convex pieces of a mesh: its hull, or
-a decomposition by CoACD, kept in a cache of the user.
+"""Solids of uniform density: volume, centre and inertia; and convex pieces of a mesh: its hull, or
+a decomposition by CoACD that is cached for the user.
 
-CoACD (MIT, `pip install coacd`) was taken over PyBullet's own V-HACD: on a torus of 104 mm it took
-3.5 s against 12.5 s, and its ten pieces have 5 % more volume than the torus, V-HACD's nine 12 %.
-Both give the same pieces every time.
+CoACD (MIT, `pip install coacd`) is used instead of PyBullet's own V-HACD: on a torus of 104 mm it
+took 3.5 s against 12.5 s, and its ten pieces have 5 % more volume than the torus, V-HACD's nine 12
+%. Both give the same pieces every time.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Sequence
+import threading
+import warnings
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module, metadata
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.scene.bodies import bodies_of
 from pneuflex_sim.scene.mesh import Mesh, hull_mesh
+from softhand_common.documents.output_file import UnwritableFile, written_whole
+from softhand_common.progress import Progress
 
 Array = NDArray[np.float64]
 
 NEAR_DIAGONAL = 1e-9  # products of inertia below this share of the trace count as none
-CONVEX = 0.99  # share of the hull's volume from which a mesh counts as convex
-SETTINGS = {"threshold": 0.05, "max_ch_vertex": 64, "decimate": True, "seed": 0}  # of CoACD
-SHARPEST = 10.0  # erosions by which a corner moves at most
-THINNEST = 0.45  # share of a piece's thickness that erosion takes from each side at most
+CONVEX_VOLUME_SHARE = 0.99  # share of the hull's volume from which a mesh counts as convex
+COACD_SETTINGS = {"threshold": 0.05, "max_ch_vertex": 64, "decimate": True, "seed": 0}  # of CoACD
+TELL_PERIOD = 1.0  # [s]
+CACHE_HINT = "kept for the next time; `pieces: hull` in the object's file is cheaper"
+MAX_CORNER_SHIFT = 10.0  # erosions by which a corner moves at most
+MAX_EROSION_SHARE = 0.45  # share of a piece's thickness that erosion takes from each side at most
 
 
 @dataclass(frozen=True)
@@ -42,7 +52,7 @@ class Solid:
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) per mass [m2], and the quaternion (4,) of their axes.
 
-        Axes that are principal as they are stay so.
+        If the present axes are principal, they are kept.
         """
         off_diagonal = self.inertia - np.diag(np.diag(self.inertia))
         if np.abs(off_diagonal).max() <= NEAR_DIAGONAL * np.trace(self.inertia):
@@ -52,14 +62,14 @@ class Solid:
         return moments, Rotation.from_matrix(axes).as_quat()
 
 
-def ellipsoid_solid(size: Sequence[float]) -> Solid:
+def ellipsoid_solid(size: ArrayLike) -> Solid:
     """An ellipsoid of axes (3,) [m] around the origin."""
     squares = (0.5 * np.asarray(size, float)) ** 2
     volume = 4.0 / 3.0 * np.pi * float(np.sqrt(squares.prod()))
     return Solid(volume, np.zeros(3), np.diag(squares.sum() - squares) / 5.0)
 
 
-def box_solid(size: Sequence[float]) -> Solid:
+def box_solid(size: ArrayLike) -> Solid:
     """A box of a size (3,) [m] around the origin."""
     squares = np.asarray(size, float) ** 2
     volume = float(np.prod(np.asarray(size)))
@@ -74,11 +84,12 @@ def cylinder_solid(diameter: float, length: float) -> Solid:
 
 
 def mesh_solid(mesh: Mesh) -> Solid:
-    """The solid within a closed surface; raises ValueError for one that encloses nothing, or looks
-    inwards.
+    """The solid within a closed surface; raises ValueError for a surface that encloses no volume,
+    or whose faces look inwards.
     """
     found = mesh.trimesh
-    volume = float(found.volume)
+    with np.errstate(invalid="ignore", divide="ignore"):  # the centre of what encloses nothing
+        volume = float(found.volume)
     if not volume > 0:
         raise ValueError(f"surface: expected one that encloses a volume, got {volume:g} m3")
     return Solid(volume, np.array(found.center_mass), found.moment_inertia / volume)
@@ -102,23 +113,45 @@ def joined(solids: Sequence[Solid]) -> Solid:
 
 
 def convex_pieces(mesh: Mesh) -> tuple[Array, ...]:
-    """Vertices (k, 3) [m] of convex pieces that fill a closed mesh: one for a convex one, else by
+    """Vertices (k, 3) [m] of convex pieces that fill a closed mesh: one for a convex mesh, else by
     CoACD.
 
-    Raises ValueError when it needs CoACD and that is not installed.
+    Separate bodies in the mesh are decomposed one by one; they may overlap, which CoACD itself
+    takes minutes to resolve. Progress is shown on standard error.
+
+    Raises ValueError for a mesh without thickness, and when CoACD is needed and not installed.
     """
-    hull = ConvexHull(mesh.vertices)
-    if mesh.volume >= CONVEX * hull.volume:
+    bodies = bodies_of(mesh)
+    found: list[Array] = []
+    with _shown(len(bodies)) as begin:
+        for number, body in enumerate(bodies, start=1):
+            begin(number)
+            found += _pieces_of_body(body)
+    return tuple(found)
+
+
+def _pieces_of_body(mesh: Mesh) -> tuple[Array, ...]:
+    try:
+        hull = ConvexHull(mesh.vertices)
+    except QhullError as reason:
+        raise ValueError(
+            "surface: expected one that encloses a volume, got corners in one plane"
+        ) from reason
+    if mesh.volume >= CONVEX_VOLUME_SHARE * hull.volume:
         return (mesh.vertices[hull.vertices],)
     cache = cache_file(mesh)
-    if not cache.is_file():
-        _keep(cache, _decomposed(mesh))
-    with np.load(cache) as kept:
-        return tuple(kept[name] for name in kept.files)
+    found = _kept(cache)
+    if found is None:
+        found = _decomposed(mesh)
+        _keep(cache, found)
+    return found
 
 
 def cache_file(mesh: Mesh) -> Path:
-    """Where the pieces of a mesh are kept; the name follows from mesh, settings and version."""
+    """Cache file of the pieces of a mesh; its name follows from mesh, settings and version.
+
+    Raises ValueError when CoACD is not installed.
+    """
     try:
         version = metadata.version("coacd")
     except metadata.PackageNotFoundError as reason:
@@ -126,32 +159,80 @@ def cache_file(mesh: Mesh) -> Path:
             "mesh: expected a convex one, or CoACD to cut it into convex pieces; "
             "got neither: `pip install coacd`, or give `pieces: hull`"
         ) from reason
-    key = hashlib.sha256(repr((version, sorted(SETTINGS.items()))).encode())
+    key = hashlib.sha256(repr((version, sorted(COACD_SETTINGS.items()))).encode())
     key.update(mesh.vertices.tobytes() + mesh.indices.tobytes())
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "softhand" / "pieces" / f"{key.hexdigest()[:32]}.npz"
 
 
-def _decomposed(mesh: Mesh) -> list[Array]:
+@contextmanager
+def _shown(count: int) -> Iterator[Callable[[int], None]]:
+    """Show progress from a thread while the block runs, since CoACD reports none; yields a function
+    to call with the number of the body (of `count`) that begins.
+    """
+    ended, begun = threading.Event(), 1
+
+    def begin(number: int) -> None:
+        nonlocal begun
+        begun = number
+
+    def show() -> None:
+        with Progress("cutting a mesh into convex pieces") as progress:
+            while not ended.wait(TELL_PERIOD):
+                progress(f"body {begun} of {count}; {CACHE_HINT}", 0, 0)
+
+    thread = threading.Thread(target=show, daemon=True)
+    thread.start()
+    try:
+        yield begin
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _kept(cache: Path) -> tuple[Array, ...] | None:
+    """Cached pieces; None when there are none that can be read."""
+    if not cache.is_file():
+        return None
+    try:
+        with np.load(cache) as kept:
+            return tuple(kept[name] for name in kept.files)
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
+        return None
+
+
+def _decomposed(mesh: Mesh) -> tuple[Array, ...]:
     coacd = import_module("coacd")
     coacd.set_log_level("error")
-    found = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.indices.reshape(-1, 3)), **SETTINGS)
-    return [vertices for vertices, _ in found]
+    found = coacd.run_coacd(
+        coacd.Mesh(mesh.vertices, mesh.indices.reshape(-1, 3)), **COACD_SETTINGS
+    )
+    return tuple(vertices for vertices, _ in found if _is_thick(vertices))
 
 
-def _keep(cache: Path, pieces: list[Array]) -> None:
-    """Write the cache in one move, so that no other process reads half of it."""
-    cache.parent.mkdir(parents=True, exist_ok=True)
-    half = cache.with_suffix(f".{os.getpid()}.npz")
-    np.savez_compressed(half, *pieces)
-    half.replace(cache)
+def _is_thick(vertices: Array) -> bool:
+    """Whether points (k, 3) do not lie in one plane."""
+    try:
+        ConvexHull(vertices)
+    except QhullError:
+        return False
+    return True
+
+
+def _keep(cache: Path, pieces: tuple[Array, ...]) -> None:
+    """Write the cache; if that fails, the pieces are computed again the next time."""
+    try:
+        with written_whole(cache) as file:
+            np.savez_compressed(file, *pieces)
+    except UnwritableFile as reason:
+        warnings.warn(f"{reason}; the convex pieces are not kept", stacklevel=2)
 
 
 def eroded(vertices: Array, margin: float) -> Array:
-    """Vertices (k, 3) [m] of the hull of points with its faces moved inwards by a margin [m]; of
-    pieces thinner than two margins, by what leaves a tenth of their thickness.
+    """Vertices (k, 3) [m] of the hull of points with its faces moved inwards by a margin [m], or by
+    less for pieces thinner than two margins, so that a tenth of their thickness remains.
 
-    Exact where three faces meet, the nearest move where more do.
+    Exact at vertices where three faces meet, least squares where more do.
 
     >>> cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     >>> float(eroded(cube, 0.1).min().round(9)), float(eroded(cube, 0.1).max().round(9))
@@ -159,11 +240,11 @@ def eroded(vertices: Array, margin: float) -> Array:
     """
     hull = ConvexHull(vertices)
     depth = -(hull.equations[:, :3] @ vertices.T + hull.equations[:, 3:])
-    margin = min(margin, THINNEST * float(depth.max(axis=1).min()))
+    margin = min(margin, MAX_EROSION_SHARE * float(depth.max(axis=1).min()))
     moved = []
     for index in hull.vertices:
         normals = hull.equations[(hull.simplices == index).any(axis=1), :3]
         move = np.linalg.lstsq(normals, np.full(len(normals), -margin), rcond=1e-6)[0]
-        move *= min(1.0, SHARPEST * margin / float(np.linalg.norm(move)))
+        move *= min(1.0, MAX_CORNER_SHIFT * margin / float(np.linalg.norm(move)))
         moved.append(vertices[index] + move)
     return np.array(moved)

@@ -1,4 +1,4 @@
-"""The simulator without ROS, and what it is told to simulate."""
+"""The simulator without ROS, and its configuration."""
 
 from pneuflex_sim.simulation.config import SimulationConfig
 from pneuflex_sim.simulation.simulation import Simulation

@@ -1,4 +1,6 @@
-"""What is simulated: hand, object, scene, model and friction, by name, by file or as they are."""
+"""Configuration of a simulation: hand, object, scene, model and friction, by name, file or
+object.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneuflex_sim.hand.collision import PIECES, check_kind
+from pneuflex_sim.hand.collision import HULL_PIECES, check_kind
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.friction import FrictionTable, load_friction
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
@@ -16,21 +18,34 @@ from pneuflex_sim.world import SolverSettings
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 
-LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/understand/simulator.md
+MAX_STEP_SIZE = 0.05  # [s]; contacts are missed there, see docs/understand/simulator-steps.md
 
 
 @dataclass(frozen=True)
 class SimulationConfig:
-    """What is simulated: names or files of hand, object, scene and model, or their descriptions,
-    step [s], segments an actuator, seed, offsets [m], collision shapes of the links (`pieces` along
-    the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
-    table or file of friction (None: the shipped one), whether neighbouring fingers touch, whether
-    the Python files of effects that the model names are run. `object_rpy` [rad] is how the object
-    rests (None: as it is described), `object_yaw` [rad] turns it about the vertical,
-    `friction_scale` is a factor on the friction of all pairs, `modulus_scale` one on the shear
-    modulus of the hand's rubber.
+    """Configuration of a simulation.
 
-    Raises ValueError for a step, a number of segments, a scale or shapes that cannot be used.
+    Attributes:
+        hand, object, scene, model: names or files, or descriptions.
+        step: of the physics [s].
+        segments: per actuator.
+        seed: of sensors and valves.
+        gui: open PyBullet's window.
+        object_offset: (2,) or (3,) [m] from the scene's place.
+        object_mass_scale: factor on the object's mass [-].
+        object_rpy: orientation in which the object rests [rad]; None: as it is described.
+        object_yaw: turn of the object about the vertical [rad].
+        friction_scale: factor on the friction of all pairs [-].
+        modulus_scale: factor on the shear modulus of the hand's rubber [-].
+        collision: shapes of the links, `pieces` along the outline or `boxes`.
+        wrist, solver: parameters of wrist and contact solver.
+        wall_inclination: of the wall [deg]; None: the scene's.
+        friction: table of friction, or its file; None: the shipped one.
+        finger_contact: whether neighbouring fingers touch each other.
+        allow_effect_files: run the Python files of effects that the model names.
+
+    Raises:
+        ValueError: a step, a number of segments, a scale, an offset or a shape is unusable.
     """
 
     hand: str | HandDescription = "rbo_hand_2"
@@ -47,7 +62,7 @@ class SimulationConfig:
     object_yaw: float = 0.0
     friction_scale: float = 1.0
     modulus_scale: float = 1.0
-    collision: str = PIECES
+    collision: str = HULL_PIECES
     wrist: WristParameters = field(default_factory=WristParameters)
     solver: SolverSettings = field(default_factory=SolverSettings)
     wall_inclination: float | None = None
@@ -56,8 +71,8 @@ class SimulationConfig:
     allow_effect_files: bool = False
 
     def __post_init__(self) -> None:
-        if not 1e-4 <= self.step <= LARGEST_STEP:
-            raise ValueError(f"step: expected 0.0001 to {LARGEST_STEP} s, got {self.step}")
+        if not 1e-4 <= self.step <= MAX_STEP_SIZE:
+            raise ValueError(f"step: expected 0.0001 to {MAX_STEP_SIZE} s, got {self.step}")
         if self.segments < 1:
             raise ValueError(f"segments: expected 1 or more, got {self.segments}")
         if not 2 <= len(self.object_offset) <= 3 or not np.isfinite(self.object_offset).all():

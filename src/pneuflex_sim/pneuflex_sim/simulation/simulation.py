@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.air import BEND, AirCoupling
+from pneuflex_sim.hand.air import BEND_AXIS, AirCoupling
 from pneuflex_sim.hand.bodies import HandBodies
 from pneuflex_sim.hand.collision import Touch
 from pneuflex_sim.hand.joint_stops import JointStops
@@ -21,23 +21,32 @@ from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.scene.friction import BodyFriction
 from pneuflex_sim.scene.object_body import ObjectBody
-from pneuflex_sim.scene.object_spring import MASS as HOLDING_MASS
+from pneuflex_sim.scene.object_spring import HOLDING_MASS as HOLDING_MASS
 from pneuflex_sim.scene.object_spring import ObjectSpring
 from pneuflex_sim.scene.scenes import build_scene
 from pneuflex_sim.simulation.config import SimulationConfig
 from pneuflex_sim.world import BulletState, World
+from softhand_model.effects import FlowEffect
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
-STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors", "_spring")
+SAVED_ATTRIBUTES = (
+    "steps",
+    "wrist",
+    "pressures_abs",
+    "_volumes",
+    "_imposed",
+    "tip_sensors",
+    "_spring",
+)
 
 
 class Simulation:
-    """One world with one hand. Channels are in the order of the hand's YAML; air masses are above
-    rest at ambient.
+    """One world with one hand. Channels are in the order of the hand's YAML; air masses are
+    relative to the fill at rest and ambient pressure.
     """
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
@@ -56,7 +65,8 @@ class Simulation:
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
         self.stops = JointStops(layout)
-        self._flow_effects = model.stage("flow")
+        flow = model.stage("flow")
+        self._flow_effects = [effect for effect in flow if isinstance(effect, FlowEffect)]
         self.plant = PneumaticPlant(
             self.channels, self.air.rest_volumes, seed=config.seed, effects=self._flow_effects
         )
@@ -67,7 +77,7 @@ class Simulation:
 
     # ---------------------------------------------------------------- set-up
     def _make_world(self) -> None:
-        """Make the engine's world with all that is in it."""
+        """Create the engine's world with everything in it."""
         config = self.config
         self.world = World(config.step, config.gui, config.solver, config.finger_contact)
         client, gravity = self.world.client, -STANDARD_GRAVITY * self._weight_scale
@@ -111,8 +121,8 @@ class Simulation:
         return ContactNames(bodies, links, self.world.client)
 
     def reset(self) -> None:
-        """Back to the start: hand at rest at the scene's wrist pose, ambient air, object in its
-        place, at the time of the start.
+        """Return to the start: hand at rest at the scene's wrist pose, air at ambient pressure,
+        object in its place, time at `start`.
         """
         self.steps = 0
         self.wrist = self._new_wrist()
@@ -167,8 +177,10 @@ class Simulation:
         self.wrist.command(position, orientation)
 
     def set_air_masses(self, masses: Array) -> None:
-        """Impose the channels' air masses [kg above rest] instead of the plant's; raises ValueError
-        on a wrong shape, and for a model with flow effects, which could not act.
+        """Impose the channels' air masses [kg above rest] instead of the plant's.
+
+        Raises ValueError for a wrong shape, and for a model with flow effects, which act on valve
+        pulses only.
         """
         if self._flow_effects:
             names = ", ".join(effect.name for effect in self._flow_effects)
@@ -185,8 +197,9 @@ class Simulation:
 
     def hold_object(self, position: Array, orientation: Array) -> None:
         """Put the object at rest at a pose in the wrist frame, position (3,) [m] and quaternion
-        (4,), and hold it there by a spring in six directions; raises ValueError for a pose that is
-        none, and in a scene without object.
+        (4,), and hold it there by a spring in six directions.
+
+        Raises ValueError for an invalid pose, for a sheet, and in a scene without object.
         """
         body = self._object()
         if body.sheet is not None:
@@ -210,10 +223,12 @@ class Simulation:
             self._spring = None
 
     # ---------------------------------------------------------------- stepping
-    def step(self, valves: Array | None = None) -> None:
-        """One physics step; `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps
-        imposed masses or closed. Warns once (RuntimeWarning) when the pressure asks a joint to bend
-        beyond its stop.
+    def step(self, valves: ArrayLike | None = None) -> None:
+        """One physics step.
+
+        `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps imposed masses, or
+        closes the valves. Warns once (RuntimeWarning) when the pressure would bend a joint beyond
+        its stop.
         """
         self._update_air(valves)
         pressures = self.pressures()
@@ -233,7 +248,7 @@ class Simulation:
         if self.tip_sensors.active:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
-    def _update_air(self, valves: Array | None) -> None:
+    def _update_air(self, valves: ArrayLike | None) -> None:
         rotations = self.bodies.rotations
         if self._imposed is not None:
             self.pressures_abs, self._volumes = self.air.enclosed_air(
@@ -271,8 +286,9 @@ class Simulation:
         return self._object().mass
 
     def object_pose(self) -> tuple[Array, Array]:
-        """Position [m] and quaternion of the object; raises ValueError in a scene without
-        one, Diverged when it has.
+        """Position [m] and quaternion of the object.
+
+        Raises ValueError in a scene without object, Diverged when the pose is not finite.
         """
         return self._object().pose()
 
@@ -299,10 +315,10 @@ class Simulation:
         """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
         strut.
         """
-        return self.shape.tip_angles(self.bodies.rotations[:, BEND])
+        return self.shape.tip_angles(self.bodies.rotations[:, BEND_AXIS])
 
     def read_tip_angles(self) -> dict[str, float]:
-        """Tip angles [rad] as their sensors show them."""
+        """Tip angles [rad] as read by their sensors."""
         return self.tip_sensors.readings(self.tip_angles())
 
     def fingertips(self) -> dict[str, tuple[Array, Array]]:
@@ -318,12 +334,12 @@ class Simulation:
         return [] if self.object_id < 0 else self._names.contacts(self.object_id)
 
     def touching_object(self) -> frozenset[str]:
-        """Names of what presses on the object: chains, palm plate, parts of the scene."""
+        """Names of the bodies that press on the object: chains, palm plate, parts of the scene."""
         return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
 
     def object_gaps(self, reach: float) -> dict[str, float]:
-        """Distance [m] of the object from each part of the hand within a reach [m], below zero
-        where they overlap.
+        """Distance [m] of the object from each part of the hand within a reach [m]; negative where
+        they overlap.
         """
         found: dict[str, float] = {}
         for base in [*self.bodies.ids, *self.bodies.palm_ids]:
@@ -332,15 +348,17 @@ class Simulation:
         return found
 
     def object_box(self) -> Array:
-        """Corners (2, 3) [m] of the box along the world's axes around the object; raises ValueError
-        in a scene without one.
+        """Corners (2, 3) [m] of the object's bounding box along the world's axes; raises ValueError
+        in a scene without object.
         """
         body = self._object()
         boxes = self.world.boxes([(body.id, link) for link in body.surfaces])
         return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     def hand_boxes(self) -> Array:
-        """Such boxes (k, 2, 3) [m] around what touches of the hand: links, palm sheet and plate."""
+        """Bounding boxes (k, 2, 3) [m], along the world's axes, of the hand's links, palm sheet and
+        plate.
+        """
         bodies = self.bodies
         links = [
             (base, link)
@@ -351,15 +369,15 @@ class Simulation:
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
-        """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation, and its
-        memory is freed when nobody refers to it any more.
+        """Snapshot to return to with `restore`, bit for bit. It is valid for this simulation only;
+        its memory in PyBullet is freed with the last reference to it.
         """
         return {
             "bullet": BulletState(self.world),
             "bodies": self.bodies.save(),
             "models": copy.deepcopy(self.bodies.layout.models),
             "plant": self.plant.save(),
-            "own": copy.deepcopy({name: getattr(self, name) for name in STATE}),
+            "own": copy.deepcopy({name: getattr(self, name) for name in SAVED_ATTRIBUTES}),
         }
 
     def restore(self, saved: dict[str, Any]) -> None:

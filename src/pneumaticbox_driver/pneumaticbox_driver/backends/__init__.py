@@ -1,1 +1,1 @@
-"""Backends: what the box is connected to, topics, the embedded bench or real hardware."""
+"""Backends: the plant on topics, a simulated box in process, or real hardware."""

@@ -1,4 +1,4 @@
-"""Boards: valves and sensors that this process drives itself, opened by the backend's name."""
+"""Boards: valves and sensors that the driver's process uses directly, and their opening."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -10,19 +10,20 @@ Value = Callable[[str], Any]
 
 
 class Board(Protocol):
-    """Valves and sensors of n channels; the driver's loop reads it, answers, reads again.
+    """Valves and sensors of n channels, which the driver's loop reads and commands in turn.
 
-    Whoever makes one raises ValueError or OSError for devices that are not there, with a sentence
-    that names them, before a valve has moved.
+    For a missing device the constructor raises ValueError or OSError with a message that names the
+    device, before any valve is switched.
     """
 
     @property
     def time(self) -> float:
-        """Time of the last reading on a clock that is never set back [s]; NaN before the first."""
+        """Time of the last reading on a monotonic clock [s]; NaN before the first."""
         ...
 
     def read(self) -> Floats:
-        """Read absolute pressures: channels, then supply (n + 1,) [Pa]; NaN for no reading.
+        """Read absolute pressures of the channels, then of the supply (n + 1,) [Pa]; NaN for a
+        sensor that cannot be read.
 
         Raises:
             ValueError, OSError: the board has failed.
@@ -34,7 +35,7 @@ class Board(Protocol):
         ...
 
     def close(self) -> None:
-        """Leave the outlets open and let the devices go."""
+        """Open the outlets and release the devices."""
         ...
 
 
@@ -42,25 +43,24 @@ def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | Non
     """Open the board of a backend.
 
     Args:
-        backend: one of the names that the parameter `backend` can have.
+        backend: value of the parameter `backend`.
         settings: of the box.
         value: returns a parameter's value by its name.
 
     Returns:
-        The board, None for the backend topic: its plant is another node.
+        The board; None for the backend topic, whose plant is another node.
 
     Raises:
-        ValueError: parameters or files that cannot be used, or a device that is not there; no
-            valve has moved then.
-        OSError: the same of a device.
+        ValueError, OSError: parameters or files cannot be used, or a device is missing; no valve
+            has been switched then.
     """
     opener = OPENERS.get(backend)
     return None if opener is None else opener(settings, value)
 
 
 def _open_embedded(settings: BoxSettings, value: Value) -> Board:
-    """The pretended box with bottles of the rest volumes, or with the actuators of the hand."""
-    from pneumaticbox_driver.backends.embedded import EmbeddedBench, EmbeddedBoard
+    """The simulated box, with bottles of the rest volumes or with the actuators of the hand."""
+    from pneumaticbox_driver.backends.embedded import EmbeddedBoard, EmbeddedRig
     from softhand_model.chain.volumes import FreeActuators
     from softhand_model.hand.hand import load_hand
     from softhand_model.pneumatics import load_pneumatics
@@ -70,22 +70,22 @@ def _open_embedded(settings: BoxSettings, value: Value) -> Board:
     of_hand = settings.volume_model == "hand"
     volumes = FreeActuators(load_hand(settings.hand)) if of_hand else settings.rest_volumes
     seed = value("embedded_seed")
-    board = EmbeddedBoard(EmbeddedBench(settings.channels, volumes, parameters, seed))
+    board = EmbeddedBoard(EmbeddedRig(settings.channels, volumes, parameters, seed))
     if value("embedded_supply") > 0:
         board.set_supply(value("embedded_supply"))
     return board
 
 
 def _open_hardware(settings: BoxSettings, value: Value) -> Board:
-    """The box that the file of the parameter hardware_file describes."""
-    from pneumaticbox_driver.backends.hardware.opening import open_bench
+    """The box of the file in the parameter hardware_file."""
+    from pneumaticbox_driver.backends.hardware.opening import open_rig
 
     path = value("hardware_file")
     if not path:
         raise ValueError("hardware_file must be the path of a hardware file, got none")
     outlets = outlet_numbers(value("outlets"), len(settings.channels))
     allowed = value("allow_board_module")
-    return open_bench(path, outlets, settings.ambient, allow_board_module=allowed)
+    return open_rig(path, outlets, settings.ambient, allow_board_module=allowed)
 
 
 OPENERS: dict[str, Callable[[BoxSettings, Value], Board]] = {

@@ -1,4 +1,4 @@
-"""Embedded backend: a pretended bench in process, with bottles or actuators on its channels."""
+"""Embedded backend: a simulated box in the driver's process, with bottles or actuators."""
 
 import math
 import time
@@ -11,22 +11,22 @@ from pneumaticbox_driver.arrays import Floats, Valves
 from softhand_model.chain.volumes import Bottles, Chambers
 from softhand_model.pneumatics import CommandWatch, PneumaticPlant, Pneumatics, load_pneumatics
 
-RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
-LONGEST_STEP = 5e-3  # with the volumes held on their way; far below what could make them swing [s]
-TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
-LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
+RESPONSE_TIME = 0.02  # time constant of the volumes, about that of a finger [s]
+LONGEST_RIG_STEP = 5e-3  # with constant volumes; far below the limit of stability [s]
+RIG_TICK = 1e-3  # of the rig's clock: the longest substep of the plant [s]
+LONGEST_CATCH_UP = 0.1  # simulated at most after the process was suspended [s]
 
 
-class EmbeddedBench:
+class EmbeddedRig:
     """The pneumatic plant with a chamber on each channel; time starts at 0.
 
-    Like the simulator it opens the outlets when the driver falls silent. Chambers that follow the
-    pressure do so with a lag of 20 ms.
+    Like the simulator it opens the outlets when commands stop. Volumes that depend on the pressure
+    follow it with a lag of 20 ms.
 
     Args:
         channels: names of the channels.
         volumes: of bottles (n,) [m3], or `Chambers` as in `softhand_model.chain.volumes`.
-        parameters: constants of the plant; None for those that are shipped.
+        parameters: constants of the plant; None for the shipped ones.
         seed: of noise and jitter.
         relief_pressures: of mechanical relief valves (n,), gauge [Pa]; None without.
 
@@ -51,19 +51,19 @@ class EmbeddedBench:
         self._rest = self.plant.rest_mass(self.volumes)
 
     def _compile(self) -> None:
-        # a step and back, so that nothing has to be compiled between two samples
+        # one step, then restored: no kernel has to be compiled between two samples
         start = self.plant.save()
         self.plant.step(1e-3, np.zeros(len(self.volumes)), self.volumes)
         self.plant.restore(start)
 
     @property
     def time(self) -> float:
-        """Time of the bench [s]."""
+        """Time of the rig [s]."""
         return self.plant.time
 
     @property
     def mass(self) -> Floats:
-        """True air masses above the fill at rest (n,) [kg]; not for the driver."""
+        """True air masses above those at rest (n,) [kg], which the driver does not know."""
         return self.plant.mass - self._rest
 
     def command(self, valves: ArrayLike) -> None:
@@ -71,51 +71,51 @@ class EmbeddedBench:
         self._watch.receive(self.time, valves)
 
     def advance(self, dt: float) -> Floats:
-        """Let `dt` [s] pass and read the sensors: channels, then supply (n + 1,) [Pa absolute]."""
-        count = math.ceil(dt / LONGEST_STEP - 1e-9)
+        """Simulate `dt` [s]; returns the sensors' absolute pressures, supply last (n + 1,) [Pa]."""
+        count = math.ceil(dt / LONGEST_RIG_STEP - 1e-9)
         for _ in range(count):
             self._step(dt / count)
         return self.plant.read()
 
     def _step(self, dt: float) -> None:
         balanced = self.chambers.volumes(self.plant.pressures)
-        if balanced is not self.volumes:  # as that of bottles is
+        if balanced is not self.volumes:  # bottles return the same array
             self.volumes = self.volumes + dt / (dt + RESPONSE_TIME) * (balanced - self.volumes)
         self.plant.step(dt, self._watch.valves(self.time), self.volumes)
 
 
 class EmbeddedBoard:
-    """Lets a bench run up to the present whenever it is read.
+    """Simulates a rig up to the present time at each reading.
 
     Args:
-        bench: from its time 0 on.
+        rig: at its time 0.
         clock: monotonic [s].
     """
 
-    def __init__(self, bench: EmbeddedBench, clock: Callable[[], float] = time.monotonic) -> None:
-        self.bench = bench
+    def __init__(self, rig: EmbeddedRig, clock: Callable[[], float] = time.monotonic) -> None:
+        self.rig = rig
         self._clock = clock
         self._last = clock()
 
     @property
     def time(self) -> float:
-        """Up to when the bench has run, on the monotonic clock, in whole ticks [s]."""
+        """Time up to which the rig has been simulated, on the monotonic clock, in ticks [s]."""
         return self._last
 
     def read(self) -> Floats:
         """Read absolute pressures now: channels, then supply (n + 1,) [Pa]."""
-        passed = math.floor((self._clock() - self._last) / TICK + 1e-6)
-        self._last += passed * TICK
-        return self.bench.advance(min(passed * TICK, LONGEST_CATCH_UP))
+        passed = math.floor((self._clock() - self._last) / RIG_TICK + 1e-6)
+        self._last += passed * RIG_TICK
+        return self.rig.advance(min(passed * RIG_TICK, LONGEST_CATCH_UP))
 
     def command(self, valves: Valves) -> None:
         """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""
-        self.bench.command(valves)
+        self.rig.command(valves)
 
     def set_supply(self, pressure: float) -> None:
-        """Turn the supply regulator to a gauge pressure [Pa]."""
-        self.bench.plant.set_supply(pressure)
+        """Set the supply regulator to a gauge pressure [Pa]."""
+        self.rig.plant.set_supply(pressure)
 
     def close(self) -> None:
         """Open the outlets."""
-        self.bench.command(np.full(len(self.bench.mass), -1, dtype=np.int8))
+        self.rig.command(np.full(len(self.rig.mass), -1, dtype=np.int8))

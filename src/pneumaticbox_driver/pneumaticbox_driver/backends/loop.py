@@ -1,4 +1,4 @@
-"""Control loop without a simulator: absolute deadlines, a steady clock, real-time priority."""
+"""Control loop on hardware: absolute deadlines, a monotonic clock, real-time priority."""
 
 import os
 import time
@@ -7,13 +7,13 @@ from threading import Event
 
 
 class DeadlineLoop:
-    """Calls a step at a fixed period; ticks that were missed are dropped and counted.
+    """Calls a function at a fixed period; missed periods are skipped and counted.
 
     `ticks` counts the steps, `missed` the dropped ticks.
 
     Args:
-        period: from step to step [s].
-        record: gets the lateness of every step [s]; None keeps none.
+        period: of the steps [s].
+        record: list that gets the lateness of every step [s]; None for no record.
 
     Raises:
         ValueError: the period is not above zero.
@@ -30,7 +30,7 @@ class DeadlineLoop:
 
     @property
     def slack(self) -> float:
-        """Time from now to the next step, while one runs; below 0 when it is late already [s]."""
+        """Time from now to the next step [s]; negative when that is late."""
         return self._deadline + self.period - time.monotonic()
 
     def run(self, step: Callable[[], None], stop: Event) -> None:
@@ -53,14 +53,13 @@ class DeadlineLoop:
 
 
 class SteadyClock:
-    """Counts on from the wall clock's time at the start, whatever happens to the wall clock.
+    """A monotonic clock that starts at the time of the wall clock.
 
-    The box's times are of this clock, those of messages of the wall clock: a step of the wall
-    clock must not look like a pause or a leap of the sensors, and what has been scheduled before
-    it keeps its moment.
+    The box uses this clock, while messages have stamps of the wall clock: when the wall clock is
+    set, samples must show no pause or jump, and scheduled commands must keep their time.
 
     Args:
-        monotonic: the steady source [s].
+        monotonic: the monotonic clock [s].
         wall: the wall clock [s].
 
     >>> clock = SteadyClock(monotonic=lambda: 5.0, wall=lambda: 1000.0)
@@ -81,18 +80,18 @@ class SteadyClock:
         return self._begin + self._monotonic()
 
     def of_stamp(self, stamp: float) -> float:
-        """Time that a stamp of the present wall clock means [s]; 0 stands for now and stays."""
+        """Time on this clock of a stamp of the wall clock [s]; a stamp of 0, for now, stays 0."""
         return max(0.0, stamp - self._wall() + self.now()) if stamp else 0.0
 
 
 def set_priority(priority: int) -> bool:
-    """Run this process with a fixed real-time priority, ahead of all ordinary ones.
+    """Run this process with a fixed real-time priority, ahead of all ordinary processes.
 
     Args:
-        priority: of SCHED_FIFO, 1 to 99; 0 goes back to ordinary scheduling.
+        priority: of SCHED_FIFO, 1 to 99; 0 for ordinary scheduling.
 
     Returns:
-        Whether the system granted it; on Linux that needs root or a limit `rtprio`.
+        Whether the system allowed it; Linux requires root or a limit `rtprio`.
 
     >>> set_priority(0)
     True

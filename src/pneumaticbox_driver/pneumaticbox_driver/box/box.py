@@ -1,8 +1,8 @@
 """The pneumatic box without ROS: sensor samples and commands in, valves out.
 
-A command goes to `commands`, which checks it and follows it as setpoints. With each sample the
-`observer` estimates the air masses, `zeroing` sets them where they are known, `faults` looks for
-what is broken, `control` says what the setpoints need, and `guard` and `latch` have the last word.
+`commands` checks commands and turns them into setpoints over time. For each sample the `observer`
+estimates the air masses, `zeroing` sets them where they are known, `faults` looks for broken parts,
+`control` computes the valves from the setpoints, and `guard` and `latch` may overrule it.
 """
 
 import math
@@ -13,6 +13,7 @@ import numpy as np
 
 from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves
 from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
+from pneumaticbox_driver.box.estimates import EstimateCheck
 from pneumaticbox_driver.box.ranges import target_ranges
 from pneumaticbox_driver.calibration.run import CalibrationRun, CalibrationSession
 from pneumaticbox_driver.control.channels import (
@@ -28,37 +29,42 @@ from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel, make_volume_model
 from pneumaticbox_driver.observer.zeroing import Zeroing
-from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch, one_line
+from pneumaticbox_driver.safety import SAMPLE_SILENCE_LIMIT, PressureGuard, VentLatch, one_line
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-MODES_OF_AIR = ("mass", "mass_flow", "volume")  # whose targets mean nothing without the mass
-LEAST_ABS, MOST_ABS = 0.0, 10e6  # between which a reading can be an absolute pressure [Pa]
-FRESH_CLOCK = 1.0  # set back to less, the clock is that of a simulation that was reset [s]
+MODES_OF_AIR = ("mass", "mass_flow", "volume")  # which require a known air mass
+LEAST_ABS, MOST_ABS = 0.0, 10e6  # range of possible absolute pressures [Pa]
+FRESH_CLOCK = 1.0  # a clock set back to an earlier time is that of a simulation that was reset [s]
 
 
 class PneumaticBox:
-    """Answers each sensor sample with the valves to command. Times in [s], arrays (n,), SI.
+    """Computes the valves for each sensor sample. Times in [s], arrays (n,), SI units.
 
-    It starts by averaging the sensors until they stand still, valves closed. A channel within
-    the zero band is taken as being at ambient pressure: its sensor's offset and its mass are
-    zeroed. Otherwise its mass is that of its free volume at the measured pressure.
+    At the start it averages the sensors, with closed valves, until the pressures are constant. A
+    channel within the zero band is assumed to be at ambient pressure: its mass and the offset of
+    its sensor are set to zero. For other channels the mass is that of the free volume at the
+    measured pressure.
 
-    A channel emptied while its actuator is held away from rest keeps the estimate of what is left
-    in it; by its pressure it shows when the actuator is free, and is emptied again.
+    A channel that was emptied while its actuator was held away from rest keeps the estimate of the
+    air left in it. When the actuator is released, the pressure changes and the channel is emptied
+    again.
 
-    Whatever goes wrong in answering a sample opens the outlets and latches.
+    Any error during a sample opens the outlets until `reset`.
 
-    `valves` (n,) are those commanded last, `openings` (n,) counts how often each has opened,
-    `notes` are warnings for the user, oldest first.
+    Attributes:
+        valves: the last commanded valves (n,).
+        openings: number of openings of each valve (n,).
+        notes: warnings for the user, the oldest first.
 
     Args:
         settings: of the box.
         calibrations: coefficients of the channels, one each.
-        volumes: model of the channels' volumes; None for the one that the settings name.
+        volumes: model of the channels' volumes; None for that of the settings.
 
     Raises:
-        ValueError: another number of calibrations than channels, or a hand that does not exist.
+        ValueError: the number of calibrations is not that of the channels, or the hand does not
+            exist.
     """
 
     def __init__(
@@ -69,7 +75,7 @@ class PneumaticBox:
     ) -> None:
         n = len(settings.channels)
         if len(calibrations) != n:
-            raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
+            raise ValueError(f"calibrations must be {n}, one per channel, got {len(calibrations)}")
         model = volumes or make_volume_model(
             settings.volume_model, settings.hand, settings.rest_volumes
         )
@@ -78,11 +84,14 @@ class PneumaticBox:
         self.notes: list[str] = []
         self.pressures_abs: Floats = np.full(
             n, settings.ambient
-        )  # absolute, offsets taken off [Pa]
+        )  # absolute, without the offsets [Pa]
         self.supply_abs = settings.ambient  # absolute [Pa]
         self.valves: Valves = np.zeros(n, dtype=np.int8)
         self.openings: Counts = np.zeros(n, dtype=np.int64)
-        self.commands = CommandIntake(settings, target_ranges(settings, model))
+        ranges = target_ranges(settings, model)
+        self.commands = CommandIntake(settings, ranges)
+        greatest = np.array(settings.rest_volumes) + ranges["volume"][1]
+        self.estimates = EstimateCheck(settings, greatest)
         self.observer = MassObserver(calibrations, settings.ambient)
         self.zeroing = Zeroing(settings, self.observer, model, self.notes)
         self.faults = FaultWatch(settings)
@@ -105,12 +114,12 @@ class PneumaticBox:
         self._restart()
 
     def _restart(self) -> None:
-        """Begin anew: no setpoints, valves closed, sensors to be averaged first."""
+        """Return to the state at the start: no setpoints, closed valves, sensors to be averaged."""
         self.time = math.nan
         self.sensors_sound = False
         self.valves = self._closed
         self.commands.drop()
-        self.calibration.abort("the box began anew")
+        self.calibration.abort("the clock was set back")
         self._timing.restart()
         self.zeroing.restart()
         self.faults.begin()
@@ -123,18 +132,18 @@ class PneumaticBox:
 
     @property
     def volume(self) -> Floats:
-        """Volumes above those at rest, by `V = m R_s T/p_abs` of the estimated mass (n,) [m3]."""
+        """Volumes above those at rest (n,) [m3], `V = m R_s T/p_abs` of the estimated mass."""
         return self._view.volume_at(self.pressures_abs) - self._view.rest_volumes
 
-    # what comes in
+    # samples and commands
 
     def on_sample(self, time: float, pressures_abs: Floats) -> Valves:
-        """Take a sensor sample and answer it.
+        """Compute the valves for a sensor sample.
 
         Args:
-            time: stamp of the sample [s]; an unchanged one repeats the last answer, an earlier
-                one means that the clock was set back: the box begins anew, latched unless it is
-                the first second of a simulation.
+            time: stamp of the sample [s]; an unchanged one repeats the last answer unless the box
+                was latched meanwhile, an earlier one means that the clock was set back: the box
+                begins anew, latched unless it is the first second of a simulation.
             pressures_abs: absolute pressures of the channels, then of the supply (n + 1,) [Pa].
 
         Returns:
@@ -145,7 +154,7 @@ class PneumaticBox:
             self._clock_set_back(time, -dt)
         try:
             return self._switch(self._step(time, dt, pressures_abs))
-        except Exception as error:  # noqa: BLE001 whatever it is, no valve stays as it stands
+        except Exception as error:  # noqa: BLE001 any error must open the outlets
             self._break_down(time, error)
             return self._switch(self._venting)
 
@@ -154,9 +163,9 @@ class PneumaticBox:
         if not sound.all():
             return self._sensor_fault(time, pressures_abs, int(np.argmin(sound)))
         if dt == 0:
-            return self.valves
-        if dt > SILENCE_LIMIT:
-            self.latch.set(f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms")
+            return self._venting if self.latch else self.valves
+        if dt > SAMPLE_SILENCE_LIMIT:
+            self.latch.set(f"no sensor sample for {SAMPLE_SILENCE_LIMIT * 1e3:.0f} ms")
         dt = max(0.0, dt)  # NaN at the first sample
         self._sense(time, dt, pressures_abs)
         self._look_for_faults(dt, pressures_abs)
@@ -165,10 +174,10 @@ class PneumaticBox:
     def command(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
     ) -> None:
-        """Follow a command from its `stamp`, or from `now` [s] when the stamp is 0.
+        """Carry out a command from its `stamp`, or from `now` [s] when the stamp is 0.
 
         Raises:
-            ValueError: the command cannot be used as it is, or the box takes none in its state;
+            ValueError: the command is not valid, or the box accepts none in its present state;
                 nothing has changed then.
         """
         self._take(self.commands.rules.check(names, points, stamp), now)
@@ -176,7 +185,7 @@ class PneumaticBox:
     def schedule_valves(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
     ) -> None:
-        """Follow a schedule of valves on channels in mode time from its `stamp`, or `now` [s].
+        """Carry out a valve schedule of channels in mode time from its `stamp`, or `now` [s].
 
         Positions are +1 inflate, -1 deflate, 0 closed; an event acts at the sample nearest to it.
 
@@ -192,7 +201,7 @@ class PneumaticBox:
         self.commands.take(trajectory, now)
 
     def _refuse_unknown(self, channels: Sequence[int]) -> None:
-        """Raise ValueError if a target of air is for a channel whose air mass is not known."""
+        """Raise ValueError if a channel in a mode of `MODES_OF_AIR` has an unknown air mass."""
         names = {self.settings.channels[channel] for channel in channels}
         unknown = [name for name in self._unknown() if name in names]
         if unknown and self.zeroing.ready:
@@ -202,12 +211,12 @@ class PneumaticBox:
             )
 
     def _unknown(self) -> list[str]:
-        """Channels in a mode of air mass whose estimate a fault has made worthless."""
+        """Channels in a mode of `MODES_OF_AIR` whose estimate a fault has invalidated."""
         modes = zip(self.settings.channels, self.control.modes, self.zeroing.doubted, strict=True)
         return [name for name, mode, doubted in modes if doubted and mode in MODES_OF_AIR]
 
     def _refuse_unless_active(self, what: str) -> None:
-        """Raise ValueError, saying `what` is not done, while vented or disabled."""
+        """Raise ValueError while vented or disabled; `what` names the refused action."""
         if self.latch:
             raise ValueError(f"vented until reset ({self.latch.reasons[0]}): {what}")
         if not self.enabled:
@@ -244,6 +253,10 @@ class PneumaticBox:
             if reason not in self.latch.reasons:
                 self.zeroing.doubt()
             self.latch.set(reason)
+        known = view.mass_known & view.ready & self.sensors_sound
+        self.notes += self.estimates.look(
+            self.time, view.mass, self.zeroing.drift_bound, self.pressures_abs, known
+        )
 
     def _sensor_fault(self, time: float, pressures_abs: Floats, bad: int) -> Valves:
         name, value = (*self.settings.channels, "supply")[bad], pressures_abs[bad]
@@ -255,8 +268,8 @@ class PneumaticBox:
         self._look_for_faults(0.0, pressures_abs)
         return self._venting
 
-    def _break_down(self, time: float, error: Exception) -> None:
-        """Latch for what should never happen; the first time the traceback is noted."""
+    def _break_down(self, time: float, error: BaseException) -> None:
+        """Vent after an unexpected error, and note its traceback the first time."""
         where = "control step"
         if isinstance(error, ControlError):
             names = ", ".join(self.settings.channels[channel] for channel in error.channels)
@@ -270,7 +283,7 @@ class PneumaticBox:
         self.calibration.abort(reason)
         self.vent(reason)
 
-    # what it answers
+    # valves
 
     def _answer(self, dt: float, readings: Floats) -> Valves:
         setpoints = self.commands.setpoints.at(self.time, dt)
@@ -292,18 +305,18 @@ class PneumaticBox:
             idle = not (self.enabled and self.zeroing.ready)
             wanted = self._closed if idle else self._controlled(setpoints, dt)
             wanted = self._timing.follow(self.time, self.valves, wanted)
-        # the limits come last: they do not wait for a pulse to end
+        # the limits come last, so that they do not wait for the end of a pulse
         return self.guard.apply(pressures, setpoints, wanted)
 
     def _holds_air(self, setpoints: Floats) -> bool:
-        """Whether a channel has air, and no target (n,) that lets it out."""
+        """Whether a channel contains air and its setpoint (n,) does not empty it."""
         let_out = np.array([MODES[mode].absolute for mode in self.control.modes]) & (setpoints <= 0)
         return not (self.zeroing.empty | let_out).all()
 
     def _calibrated(self, readings: Floats) -> Valves:
         wanted = self.calibration.answer(self.time, readings, self.guard)
         if not self.calibration.under_way:
-            self.zeroing.restart()  # what came in meanwhile was not followed
+            self.zeroing.restart()  # the air masses were not tracked during the calibration
         return wanted
 
     def _controlled(self, setpoints: Floats, dt: float) -> Valves:
@@ -323,14 +336,14 @@ class PneumaticBox:
             self.openings += changed & (valves != 0)
         return self.valves
 
-    # what the user asks for
+    # requests of the user
 
     def set_modes(self, modes: Sequence[str]) -> str:
-        """Switch control modes without a jump: what is now becomes the setpoint in its new unit.
+        """Switch control modes without a jump: the present state becomes the setpoint.
 
         The new setpoint of a channel that switches is its estimated mass, its measured pressure or
-        its estimated volume, a mass flow of 0, or closed valves. There is none where the channel
-        is empty or has no setpoint to hold: disabled, vented, or before the sensors are averaged.
+        its estimated volume, a mass flow of 0, or closed valves. A channel gets no setpoint if it
+        is empty, or while the box is disabled, vented or still averages its sensors.
 
         Args:
             modes: one per channel (n,).
@@ -339,7 +352,7 @@ class PneumaticBox:
             A sentence on what was done.
 
         Raises:
-            ValueError: another number of modes, or one that cannot be used; nothing has changed.
+            ValueError: wrong number of modes, or a mode that cannot be used; nothing has changed.
         """
         self.settings.check_modes(modes)
         self.calibration.refuse_under_way()
@@ -349,48 +362,48 @@ class PneumaticBox:
         return f"control modes: {', '.join(modes)}"
 
     def _present(self, channel: int, mode: str) -> float:
-        """What is now on a channel, as the setpoint of a mode."""
+        """The present state of a channel as a setpoint of a mode."""
         idle = MODES[mode].idle
         if mode not in PRESENT or self.latch or not (self.enabled and self.zeroing.ready):
             return idle
         steady_abs = self.zeroing.steady(self.pressures_abs)
         value = float(PRESENT[mode](self._view, steady_abs)[channel])
-        # a setpoint of zero or below would open the outlet of a channel that is not known as empty
+        # a setpoint of zero or below would open the outlet of a channel that may not be empty
         return value if value > 0 else idle
 
     def tare(self) -> str:
-        """Set the air masses from the pressures: nothing touches the hand.
+        """Set the air masses from the pressures, assuming that nothing touches the hand.
 
         Returns:
             A sentence on what was done.
 
         Raises:
-            ValueError: valves are open, or the pressures do not stand still yet.
+            ValueError: valves are open, or the pressures are not constant yet.
         """
         self.calibration.refuse_under_way()
         if self.valves.any():
             raise ValueError("valves are open: tare when the channels are at rest")
         if not (self.zeroing.ready and self.zeroing.still):
-            raise ValueError("pressures do not stand still yet: tare again in a moment")
+            raise ValueError("pressures are not constant yet: tare again in a moment")
         under_pressure = self.zeroing.tare(self.pressures_abs)
         self.commands.setpoints.hold()
         zeroed = [name for name in self.settings.channels if name not in under_pressure]
         return f"zeroed at ambient: {zeroed}; by free volume: {under_pressure}"
 
     def vent(self, reason: str = "vent was requested") -> None:
-        """Open every outlet with the next sample and stay so until `reset`."""
+        """Open every outlet with the next sample, until `reset`."""
         self.latch.set(reason)
         self.calibration.abort(reason)
         self.commands.drop()
 
     def reset(self) -> str:
-        """Leave the safe state: valves close, no setpoints, commands are taken if enabled.
+        """End the vent: valves close, setpoints are dropped, commands are accepted if enabled.
 
         Returns:
             A sentence on what was done.
 
         Raises:
-            ValueError: the last sensor sample was unusable, or there was none; still vented.
+            ValueError: there was no usable sensor sample; the box stays vented.
         """
         if not self.sensors_sound:
             raise ValueError("no usable sensor sample: still vented")
@@ -405,13 +418,13 @@ class PneumaticBox:
         return f"valves are closed, {taken}{tare}"
 
     def enable(self, on: bool) -> str:
-        """Start or stop control; stopped, the valves are closed and setpoints dropped.
+        """Switch control on or off; off, the valves are closed and setpoints dropped.
 
         Returns:
             A sentence on what was done.
 
         Raises:
-            ValueError: started while vented; nothing has changed then.
+            ValueError: switched on while vented; nothing has changed then.
         """
         if on and self.latch:
             reason = self.latch.reasons[0]
@@ -424,18 +437,18 @@ class PneumaticBox:
         return "disabled: " + ("outlets stay open" if self.latch else "valves are closed")
 
     def start_calibration(self, run: CalibrationRun) -> str:
-        """Let a calibration answer the samples, with a fixed volume on every channel.
+        """Let a calibration command the valves, with a fixed volume on every channel.
 
-        Limits and latch still apply; commands are refused until it has ended. Then the sensors are
-        averaged anew; what it found is the caller's, for `observer.set_calibrations`.
+        Limits and vent still apply; commands are refused until it has ended. Then the sensors are
+        averaged again; the caller passes the result to `observer.set_calibrations`.
 
         Returns:
             A sentence on what was done.
 
         Raises:
-            ValueError: vented, disabled, one is under way, or the run is for other channels.
+            ValueError: vented, disabled, another calibration is running, or other channels.
         """
         self._refuse_unless_active("no calibration is begun")
         done = self.calibration.start(run)
-        self.commands.setpoints.hold()
+        self.commands.drop()
         return done

@@ -1,4 +1,4 @@
-"""Commands and valve schedules: checked as a whole, then followed as setpoints over time."""
+"""Commands and valve schedules: checked as a whole, then turned into setpoints over time."""
 
 import math
 from bisect import bisect_right
@@ -12,7 +12,7 @@ from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.box.ranges import Range, refusal
 from pneumaticbox_driver.modes import MODES
 from pneumaticbox_driver.settings import BoxSettings
-from softhand_model.documents.quoted import quoted
+from softhand_common.documents.quoted import quoted
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,8 @@ class TrajectoryPoint:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A checked command: values (points, channels) at times (points,) [s] after `start` [s].
-
-    `start` is None for now.
+    """A checked command: values (points, channels) at times (points,) [s] after `start` [s], or
+    from now on if `start` is None.
     """
 
     channels: tuple[int, ...]
@@ -40,10 +39,10 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class CommandRules:
-    """Checks commands against the channels' names and their control modes, in order.
+    """Checks commands for channels with these names and control modes, in order.
 
-    `shortest_pulse` and `shortest_pause` [s] are the least times between the events of a schedule,
-    `ranges` (`target_ranges`) are those of the targets; a mode without one takes all numbers.
+    `shortest_pulse` and `shortest_pause` [s] are the smallest times between the events of a
+    schedule, `ranges` those of the targets (`target_ranges`); a mode without range has no limits.
     """
 
     channels: tuple[str, ...]
@@ -55,7 +54,7 @@ class CommandRules:
     def check(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
     ) -> Trajectory:
-        """Turn a message's content into a command, or refuse it whole.
+        """Turn the content of a message into a command, or refuse it as a whole.
 
         Args:
             names: channels that the points are for.
@@ -78,10 +77,10 @@ class CommandRules:
     def check_schedule(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
     ) -> Trajectory:
-        """Turn a schedule of valves into a command, or refuse it whole.
+        """Turn a valve schedule into a command, or refuse it as a whole.
 
-        What the valves cannot follow to the sample is refused: pulses and pauses shorter than
-        theirs, and a change from one outlet to the other without a pause.
+        Refused are pulses and pauses shorter than the shortest ones of the valves, and a change
+        between inflation and deflation without a pause.
 
         Args:
             names: channels that the points are for, all of them in mode time.
@@ -185,10 +184,10 @@ def _times(points: Sequence[TrajectoryPoint]) -> Floats:
 
 
 @dataclass
-class _Course:
-    """Setpoint of one channel over time: linear between the knots, constant outside.
+class _Curve:
+    """Setpoint of one channel over time: linear between knots, constant outside of them.
 
-    A stepped one keeps each value until the next knot.
+    A stepped curve keeps each value until the next knot.
     """
 
     times: list[float] = field(default_factory=lambda: [0.0])
@@ -201,17 +200,17 @@ class _Course:
         return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
 
     def piece(self, time: float) -> tuple[float, float, float, float]:
-        """Return the straight piece that `time` [s] lies on: from t0, v0 to t1, v1."""
+        """Return the linear piece at `time` [s] as t0, v0, t1, v1."""
         after = bisect_right(self.times, time)
         before = max(after - 1, 0)
         end = self.times[after] if after < len(self.times) else math.inf
         value = self.values[before]
-        # from no setpoint there is nothing to interpolate: wait for the first one
+        # without a setpoint there is nothing to interpolate from
         held = after == 0 or math.isinf(end) or self.stepped or math.isnan(value)
         return min(self.times[before], time), value, end, value if held else self.values[after]
 
     def replace_from(self, start: float, times: Floats, values: Floats) -> None:
-        """Let the knots `start` + `times` [s] follow what stood until `start`."""
+        """Replace the curve from `start` on by knots at `start` + `times` [s]."""
         held = self.at(start)
         keep = bisect_right(self.times, start)
         self.times = [*self.times[:keep], *(start + times).tolist()]
@@ -227,38 +226,38 @@ class _Course:
 
 
 class Setpoints:
-    """Setpoints of all channels over time; NaN where there is none.
+    """Setpoints of all channels over time; NaN for none.
 
-    A command replaces what its channels had planned from its start on: from the setpoint at
-    that moment linearly to the first point, so a first point at time 0 is a step. Before its
-    start the earlier plan goes on.
+    A command replaces the setpoints of its channels from its start on; they first go linearly from
+    the setpoint at that time to the first point, so that a first point at time 0 is a step. Until
+    the start the earlier commands apply.
     """
 
     def __init__(self, channels: int) -> None:
-        self._courses = [_Course() for _ in range(channels)]
+        self._curves = [_Curve() for _ in range(channels)]
         self._pieces: Floats = np.ones((4, channels))  # begin, span, value at begin, rise
         self._enter_anew()
-        self.last_time = math.nan  # when the last of all plans ends [s]
+        self.last_time = math.nan  # end of all commands so far [s]
 
     def _enter_anew(self) -> None:
-        """Let the next call of `at` look up the pieces of all courses."""
-        self._until = self._stepped_until = -math.inf  # when the next piece of any begins [s]
+        """Let the next call of `at` look up the pieces of all curves."""
+        self._until = self._stepped_until = -math.inf  # start of the next piece of any curve [s]
 
     def take(self, command: Trajectory, now: float) -> None:
-        """Follow `command` from its start, or from `now` [s]."""
+        """Add a command from its start, or from `now` [s]."""
         start = now if command.start is None else command.start
         for column, channel in enumerate(command.channels):
-            course = self._courses[channel]
-            course.forget_before(min(now, start))
-            course.replace_from(start, command.times, command.values[:, column])
+            curve = self._curves[channel]
+            curve.forget_before(min(now, start))
+            curve.replace_from(start, command.times, command.values[:, column])
         self._enter_anew()
         end = start + float(command.times[-1])
         self.last_time = end if math.isnan(self.last_time) else max(self.last_time, end)
 
     def at(self, time: float, period: float = 0.0) -> Floats:
-        """Setpoints at `time` [s] (n,); times must not run backwards between calls.
+        """Setpoints (n,) at `time` [s], which must not decrease between calls.
 
-        With samples a `period` [s] apart, a step of a schedule is taken at the nearest of them.
+        With samples a `period` [s] apart, a step of a schedule takes place at the nearest sample.
         """
         half = 0.5 * period
         if time >= self._until or time + half >= self._stepped_until:
@@ -267,45 +266,45 @@ class Setpoints:
         return np.asarray(value + rise * ((time - begin) / span))
 
     def _enter(self, time: float, half: float) -> None:
-        """Look up the pieces that the courses are on."""
+        """Look up the pieces of the curves at a time [s]."""
         self._until = self._stepped_until = math.inf
-        for channel, course in enumerate(self._courses):
-            moment = time + half if course.stepped else time
-            course.forget_before(moment)
-            t0, v0, t1, v1 = course.piece(moment)
+        for channel, curve in enumerate(self._curves):
+            moment = time + half if curve.stepped else time
+            curve.forget_before(moment)
+            t0, v0, t1, v1 = curve.piece(moment)
             self._pieces[:, channel] = t0, t1 - t0, v0, v1 - v0
-            if course.stepped:
+            if curve.stepped:
                 self._stepped_until = min(self._stepped_until, t1)
             else:
                 self._until = min(self._until, t1)
 
     def set(self, channel: int, value: float, stepped: bool) -> None:
-        """Drop the plan of a channel and hold `value`, NaN for none.
+        """Drop the commands of a channel and hold `value`, NaN for none.
 
         Args:
-            channel: its index.
+            channel: index of the channel.
             value: in the unit of its mode.
-            stepped: whether what is planned from now on goes in steps, not linearly.
+            stepped: whether later setpoints change in steps, not linearly.
         """
-        self._courses[channel] = _Course(values=[value], stepped=stepped)
+        self._curves[channel] = _Curve(values=[value], stepped=stepped)
         self._enter_anew()
 
     def planned(self, channel: int, time: float) -> float:
-        """Setpoint of a channel at any `time` [s] by what is planned now."""
-        return self._courses[channel].at(time)
+        """Setpoint of a channel at any `time` [s] by the commands so far."""
+        return self._curves[channel].at(time)
 
     def hold(self) -> None:
-        """Drop all plans and setpoints."""
+        """Drop all commands and setpoints."""
         self.last_time = math.nan
         self._enter_anew()
-        self._courses = [_Course(stepped=course.stepped) for course in self._courses]
+        self._curves = [_Curve(stepped=curve.stepped) for curve in self._curves]
 
 
 class CommandIntake:
-    """Rules by which commands are checked, the setpoints that follow, and how long none has come.
+    """Rules for commands, the resulting setpoints, and the time since the last command.
 
     Args:
-        settings: of the box; its modes are those at the start.
+        settings: of the box, with the modes at the start.
         ranges: of the targets, by mode.
     """
 
@@ -323,7 +322,7 @@ class CommandIntake:
             self.setpoints.set(channel, math.nan, MODES[mode].scheduled)
 
     def switch(self, modes: Sequence[str], values: Sequence[float]) -> tuple[int, ...]:
-        """Check and follow commands by other `modes`; who changes gets the setpoint of `values`.
+        """Change to other `modes` (n,); channels that change get the setpoint of `values` (n,).
 
         Returns:
             Indices of the channels that have changed.
@@ -335,10 +334,10 @@ class CommandIntake:
         return changed
 
     def take(self, trajectory: Trajectory, now: float) -> None:
-        """Follow a checked command from its start, or from `now` [s].
+        """Add a checked command from its start, or from `now` [s].
 
         Raises:
-            ValueError: it begins too far ahead, or ends too long after that.
+            ValueError: the command begins too far ahead or is too long.
         """
         self._refuse_far_ahead(trajectory, now)
         start = now if trajectory.start is None else trajectory.start
@@ -352,8 +351,8 @@ class CommandIntake:
         self._last = now
 
     def begun(self, time: float) -> tuple[int, ...]:
-        """Indices of the channels that got a new command which has begun by `time` [s], since the
-        last call; not those that it told to go on holding what they hold.
+        """Indices of the channels with a command that has begun since the last call, by `time` [s];
+        without commands that only repeat the present setpoint.
         """
         if not self._begins:
             return ()
@@ -376,11 +375,11 @@ class CommandIntake:
             )
 
     def drop(self) -> None:
-        """Drop all plans and setpoints; the silence of commands begins with the next one."""
+        """Drop all commands and setpoints; the timeout starts again with the next command."""
         self.setpoints.hold()
         self._begins.clear()
         self._last = math.nan
 
     def silent(self, time: float) -> bool:
-        """Whether the last command and all plans ended too long before `time` [s]."""
+        """Whether at `time` [s] the last command ended longer ago than the timeout."""
         return 0 < self._timeout < time - max(self._last, self.setpoints.last_time)

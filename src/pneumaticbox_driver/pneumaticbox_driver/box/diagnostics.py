@@ -4,49 +4,24 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 
 from pneumaticbox_driver.arrays import Counts, Flags
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.modes import MODES
+from softhand_common.status import Level, Report
 
 NOTE_PERIOD = 5.0  # between two logs of the same note [s]
-STORM_RATE = 500.0  # above which commands are a storm [1/s]
-WINDOW = 0.2  # over which the rate is taken [s]
-STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
-ACTIVITY_WINDOW = 10.0  # of node time [s]
-RESOLUTION = 0.5  # from one remembered count to the next [s]
-CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
-REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
-STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
-
-
-class Level(IntEnum):
-    """Levels of a diagnostic status (REP-107)."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
-
-
-@dataclass
-class Report:
-    """One diagnostic status: what it is about, how bad, a sentence, and figures with units."""
-
-    name: str
-    level: Level = Level.OK
-    message: str = "OK"
-    values: dict[str, str] = field(default_factory=dict)
-
-    def raise_to(self, level: Level, message: str) -> None:
-        """Take a worse level with its sentence; an equally bad one is appended."""
-        if level > self.level:
-            self.level, self.message = level, message
-        elif level == self.level and level > Level.OK:
-            self.message = f"{self.message}; {message}"
+STORM_RATE = 500.0  # rate of commands above which there is a warning [1/s]
+RATE_WINDOW = 0.2  # over which this rate is computed [s]
+STORM_MEMORY = 10.0  # duration of this warning [s]
+ACTIVITY_WINDOW = 10.0  # of node time, over which openings of valves are counted [s]
+COUNT_SPACING = 0.5  # between two stored counts [s]
+CHATTER = 5.0  # rate of openings; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
+SPEAKER_MEMORY = 5.0  # wall time for which a node counts as a commander after a command [s]
+REFUSAL_MEMORY = 10.0  # wall time of the warning about a refused message [s]
+STALE_CLOCK = 5.0  # wall time after which a clock without progress causes a warning [s]
 
 
 class NoteThrottle:
@@ -74,50 +49,74 @@ class NoteThrottle:
 class CommandTraffic:
     """Counts command messages; times are of a monotonic clock [s].
 
-    `taken` counts the messages that were looked at, `lost` those that later ones had overwritten
-    before that; they can be told as long as there is one commander. `commanders` publish commands.
+    `taken` counts the processed messages, `lost` those that were overwritten in the queue, which
+    can be counted only for a single commander. `commanders` is the number of nodes that have sent
+    commands in the last SPEAKER_MEMORY.
+
+    ROS does not name the sender of a message, but numbers the messages of each publisher: a number
+    that is not larger than the last ones of all known publishers comes from another publisher.
+
+    >>> traffic = CommandTraffic()
+    >>> for sequence in (7, 8, 1, 9, 2):
+    ...     traffic.note(0.0, "command", sequence, lambda: 2)
+    >>> traffic.speakers(4.9), traffic.speakers(5.1)
+    (2, 0)
     """
 
     taken: int = 0
     lost: int = 0
     commanders: int = 0
     _sequences: dict[str, int] = field(default_factory=dict)
+    _speakers: list[tuple[str, int, float]] = field(default_factory=list)  # topic, number, time
     _recent: deque[tuple[float, int]] = field(default_factory=deque)
     _peak: float = 0.0
     _peak_at: float = -STORM_MEMORY
 
     def note(self, now: float, topic: str, sequence: int, commanders: Callable[[], int]) -> None:
-        """Count a message that was taken now.
+        """Count a message.
 
         Args:
             now: present time [s].
-            topic: on which it came.
-            sequence: its number among those of its publisher.
-            commanders: counts the publishers of the topic.
+            topic: of the message.
+            sequence: number of the message among those of its publisher.
+            commanders: returns the number of publishers of the topic.
         """
         missing = sequence - self._sequences.get(topic, sequence) - 1
-        # with two of them the numbers go to and fro and tell nothing
+        # the numbers of two publishers alternate and show no losses
         missing = missing if missing > 0 and commanders() == 1 else 0
         self._sequences[topic] = sequence
+        self._note_speaker(now, topic, sequence)
         self.taken += 1
         self.lost += missing
         self._recent.append((now, 1 + missing))
         self._watch(now)
 
+    def _note_speaker(self, now: float, topic: str, sequence: int) -> None:
+        before = [each for each in self._speakers if each[0] == topic and each[1] < sequence]
+        if before:
+            self._speakers.remove(max(before))
+        recent = [each for each in self._speakers if now - each[2] < SPEAKER_MEMORY]
+        self._speakers = [*recent, (topic, sequence, now)]
+
+    def speakers(self, now: float) -> int:
+        """Number of nodes that have sent commands recently: the larger one of both topics."""
+        topics = [topic for topic, _, time in self._speakers if now - time < SPEAKER_MEMORY]
+        return max(map(topics.count, topics), default=0)
+
     def _watch(self, now: float) -> None:
-        while now - self._recent[0][0] > WINDOW:
+        while now - self._recent[0][0] > RATE_WINDOW:
             self._recent.popleft()
-        rate = sum(number for _, number in self._recent) / WINDOW
+        rate = sum(number for _, number in self._recent) / RATE_WINDOW
         if rate > STORM_RATE and rate > self.storm(now):
             self._peak, self._peak_at = rate, now
 
     def storm(self, now: float) -> float:
-        """Highest rate of commands in the last storm [1/s]; 0 when there was none of late."""
+        """Highest recent rate of commands above STORM_RATE [1/s]; 0 for none."""
         return self._peak if now - self._peak_at < STORM_MEMORY else 0.0
 
 
 class ValveActivity:
-    """Remembers the counts of openings over a window of the box's time.
+    """Counts openings of valves within a window of the box's time.
 
     Args:
         channels: number of channels.
@@ -134,13 +133,13 @@ class ValveActivity:
         self._counts: deque[tuple[float, Counts]] = deque()
 
     def note(self, time: float, openings: Counts) -> None:
-        """Take the openings so far (n,) at the box's `time` [s]; set back, it begins anew."""
+        """Add the total openings (n,) at the box's `time` [s]; time set back clears the counts."""
         if math.isnan(time):
             return  # no sample has come yet
         counts = self._counts
         if counts and time < counts[-1][0]:
             counts.clear()
-        if counts and time - counts[-1][0] < RESOLUTION:
+        if counts and time - counts[-1][0] < COUNT_SPACING:
             return
         counts.append((time, openings.copy()))
         while len(counts) > 1 and time - counts[1][0] >= ACTIVITY_WINDOW:
@@ -155,19 +154,19 @@ class ValveActivity:
 
     @property
     def chatters(self) -> Flags:
-        """Channels whose valve opens more often than any target asks for (n,)."""
+        """Channels whose valve opens more often than any target requires (n,)."""
         return np.asarray(self.recent > CHATTER * ACTIVITY_WINDOW)
 
 
 @dataclass
 class LinkState:
-    """What the node knows beyond the box.
+    """State of the node's connections.
 
-    `refused` is the last message that could not be used, "" when that is over: a good one has come
-    since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
-    sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
-    `clock_warning` what else is to be said of the clock, `second` of another driver. `storm` [1/s]
-    is the rate of commands when they have come too fast of late, `traffic` counts them.
+    `refused` is the reason for which the last message was refused, "" after a valid one, after
+    enable or reset, or after some time; `refusals` counts them. `simulators` is the number of nodes
+    that publish sensor samples. `clock_stands` [s] is the time for which the node's clock has not
+    advanced, `clock_warning` another warning about the clock, `second` a warning about another
+    driver. `storm` [1/s] is the recent rate of commands if too high, `traffic` counts commands.
     """
 
     refused: str = ""
@@ -184,16 +183,16 @@ class LinkState:
     _refused_at: float = 0.0
 
     def refuse(self, reason: str, now: float) -> None:
-        """Remember a message that cannot be used, at this monotonic wall time [s]."""
+        """Note a refused message at this monotonic wall time [s]."""
         self.refused, self._refused_at = reason, now
         self.refusals += 1
 
     def accept(self) -> None:
-        """A good message has come, or the user has set things right."""
+        """Clear the warning: a valid message has arrived, or the user has called a service."""
         self.refused = ""
 
     def forget_refused(self, now: float) -> None:
-        """Forget the refused message if it came long before this monotonic wall time [s]."""
+        """Clear the warning if it is old at this monotonic wall time [s]."""
         if now - self._refused_at > REFUSAL_MEMORY:
             self.refused = ""
 
@@ -212,7 +211,7 @@ def _sensors(box: PneumaticBox, link: LinkState) -> Report:
     elif not box.zeroing.ready:
         report.raise_to(Level.WARN, "averaging the sensors before the first command")
     if link.clock_stands > STALE_CLOCK and not link.paused:
-        report.raise_to(Level.WARN, "use_sim_time is set but /clock stands still")
+        report.raise_to(Level.WARN, "use_sim_time is set but /clock does not advance")
     if link.clock_warning:
         report.raise_to(Level.WARN, link.clock_warning)
     if link.simulators > 1:
@@ -256,7 +255,7 @@ def _commands(box: PneumaticBox, link: LinkState) -> Report:
         report.raise_to(Level.WARN, f"refused {link.refused}")
     if traffic.commanders > 1:
         count = "two" if traffic.commanders == 2 else traffic.commanders
-        report.raise_to(Level.WARN, f"{count} nodes publish commands: the last one to speak wins")
+        report.raise_to(Level.WARN, f"{count} nodes command the box: the latest command wins")
     if link.storm:
         report.raise_to(
             Level.WARN,
@@ -274,6 +273,8 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
     recent = int(activity.recent[index])
     if activity.chatters[index]:
         report.raise_to(Level.WARN, f"valve chatters: opened {recent} times within 10 s")
+    if untrue := box.estimates.sentence(index):
+        report.raise_to(Level.WARN, untrue)
     mode = MODES[box.control.modes[index]]
     target = box.commands.setpoints.at(box.time)[index]
     report.values = {

@@ -1,4 +1,4 @@
-"""Ranges of the targets: what a channel can contain below its pressure limit."""
+"""Ranges of the targets: possible contents of a channel below its pressure limit."""
 
 import numpy as np
 
@@ -9,20 +9,20 @@ from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
 Range = tuple[Floats, Floats]  # least and greatest value (n,)
-# generous, so that nothing is refused that some actuator could do
-STRETCHED = 1.5  # volume of an actuator of a known hand over that in free posture at its limit
-SWOLLEN = 10.0  # volume of an unknown actuator over that at rest
-FASTEST = 1e-3  # in which a channel is filled or emptied, where no shortest pulse is set [s]
+# generous, so that no target is refused which some actuator could reach
+LARGEST_GROWTH = 1.5  # largest volume in a known hand, over that in free posture at the limit
+LARGEST_UNKNOWN_GROWTH = 10.0  # largest volume of an unknown actuator, over that at rest
+SHORTEST_FILLING = 1e-3  # time in which a channel is filled, if no shortest pulse is set [s]
 
 
 def target_ranges(settings: BoxSettings, model: VolumeModel) -> dict[str, Range]:
-    """Ranges (n,) of the targets of each mode that has a quantity, in its unit.
+    """Ranges (n,) of the targets by mode, in the unit of the mode.
 
-    The greatest volume `V` is 1.5 times that of the hand's free posture at the pressure limit, or
-    ten times the rest volume where that alone is known. At the limit it contains
-    `m = (p_max V - p_0 V_0)/(R_s T)` more than at rest. The least is what a vacuum leaves: nothing
-    of what is in it at rest; all targets below zero empty a channel to ambient pressure. The flow
-    is that which does all of it within the shortest pulse.
+    The largest volume `V` is 1.5 times that of the hand in free posture at the pressure limit, or
+    ten times the rest volume if only that is known. At the limit it contains
+    `m = (p_max V - p_0 V_0)/(R_s T)` more air than at rest. The smallest targets are those of a
+    vacuum; all negative targets empty a channel to ambient pressure. The largest flow fills the
+    channel within the shortest pulse.
 
     Args:
         settings: of the box.
@@ -30,11 +30,11 @@ def target_ranges(settings: BoxSettings, model: VolumeModel) -> dict[str, Range]
     """
     rest, limits = np.array(settings.rest_volumes), np.array(settings.pressure_limits)
     of_hand = settings.volume_model == "hand"
-    volume = STRETCHED * model.volumes(limits) if of_hand else SWOLLEN * rest
+    volume = LARGEST_GROWTH * model.volumes(limits) if of_hand else LARGEST_UNKNOWN_GROWTH * rest
     heat, ambient = GAS_CONSTANT * settings.temperature, settings.ambient
     fill = ambient * rest / heat
     most = (ambient + limits) * volume / heat - fill
-    fastest = (fill + most) / max(settings.shortest_pulse, FASTEST)
+    fastest = (fill + most) / max(settings.shortest_pulse, SHORTEST_FILLING)
     return {
         "mass": (-fill, most),
         "mass_flow": (-fastest, fastest),
@@ -44,7 +44,7 @@ def target_ranges(settings: BoxSettings, model: VolumeModel) -> dict[str, Range]
 
 
 def refusal(mode: str, channel: int, value: float, ranges: dict[str, Range]) -> str:
-    """What is expected of a target of this channel, "" when the `value` is within its range."""
+    """The allowed range in words if `value` is outside of it, else ""."""
     if mode not in ranges:
         return ""
     low, high = (float(bound[channel]) for bound in ranges[mode])

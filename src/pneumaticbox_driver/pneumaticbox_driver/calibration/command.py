@@ -1,8 +1,8 @@
-"""The command `softhand calibrate`: coefficients of the pretended box, written to a file.
+"""The command `softhand calibrate`: coefficients of the simulated box, written to a file.
 
     softhand calibrate --output calibration.yaml
 
-The file that is shipped is made by this command with its defaults.
+The shipped file was made by this command with its defaults.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.calibration.file import save_calibration
 from pneumaticbox_driver.calibration.recording import (
     PulseDurations,
@@ -23,14 +23,14 @@ from pneumaticbox_driver.calibration.recording import (
 from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
+from softhand_common.progress import Progress
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
-from softhand_model.progress import Progress
 
 OUTLETS = "abcdefgh"
-PERIOD = 0.002  # of the sensor samples [s]
+SAMPLE_PERIOD = 0.002  # of the sensor samples [s]
 BOTTLE = 0.5e-3  # reference volume of the thesis [m3]
-SUPPLIES = (260e3, 320e3)  # gauge, section 4.4.3 [Pa]
-BOX = "pretended box of softhand_model"
+SUPPLY_PRESSURES = (260e3, 320e3)  # gauge, section 4.4.3 [Pa]
+SIMULATED_BOX = "simulated box of softhand_model"
 
 
 def calibrate(
@@ -38,68 +38,68 @@ def calibrate(
     seed: int = 0,
     channels: int = len(OUTLETS),
     volume: float = BOTTLE,
-    supplies: Sequence[float] = SUPPLIES,
+    supplies: Sequence[float] = SUPPLY_PRESSURES,
     parameters: Pneumatics | None = None,
     progress: Callable[[float, str], None] | None = None,
     leak_test: float = CalibrationPlan.leak_test,
 ) -> list[ChannelCalibration]:
-    """Calibrate the pretended box's channels, all at once, on bottles of the same volume.
+    """Calibrate the channels of the simulated box together, on bottles of the same volume.
 
     Args:
         points: pulses per channel, both directions and all supply pressures together.
-        seed: of the pulses and of the bench's noise.
+        seed: of the pulses and of the rig's noise.
         channels: number of outlets.
         volume: of the bottles [m3].
         supplies: gauge supply pressures, one after the other [Pa].
-        parameters: constants of the box; None for those that are shipped.
-        progress: is told the share that is done and a sentence.
-        leak_test: how long the closed channels are watched at the end [s]; 0 for not at all.
+        parameters: constants of the box; None for the shipped ones.
+        progress: called with the finished share (0 to 1) and a sentence.
+        leak_test: duration of the leak test at the end [s]; 0 for none.
 
     Raises:
-        ValueError: the plan cannot be played, or the pulses do not determine the coefficients.
+        ValueError: the plan cannot be carried out, or the pulses do not determine the coefficients.
     """
     names = OUTLETS[:channels]
     plan = CalibrationPlan(points, len(supplies), leak_test=leak_test)
     run = CalibrationRun(tuple(names), np.full(channels, volume), plan, seed)
-    bench = EmbeddedBench(names, np.full(channels, volume), parameters, seed)
+    rig = EmbeddedRig(names, np.full(channels, volume), parameters, seed)
     left = list(supplies)
-    bench.plant.set_supply(left.pop(0))
-    valves, told = np.zeros(channels, dtype=np.int8), ""
+    rig.plant.set_supply(left.pop(0))
+    valves, reported = np.zeros(channels, dtype=np.int8), ""
     while run.under_way:
-        bench.command(valves)
-        valves = run.on_sample(_next_sample(bench))
+        rig.command(valves)
+        valves = run.on_sample(_next_sample(rig))
         if run.state == "waiting":
-            _turn_supply(bench, run, left.pop(0))
-        if progress is not None and run.message != told:
+            _turn_supply(rig, run, left.pop(0))
+        if progress is not None and run.message != reported:
             progress(run.progress, run.message)
-            told = run.message
+            reported = run.message
     if run.state == "failed":
         raise ValueError(run.message)
     return run.result
 
 
-def _next_sample(bench: EmbeddedBench) -> Sample:
-    readings = bench.advance(PERIOD)
-    return Sample.of(bench.time, readings)
+def _next_sample(rig: EmbeddedRig) -> Sample:
+    readings = rig.advance(SAMPLE_PERIOD)
+    return Sample.of(rig.time, readings)
 
 
-def _turn_supply(bench: EmbeddedBench, run: CalibrationRun, supply: float) -> None:
-    """Set the regulator, let the reservoir settle, and let the run go on."""
-    bench.plant.set_supply(supply)
-    for _ in range(round(3.0 / PERIOD)):
-        bench.command(np.zeros(len(run.channels)))
-        run.on_sample(_next_sample(bench))
+def _turn_supply(rig: EmbeddedRig, run: CalibrationRun, supply: float) -> None:
+    """Set the regulator, let the reservoir settle, and continue the run."""
+    rig.plant.set_supply(supply)
+    for _ in range(round(3.0 / SAMPLE_PERIOD)):
+        rig.command(np.zeros(len(run.channels)))
+        run.on_sample(_next_sample(rig))
     run.next()
 
 
-def record_on_bench(
+def record_on_rig(
     cycles: int, seed: int, channels: int, volume: float, supply: float
 ) -> list[list[Pulse]]:
-    """Record test pulses of the pretended box on bottles, at one gauge supply pressure [Pa].
+    """Record test pulses of the simulated box on bottles, at one gauge supply pressure [Pa].
 
     Args:
         cycles: pulses per channel and direction.
-        seed: of the pulses and of the bench's noise.
+        seed: of the pulses and of the rig's noise.
         channels: number of outlets.
         volume: of the bottles [m3].
         supply: gauge supply pressure [Pa].
@@ -107,16 +107,16 @@ def record_on_bench(
     Returns:
         The pulses per channel.
     """
-    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=seed)
-    bench.plant.set_supply(supply)
+    rig = EmbeddedRig(OUTLETS[:channels], np.full(channels, volume), seed=seed)
+    rig.plant.set_supply(supply)
     recording = record_pulses(
         PulseDurations(PulseRanges(), channels, seed), channels, cycles, volume
     )
     valves = next(recording)
     while True:
-        bench.command(valves)
+        rig.command(valves)
         try:
-            valves = recording.send(_next_sample(bench))
+            valves = recording.send(_next_sample(rig))
         except StopIteration as end:
             return list(end.value)
 
@@ -172,7 +172,7 @@ def _parser() -> argparse.ArgumentParser:
         "--supplies",
         type=float,
         nargs="+",
-        default=list(SUPPLIES),
+        default=list(SUPPLY_PRESSURES),
         metavar="PA",
         help="gauge supply pressures [Pa] (260e3 320e3)",
     )
@@ -186,7 +186,7 @@ def _parser() -> argparse.ArgumentParser:
         help="how many outlets, from the first on (%(default)s)",
     )
     add("--pneumatics", help="YAML file of the box, or pneumaticbox or ideal (ideal)")
-    add("--box", default=BOX, help="name of the box in the file (%(default)s)")
+    add("--box", default=SIMULATED_BOX, help="name of the box in the file (%(default)s)")
     add("--seed", type=int, default=0, help="of durations and noise (%(default)s)")
     return parser
 

@@ -1,4 +1,4 @@
-"""Calibration file: written per box and outlet, read with checks, held against its use."""
+"""Calibration file: written for a box, read with checks, and compared with its use."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,37 +12,40 @@ import numpy as np
 import yaml
 
 from pneumaticbox_driver.observer.coefficients import (
-    DIRECTIONS,
-    TERMS,
+    EQUATION_TERMS,
+    VALVE_DIRECTIONS,
     ChannelCalibration,
+    Delays,
     Leak,
     PulseCoefficients,
     Range,
     flow_rates,
 )
-from softhand_model.documents.quoted import listed
-from softhand_model.documents.yaml_document import Bounds, DocumentError, Node, read_document
+from softhand_common.documents.output_file import write_file
+from softhand_common.documents.quoted import listed
+from softhand_common.documents.yaml_document import Bounds, DocumentError, Node, read_document
 from softhand_model.gas import AMBIENT_PRESSURE
 
-SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
+SHIPPED_CALIBRATION = (
+    Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
+)
 FORMAT = "pneumaticbox-calibration/2"
 OLD_FORMAT = "pneumaticbox-calibration/1"
-HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
+FILE_KEYS = ("format", "box", "date", "version", "ambient", "volume", "outlets")
 PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
-MOST_OUTLET, MOST_POINTS = 64, 10**9
-AMBIENT, PRESSURE = Bounds(1e4, 2e5, "Pa"), Bounds(-1e6, 1e8, "Pa")
-VOLUME, DELAY = Bounds(1e-9, 10.0, "m3"), Bounds(0.0, 1.0, "s")
-LARGEST_TERM = 1.0  # of equation 4.1: a pulse moves milligrams
-MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
+MOST_OUTLET, MOST_PULSES = 64, 10**9
+AMBIENT_BOUNDS, PRESSURE_BOUNDS = Bounds(1e4, 2e5, "Pa"), Bounds(-1e6, 1e8, "Pa")
+VOLUME_BOUNDS, DELAY_BOUNDS = Bounds(1e-9, 10.0, "m3"), Bounds(0.0, 1.0, "s")
+LARGEST_TERM = 1.0  # of equation 4.1 in SI units: a pulse moves milligrams
+RANGE_MARGIN = 5e3  # around the calibrated range: cycle of the compressor, droop, noise [Pa]
 
 
 @dataclass(frozen=True)
 class BoxNote:
-    """What stands in a calibration file besides the outlets.
+    """Content of a calibration file besides the outlets.
 
-    `box` is the name of the box, `date` when the file was made (ISO 8601), `version` that of
-    this package, `ambient` the absolute ambient pressure [Pa], `volume` what was on the outlets
-    [m3].
+    `box` is the name of the box, `date` that of the calibration (ISO 8601), `version` that of this
+    package, `ambient` the absolute ambient pressure [Pa], `volume` that on each outlet [m3].
     """
 
     box: str
@@ -65,10 +68,13 @@ def save_calibration(
     Args:
         path: file to write.
         box: name of the box.
-        channels: those whose outlet is not known count as outlets 1, 2 ... in their order.
-        volume: that was on each outlet [m3].
+        channels: if the outlets are unknown they are numbered 1, 2 ... in order.
+        volume: on each outlet [m3].
         ambient: absolute ambient pressure [Pa].
         date: of the calibration; None for now.
+
+    Raises:
+        UnwritableFile: the file cannot be written; an earlier one is unchanged.
     """
     made = datetime.now(UTC) if date is None else date
     content = {
@@ -82,11 +88,11 @@ def save_calibration(
     }
     head = "# Equation 4.1 per outlet of the box; written by `calibrate`. SI units.\n"
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
-    path.write_text(head + text, encoding="utf-8")
+    write_file(path, head + text)
 
 
 def package_version() -> str:
-    """Version of the driver's package, "unknown" where it runs without being installed."""
+    """Version of the driver's package; "unknown" if it is not installed."""
     try:
         return metadata.version("pneumaticbox_driver")
     except metadata.PackageNotFoundError:
@@ -95,10 +101,13 @@ def package_version() -> str:
 
 def _content(place: int, channel: ChannelCalibration) -> dict[str, Any]:
     content: dict[str, Any] = {"outlet": channel.outlet or place, "points": channel.points}
-    for direction in DIRECTIONS:
+    for direction in VALVE_DIRECTIONS:
         fit = getattr(channel, direction)
         content[direction] = {
-            **{name: _rounded(getattr(fit, name)) for name in (*TERMS, "residual", "jitter")},
+            **{
+                name: _rounded(getattr(fit, name))
+                for name in (*EQUATION_TERMS, "residual", "jitter")
+            },
             "delays": _listed(fit.delays),
             "covariance": [_listed(row) for row in fit.covariance.tolist()],
         }
@@ -125,10 +134,9 @@ def load_calibration(
     """Read the calibrations of the outlets that channels use.
 
     Args:
-        path: file written by `save_calibration`; None for that of the pretended box, which is
-            shipped.
-        channels: how many channels there are.
-        outlets: of the box, counted from 1, one a channel; None for 1 to `channels`.
+        path: file written by `save_calibration`; None for the shipped one of the simulated box.
+        channels: number of channels.
+        outlets: number of each channel's outlet, from 1; None for 1 to `channels`.
 
     Raises:
         ValueError: the file cannot be read, is of another format, has missing or wrong keys, or
@@ -136,7 +144,9 @@ def load_calibration(
     """
     wanted = list(range(1, channels + 1)) if outlets is None else list(outlets)
     if len(wanted) != channels:
-        raise ValueError(f"outlets must have {channels} entries, one a channel, got {len(wanted)}")
+        raise ValueError(
+            f"outlets must have {channels} entries, one per channel, got {len(wanted)}"
+        )
     listing = _read(path)["outlets"]
     nodes = _by_outlet(listing)
     lacking = [outlet for outlet in wanted if outlet not in nodes]
@@ -158,66 +168,76 @@ def _by_outlet(listing: Node) -> dict[int, Node]:
 
 
 def load_box_note(path: str | Path | None) -> BoxNote:
-    """Read what a calibration file says of its box; errors as of `load_calibration`."""
+    """Read the entries of a calibration file about its box; raises as `load_calibration`."""
     content = _read(path)
     texts = {name: content[name].text() for name in ("box", "date", "version")}
     return BoxNote(
-        ambient=content["ambient"].within(AMBIENT), volume=content["volume"].within(VOLUME), **texts
+        ambient=content["ambient"].within(AMBIENT_BOUNDS),
+        volume=content["volume"].within(VOLUME_BOUNDS),
+        **texts,
     )
 
 
 def _read(path: str | Path | None) -> dict[str, Node]:
-    source = SHIPPED if path is None else Path(path)
+    source = SHIPPED_CALIBRATION if path is None else Path(path)
     document = read_document(source)
-    told = document.mapping().get("format")
-    if told is not None and told.value == OLD_FORMAT:
+    given = document.mapping().get("format")
+    if given is not None and given.value == OLD_FORMAT:
         raise DocumentError(
-            f"{told.place}: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
+            f"{given.place}: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
             "make a new file with the command `calibrate --output FILE`"
         )
-    if told is not None:
-        told.choice([FORMAT])
-    return document.fields(HEAD)
+    if given is not None:
+        given.choice([FORMAT])
+    return document.fields(FILE_KEYS)
 
 
 def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
     content = node.fields(
-        ["outlet", "points", *DIRECTIONS, "leak", "supply_range", "pressure_range"]
+        ["outlet", "points", *VALVE_DIRECTIONS, "leak", "supply_range", "pressure_range"]
     )
     leak = content["leak"].fields(["conductance", "error"])
     return ChannelCalibration(
-        points=content["points"].whole(0, MOST_POINTS),
+        points=content["points"].whole(0, MOST_PULSES),
         leak=Leak(leak["conductance"].number(0.0, 1.0), leak["error"].number(0.0, 1.0)),
         supply_range=_read_range(content["supply_range"]),
         pressure_range=_read_range(content["pressure_range"]),
         outlet=outlet,
-        **{direction: _read_direction(content[direction]) for direction in DIRECTIONS},
+        **{direction: _read_direction(content[direction]) for direction in VALVE_DIRECTIONS},
     )
 
 
 def _read_direction(node: Node) -> PulseCoefficients:
-    content = node.fields([*TERMS, *PER_DIRECTION])
+    content = node.fields([*EQUATION_TERMS, *PER_DIRECTION])
     rows = content["covariance"].items()
-    if len(rows) != len(TERMS):
-        raise content["covariance"].error(f"{len(TERMS)} rows")
+    if len(rows) != len(EQUATION_TERMS):
+        raise content["covariance"].error(f"{len(EQUATION_TERMS)} rows")
     return PulseCoefficients(
-        **{term: content[term].number(-LARGEST_TERM, LARGEST_TERM) for term in TERMS},
+        **{term: content[term].number(-LARGEST_TERM, LARGEST_TERM) for term in EQUATION_TERMS},
         residual=content["residual"].number(0.0, LARGEST_TERM),
-        jitter=content["jitter"].within(DELAY),
-        delays=content["delays"].vector(2, DELAY),
+        jitter=content["jitter"].within(DELAY_BOUNDS),
+        delays=_delays(content["delays"]),
         covariance=_covariance(content["covariance"], rows),
     )
 
 
+def _delays(node: Node) -> Delays:
+    opening, closing = node.vector(2, DELAY_BOUNDS)
+    return opening, closing
+
+
 def _covariance(node: Node, rows: list[Node]) -> np.ndarray:
-    found = np.array([row.vector(len(TERMS)) for row in rows])
+    found = np.array([row.vector(len(EQUATION_TERMS)) for row in rows])
     if np.any(np.diag(found) < 0.0):
-        raise node.error("variances of at least 0 on the diagonal")
+        raise node.error(
+            "a covariance matrix with variances of 0 or more on its diagonal",
+            str(np.diag(found).tolist()),
+        )
     return found
 
 
 def _read_range(node: Node) -> Range:
-    low, high = node.vector(2, PRESSURE)
+    low, high = node.vector(2, PRESSURE_BOUNDS)
     if low > high:
         raise node.error("[smallest, largest]")
     return low, high
@@ -231,18 +251,18 @@ def check_calibration(
     supply: float | None = None,
     pressures: Sequence[float] | None = None,
 ) -> list[str]:
-    """Say what speaks against the use of a calibration.
+    """Check whether a calibration fits its use.
 
     Args:
         channels: names.
-        calibrations: one a channel.
+        calibrations: one per channel.
         box: name of the box in the calibration's file.
-        expected_box: name that the user gave to this box; "" for any.
-        supply: present gauge supply pressure [Pa]; None leaves it unchecked.
-        pressures: present gauge pressures of the channels (n,) [Pa]; None likewise.
+        expected_box: name of the user's box; "" for any.
+        supply: present gauge supply pressure [Pa]; None: not checked.
+        pressures: present gauge pressures of the channels (n,) [Pa]; None: not checked.
 
     Returns:
-        Sentences, none if all is well.
+        Warnings, none if the calibration fits.
     """
     warnings = _shared(channels, calibrations)
     if expected_box and box != expected_box:
@@ -292,14 +312,16 @@ def _within(pressure_range: Range) -> Range:
     return max(low, 1e3), max(high, 1e3)
 
 
-def _flow(coefficients: PulseCoefficients, upstream: np.ndarray, downstream: np.ndarray):
+def _flow(
+    coefficients: PulseCoefficients, upstream: np.ndarray, downstream: np.ndarray
+) -> np.ndarray:
     friction, injector = flow_rates(upstream, downstream)
     return coefficients.friction * friction + coefficients.injector * injector
 
 
 def _outside(what: str, value: float, covered: Range) -> list[str]:
     low, high = covered
-    if low - MARGIN <= value <= high + MARGIN:
+    if low - RANGE_MARGIN <= value <= high + RANGE_MARGIN:
         return []
     kilo = [f"{p / 1e3:.0f}" for p in (value, low, high)]
     return [f"{what} of {kilo[0]} kPa is outside of the {kilo[1]} to {kilo[2]} kPa calibrated"]

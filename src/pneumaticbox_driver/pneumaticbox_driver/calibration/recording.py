@@ -14,25 +14,25 @@ from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
-SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
+PULSE_SETTLING = 0.2  # wait after a pulse, for the valve and its dead volume [s]
 AVERAGING = 0.2  # of the pressures between two pulses [s]
-CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
-CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
-SIGNIFICANT = 3.0  # standard errors
-WINDOWS = 12  # of averaged pressure, over which the slope is fitted
+CLOSING = 0.085  # after the last switch-off, time in which its valve has closed [s]
+PULSE_CEILING = 200e3  # gauge pressure at which pulses end, within the sensors' range [Pa]
+SIGNIFICANT_LEAK = 3.0  # standard errors
+LEAK_WINDOWS = 12  # averages of the pressure to which the slope is fitted
 
 
 @dataclass(frozen=True)
 class PulseRanges:
     """Ranges of Algorithm 1: durations [s], gauge channel pressures [Pa], skew and speeds.
 
-    `mean_duration` [s] is the scale of the exponential, `speed_ratio` that of deflation over
-    inflation [-]. The thesis has a skew factor of 2 for 400 points and more. With 100 of them a
-    bottle of 0.5 L is carried through the range by a larger one only; and as the longest pulses
-    then carry it up, or down, all others can be as short as those of a controller.
+    `mean_duration` [s] is the scale of the exponential distribution, `speed_ratio` the speed of
+    deflation over that of inflation [-]. The thesis has a skew factor of 2 for 400 points and more.
+    With only 100 points a bottle of 0.5 L needs a larger factor to go through the pressure range;
+    the longest pulses then move it up or down, and all others can be as short as in control.
     """
 
-    shortest: float = 0.045  # just above the slowest opening delay, or a pulse may move nothing
+    shortest: float = 0.045  # just above the slowest opening delay; shorter ones may move no air
     longest: float = 1.5
     mean_duration: float = 0.18
     low_pressure: float = 3e3
@@ -42,9 +42,9 @@ class PulseRanges:
 
 
 class PulseDurations:
-    """Draws pulse durations that carry each channel up and down through its pressure range.
+    """Draws pulse durations that move each channel up and down through its pressure range.
 
-    ERRATUM: Algorithm 1 prints the speed ratio upside down; here the faster deflation gets the
+    ERRATUM: Algorithm 1 has the inverse of the speed ratio; here the faster deflation gets the
     shorter pulses, `t_deflation = t/skew * inflation_speed/deflation_speed`.
 
     Args:
@@ -71,7 +71,7 @@ class PulseDurations:
         span = plan.longest - plan.shortest
         uniform = self._random.uniform(size=len(pressures))
         drawn = -plan.mean_duration * np.log1p(-uniform * -math.expm1(-span / plan.mean_duration))
-        # the shortest pulse is the valve's and knows no skew
+        # the shortest pulse is a property of the valve and not scaled by the skew
         inflation = plan.shortest + drawn * self._skew
         return inflation, plan.shortest + drawn / self._skew / plan.speed_ratio
 
@@ -96,8 +96,8 @@ Step = Generator[Valves, Sample, None]
 
 @dataclass(frozen=True)
 class Rest:
-    """Pressures between two pulses: middle of the window [s], means (n,) [Pa], their variances (n,)
-    [Pa2] and the number of samples. The pressures are absolute.
+    """Absolute pressures between two pulses: middle of the averaging window [s], means (n,) [Pa],
+    variances of the means (n,) [Pa2] and the number of samples.
     """
 
     time: float
@@ -111,12 +111,12 @@ def record_pulses(
     channels: int,
     cycles: int,
     volume: float,
-    settling: float = SETTLING,
+    settling: float = PULSE_SETTLING,
 ) -> Recording:
-    """Inflate and deflate all channels `cycles` times, as a coroutine of samples.
+    """Inflate and deflate all channels `cycles` times, as a generator.
 
-    It yields valves (channels,), wants the next `Sample` sent, and returns the recorded pulses
-    per channel. It starts with all channels at ambient pressure, where it zeroes their sensors.
+    It yields valves (channels,), receives the next `Sample`, and returns the recorded pulses per
+    channel. All channels must be at ambient pressure at first, where their sensors are zeroed.
 
     Args:
         durations: of the pulses.
@@ -134,11 +134,11 @@ def record_pulses(
 
 @dataclass(frozen=True)
 class PlayedPulse:
-    """What was recorded of a pulse on every channel.
+    """Record of a pulse on all channels.
 
-    `direction` +1 or -1, `lengths` (n,) of the commands [s], `times` (samples,) from switch-on
-    [s], `pressures_abs` (samples, n), offsets taken off, and `supply_abs` (samples,) [Pa], and
-    the `before` and `after` of it.
+    `direction` is +1 or -1, `lengths` (n,) are those of the commands [s], `times` (samples,) from
+    switch-on [s], `pressures_abs` (samples, n) without the offsets of the sensors and `supply_abs`
+    (samples,) in [Pa], `before` and `after` the averaged pressures.
     """
 
     direction: int
@@ -151,10 +151,10 @@ class PlayedPulse:
 
 
 class PulseRecorder:
-    """Plays test pulses on all channels at once and keeps what they did.
+    """Carries out test pulses on all channels at once and records them.
 
-    The ground truth of a pulse is `dm = dp V/(R_s T)`, from the pressures averaged before and
-    after it; the average after one pulse is that before the next.
+    The true mass of a pulse is `dm = dp V/(R_s T)`, from the pressures averaged before and after
+    it; the average after one pulse is that before the next.
 
     Args:
         channels: number of channels.
@@ -168,9 +168,9 @@ class PulseRecorder:
         self,
         channels: int,
         volumes: ArrayLike,
-        settling: float = SETTLING,
+        settling: float = PULSE_SETTLING,
         averaging: float = AVERAGING,
-        ceiling: float = CEILING,
+        ceiling: float = PULSE_CEILING,
     ) -> None:
         self.offsets: Floats = np.zeros(channels)  # of the sensors [Pa]
         self.rest = Rest(0.0, np.full(channels, AMBIENT_PRESSURE), np.zeros(channels), 1)
@@ -185,7 +185,7 @@ class PulseRecorder:
         return self.rest.mean - AMBIENT_PRESSURE
 
     def zero(self) -> Step:
-        """Take the pressures as they are for ambient: they give the offsets of the sensors."""
+        """Determine the offsets of the sensors; all channels must be at ambient pressure."""
         reading = yield from average(self._n, 2 * self._averaging)
         self.offsets = reading.mean - AMBIENT_PRESSURE
         self.rest = self._without_offset(reading)
@@ -235,10 +235,10 @@ class PulseRecorder:
             valves = np.where(ended, 0, valves).astype(np.int8)
         return lengths, samples
 
-    # what was recorded
+    # evaluation
 
     def pulses(self) -> list[list[Pulse]]:
-        """The recorded pulses per channel, their integrals by the delays of the valves."""
+        """The recorded pulses per channel, with integrals for the measured valve delays."""
         result: list[list[Pulse]] = [[] for _ in range(self._n)]
         delays = {direction: self._delays(direction) for direction in (1, -1)}
         for played in self._played:
@@ -271,7 +271,7 @@ class PulseRecorder:
         exposure = pressures * (after.time - before.time)
         columns = np.array([played.lengths, *values[1:], moved, noise, exposure])
         return [
-            Pulse(played.direction > 0, *column, (opening, closing))
+            replace(Pulse(played.direction > 0, *column), delays=(opening, closing))
             for column, (opening, closing) in zip(
                 columns.T.tolist(), delays.T.tolist(), strict=True
             )
@@ -294,7 +294,7 @@ def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
     """Regressors of equation 4.1 of a pulse on every channel (5, n).
 
     Args:
-        played: what was recorded.
+        played: record of the pulse.
         delays: of opening and closing (2, n) [s].
     """
     n = len(played.lengths)
@@ -311,7 +311,7 @@ def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
 
 
 def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
-    """Pressures over a duration [s], valves closed."""
+    """Average the pressures over a duration [s] with closed valves."""
     closed = np.zeros(channels, dtype=np.int8)
     sample = yield closed
     start, total, squares, count = sample.time, np.zeros(channels), np.zeros(channels), 0
@@ -332,21 +332,21 @@ def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
 def measure_leaks(
     volumes: Floats, offsets: Floats, duration: float
 ) -> Generator[Valves, Sample, list[Leak]]:
-    """Watch the closed channels, under pressure, for a while.
+    """Measure the leaks of closed channels under pressure.
 
-    The pressure's slope gives the conductance, `k = -dp/dt V/(R_s T)/p_gauge`.
+    The slope of the pressure gives the conductance, `k = -dp/dt V/(R_s T)/p_gauge`.
 
     Args:
         volumes: fixed volumes on the channels (n,) [m3].
         offsets: of the sensors (n,) [Pa].
-        duration: how long to watch [s].
+        duration: of the measurement [s].
 
     Returns:
-        The leak of each channel: 0 below three standard errors, and where there is no pressure.
+        The leak of each channel; 0 below three standard errors, and without pressure.
     """
     rests = []
-    for _ in range(WINDOWS):
-        rests.append((yield from average(len(volumes), duration / WINDOWS)))
+    for _ in range(LEAK_WINDOWS):
+        rests.append((yield from average(len(volumes), duration / LEAK_WINDOWS)))
     capacities = air_mass(1.0, volumes, ROOM_TEMPERATURE).tolist()
     return [
         _leak(rests, channel, capacity, float(offsets[channel]))
@@ -366,4 +366,4 @@ def _leak(rests: list[Rest], channel: int, capacity: float, offset: float) -> Le
     slope = centred @ pressures_abs / (centred @ centred)
     error = per_slope * float(np.sqrt(variance / (centred @ centred)))
     conductance = -per_slope * float(slope)
-    return Leak(conductance if conductance > SIGNIFICANT * error else 0.0, error)
+    return Leak(conductance if conductance > SIGNIFICANT_LEAK * error else 0.0, error)

@@ -7,8 +7,8 @@ import numpy as np
 
 from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import (
+    EQUATION_TERMS,
     NOMINAL_DELAYS,
-    TERMS,
     ChannelCalibration,
     Delays,
     Leak,
@@ -24,12 +24,12 @@ REWEIGHTINGS = 4  # the weights have settled by then
 class Pulse:
     """One recorded test pulse; `mass` [kg] is positive from p_in to p_out.
 
-    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in_abs` and
-    `pressure_out_abs` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
-    [Pa], `duration` that of the electrical command [s],
-    `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
-    channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
-    `delays` [s] are those of opening and closing that the integrals reckon with.
+    `friction` and `injector` are the integrals of equation 4.1 [Pa s]. `pressure_in_abs` and
+    `pressure_out_abs` are absolute pressures at switch-on, that of the supply at switch-off (see
+    `PulseIntegrals`) [Pa]. `duration` is that of the electrical command [s], `noise` the error of
+    `mass` by the sensor, one sigma [kg], 0 if unknown, and `exposure` the channel's gauge pressure
+    times the time between the two measurements [Pa s], for leaks. `delays` [s] of opening and
+    closing are those of the integrals.
     """
 
     inflating: bool
@@ -45,7 +45,7 @@ class Pulse:
 
 
 def regressors(pulses: Sequence[Pulse]) -> Floats:
-    """Design matrix of equation 4.1, columns in the order of `TERMS` (pulses, 5)."""
+    """Design matrix of equation 4.1, columns in the order of `EQUATION_TERMS` (pulses, 5)."""
     return np.array(
         [
             [1.0, pulse.friction, pulse.injector, pulse.pressure_in_abs, pulse.pressure_out_abs]
@@ -61,7 +61,7 @@ def fit_channel(
 
     Args:
         pulses: recorded pulses of both directions.
-        leak: of the channel; what it took during a pulse is put back into the pulse's mass.
+        leak: of the channel; the air that leaked during a pulse is added to the pulse's mass.
         outlet: of the box, counted from 1; 0 if unknown.
 
     Raises:
@@ -98,24 +98,24 @@ def _without_leak(pulse: Pulse, conductance: float) -> Pulse:
 def fit_pulses(pulses: Sequence[Pulse]) -> PulseCoefficients:
     """Fit the coefficients of one direction by weighted linear regression.
 
-    A pulse's weight comes from its noise: that of the sensor, which is known, that of the valve's
-    delays, which grows with the flow, and what equation 4.1 leaves out, which grows with the
-    mass. The latter two are estimated from the residuals. So the short pulses, of which a
-    controller makes most, count for more than the long ones that carry a channel along.
+    The weight of a pulse follows from its noise: that of the sensor, which is known, that of the
+    valve's delays, which grows with the flow, and the error of equation 4.1, which grows with the
+    mass. The latter two are estimated from the residuals. Short pulses, the most frequent ones in
+    control, thus have a larger weight than the long ones that move a channel through its range.
 
-    ERRATUM: for deflation the outlet's column is left out, it is collinear with the bias.
+    ERRATUM: for deflation the outlet's column is left out, as it is collinear with the bias.
 
     Args:
         pulses: recorded pulses, all of one direction.
 
     Raises:
-        ValueError: both directions mixed, too few pulses, or a design that leaves terms
-            undetermined; the message names them.
+        ValueError: both directions mixed, too few pulses, or terms that the pulses do not
+            determine; the message names them.
     """
     directions = {pulse.inflating for pulse in pulses}
     if len(directions) != 1:
         raise ValueError(f"pulses must be of one direction, got {len(directions)} directions")
-    terms = TERMS if directions == {True} else TERMS[:-1]
+    terms = EQUATION_TERMS if directions == {True} else EQUATION_TERMS[:-1]
     design = regressors(pulses)[:, : len(terms)]
     mass = np.array([pulse.mass for pulse in pulses])
     if len(pulses) <= len(terms):
@@ -128,9 +128,9 @@ def fit_pulses(pulses: Sequence[Pulse]) -> PulseCoefficients:
         solution, inverse = _weighted(design / scale, mass, sigma)
         residual = mass - design @ (solution / scale)
         sigma = noise.update(residual)
-    # the noise is known to scale only: the residuals say how large it is
+    # the noise is known up to a factor, which follows from the residuals
     spread = float(np.sum((residual / sigma) ** 2)) / (len(pulses) - len(terms))
-    covariance = np.zeros((len(TERMS), len(TERMS)))
+    covariance = np.zeros((len(EQUATION_TERMS), len(EQUATION_TERMS)))
     covariance[: len(terms), : len(terms)] = spread * inverse / np.outer(scale, scale)
     found = dict(zip(terms, (solution / scale).tolist(), strict=True))
     opening, closing = np.mean([pulse.delays for pulse in pulses], axis=0).tolist()
@@ -158,7 +158,7 @@ class PulseNoise:
 
     Args:
         pulses: of one direction.
-        parameters: how many a fit takes from these pulses.
+        parameters: number of coefficients that are fitted to these pulses.
     """
 
     def __init__(self, pulses: Sequence[Pulse], parameters: int) -> None:
@@ -172,10 +172,10 @@ class PulseNoise:
         self.jitter = 0.0
 
     def update(self, residual: Floats) -> Floats:
-        """Return sigma (pulses,) [kg] that the residuals (pulses,) [kg] speak for."""
+        """Estimate sigma (pulses,) [kg] from the residuals (pulses,) [kg]."""
         if not self._sensor.all():
             return self.sigma
-        # a squared residual scatters as its own expectation does: relative least squares
+        # the scatter of a squared residual is proportional to its mean: relative least squares
         weight = 1 / self.sigma**2
         surplus = self._freedom * residual**2 - self._sensor
         shares = _shares(self._growing * weight[:, None], surplus * weight)
@@ -185,23 +185,23 @@ class PulseNoise:
 
 
 def _shares(columns: Floats, target: Floats) -> Floats:
-    """Least squares in two columns (rows, 2) with no share below 0 (2,)."""
+    """Nonnegative least squares with two columns (rows, 2); returns (2,)."""
     both = np.linalg.lstsq(columns, target, rcond=None)[0]
     if (both >= 0).all():
         return np.asarray(both)
     alone = np.maximum(columns.T @ target, 0.0) / np.sum(columns**2, axis=0)
-    # of the two, the one that explains more stays
+    # the column that explains more is kept
     alone[int(np.argmin(alone * (columns.T @ target)))] = 0.0
     return np.asarray(alone)
 
 
 def refuse_singular(design: Floats, terms: Sequence[str]) -> None:
-    """Raise ValueError, naming the terms, if a scaled design (pulses, k) does not tell them."""
+    """Raise ValueError, naming the terms, if a scaled design (pulses, k) is nearly singular."""
     _, singular, directions = np.linalg.svd(design, full_matrices=False)
     if singular[-1] * CONDITION_LIMIT > singular[0]:
         return
     weight = np.abs(directions[-1])
     named = [term for term, w in zip(terms, weight, strict=True) if w > 0.1 * weight.max()]
     raise ValueError(
-        f"pulses do not tell {' from '.join(named)}: vary supply, channel pressure and duration"
+        f"pulses do not separate {' from '.join(named)}: vary supply, channel pressure and duration"
     )

@@ -1,4 +1,4 @@
-"""Calibration run: what it is to do, its answers to sensor samples, its place in the box."""
+"""Calibration run: its plan, its valves for sensor samples, and its session in the box."""
 
 import math
 from collections.abc import Generator, Sequence
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.recording import (
-    SETTLING,
+    PULSE_SETTLING,
     PulseDurations,
     PulseRanges,
     PulseRecorder,
@@ -24,33 +24,33 @@ from pneumaticbox_driver.observer.coefficients import ChannelCalibration, Leak
 from pneumaticbox_driver.safety import PressureGuard
 from softhand_model.gas import AMBIENT_PRESSURE
 
-LEAST_CHANGE = 10e3  # between two supply pressures, or they do not tell the terms [Pa]
-NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
-VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
-VENT_STILL = 30.0  # [Pa]
-VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
-LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
-LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
+LEAST_CHANGE = 10e3  # between two supply pressures, to separate the terms [Pa]
+NEXT_SUPPLY = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
+VENT_WINDOW = 0.5  # of averages that are compared while the outlets are open [s]
+VENT_STILL = 30.0  # fall of the pressure below which a channel is empty [Pa]
+EMPTYING_LIMIT = 60.0  # a bottle of 0.5 L is empty after a tenth of this time [s]
+LEAK_SETTLING = 3.0  # after filling, until the gas has the temperature of the walls [s]
+LEAST_LIFT = 1e3  # rise of the pressure that inflating pulses must cause [Pa]
 
 
 @dataclass(frozen=True)
 class CalibrationPlan:
     """Plan of a calibration.
 
-    `points` pulses per channel, both directions and all supply pressures together; `supplies` is
-    how many supply pressures there are, between which the run waits for the user; `ranges` gives
-    the ranges of the pulses, `settling` and `averaging` [s] the rest between them; `leak_test` [s]
-    is how long the closed channels are watched at the end, 0 for not at all.
+    `points` is the number of pulses per channel, both directions and all supply pressures together;
+    `supplies` the number of supply pressures, between which the run waits for the user; `ranges`
+    those of the pulses, `settling` and `averaging` [s] the times between them; `leak_test` [s] the
+    duration of the leak test at the end, 0 for none.
 
     Raises:
-        ValueError: naming the entry, what was expected and what was found.
+        ValueError: names the entry, what was expected and what was found.
     """
 
     points: int = 400
     supplies: int = 2
     ranges: PulseRanges = field(default_factory=PulseRanges)
-    settling: float = SETTLING
-    averaging: float = 0.8  # longer than a single pulse needs: few points have to do
+    settling: float = PULSE_SETTLING
+    averaging: float = 0.8  # long, as there are few pulses
     leak_test: float = 30.0
 
     def __post_init__(self) -> None:
@@ -71,29 +71,29 @@ class CalibrationPlan:
 
     @property
     def cycles(self) -> int:
-        """Inflations, and deflations, per channel and supply pressure."""
+        """Number of inflations of each channel at each supply pressure, and of deflations."""
         return math.ceil(self.points / (2 * self.supplies))
 
 
 class CalibrationRun:
-    """Plays a `CalibrationPlan` on all channels at once, sample by sample.
+    """Carries out a `CalibrationPlan` on all channels at once, sample by sample.
 
-    It vents all channels, takes the pressures then for ambient, and plays Algorithm 1 at the
-    present supply pressure. Then it waits, valves closed, for another supply pressure and `next`,
-    until the plan is done; after the leak test the coefficients are fitted.
+    It vents all channels, zeroes their sensors at ambient pressure, and carries out Algorithm 1 at
+    the present supply pressure. Then it waits with closed valves for another supply pressure and
+    `next`, until the plan is done; after the leak test the coefficients are fitted.
 
-    `state` is "running", "waiting", "done" or "failed", `progress` 0 to 1 over the whole plan and
-    `message` a sentence on what it does, waits for, or why it failed.
+    `state` is "running", "waiting", "done" or "failed", `progress` is 0 to 1 over the whole plan,
+    and `message` a sentence on what it does, waits for, or why it failed.
 
     Args:
         channels: names.
         volumes: of the fixed volumes on the channels (n,) [m3].
-        plan: what to do; None for the defaults.
+        plan: of the calibration; None for the defaults.
         seed: of the durations.
-        aside: fit in a thread while samples go on: it takes seconds, too long for a control step.
+        aside: fit in a thread, as the fit takes seconds, too long for a control step.
 
     Raises:
-        ValueError: volumes that are not one a channel, or not above 0.
+        ValueError: the volumes are not one per channel, or not above 0.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class CalibrationRun:
         self.volumes = np.asarray(volumes, dtype=float)
         if self.volumes.shape != (n,) or not (self.volumes > 0).all():
             got = self.volumes.tolist()
-            raise ValueError(f"volumes must be {n} above 0 m3, one a channel, got {got}")
+            raise ValueError(f"volumes must be {n} above 0 m3, one per channel, got {got}")
         self.plan = CalibrationPlan() if plan is None else plan
         self.state = "running"
         self.progress = 0.0
@@ -120,8 +120,8 @@ class CalibrationRun:
         self._supply_abs = AMBIENT_PRESSURE  # of the last sample [Pa]
         self._supplies: list[float] = []  # of the levels so far [Pa]
         self._result: list[ChannelCalibration] = []
-        self._course = self._play()
-        self._valves = next(self._course)
+        self._steps = self._play()
+        self._valves = next(self._steps)
 
     @property
     def under_way(self) -> bool:
@@ -130,15 +130,15 @@ class CalibrationRun:
 
     @property
     def result(self) -> list[ChannelCalibration]:
-        """The calibrations, one a channel; raises ValueError unless the run is done."""
+        """The calibrations, one per channel; raises ValueError unless the run is done."""
         if self.state != "done":
             raise ValueError(f"the calibration has no result: {self.state}, {self.message}")
         return self._result
 
     def on_sample(self, sample: Sample) -> Valves:
-        """Take a sensor sample and return the valves to command (n,); closed when not running.
+        """Return the valves (n,) for a sensor sample; closed unless running.
 
-        A sample that is no number makes the run fail.
+        The run fails for a sample that is not a finite number.
         """
         self._supply_abs = sample.supply_abs
         if self.state != "running":
@@ -147,7 +147,7 @@ class CalibrationRun:
             self.abort("a sensor sample was not a number")
             return self._closed
         try:
-            self._valves = self._course.send(sample)
+            self._valves = self._steps.send(sample)
         except StopIteration:
             self.state, self.progress = "done", 1.0
             self.message = f"calibrated channels {', '.join(self.channels)}"
@@ -158,13 +158,13 @@ class CalibrationRun:
         return self._closed if self.state == "waiting" else self._valves
 
     def next(self) -> str:
-        """Go on at the present supply pressure.
+        """Continue at the present supply pressure.
 
         Returns:
             A sentence on what is done now.
 
         Raises:
-            ValueError: the run does not wait, or the supply pressure is one of before.
+            ValueError: the run does not wait, or has already been at this supply pressure.
         """
         if self.state != "waiting":
             raise ValueError(f"the calibration does not wait: {self.state}, {self.message}")
@@ -176,7 +176,7 @@ class CalibrationRun:
                 f"turn it by {LEAST_CHANGE / 1e3:.0f} kPa or more, then call again"
             )
         self.state = "running"
-        self.message = f"goes on at a supply of {supply / 1e3:.0f} kPa"
+        self.message = f"continues at a supply of {supply / 1e3:.0f} kPa"
         return self.message
 
     def abort(self, reason: str) -> None:
@@ -184,7 +184,7 @@ class CalibrationRun:
         if self.under_way:
             self.state, self.message = "failed", reason
 
-    # the course
+    # the steps of a run
 
     def _play(self) -> Step:
         recorder = PulseRecorder(
@@ -219,7 +219,9 @@ class CalibrationRun:
                 self._check_lift(lifted)
 
     def _check_lift(self, lifted: Floats) -> None:
-        """Raise ValueError if an inlet brings nothing: a plug off, a valve stuck, no supply."""
+        """Raise ValueError for a channel whose pressure did not rise, for example by a loose tube,
+        a stuck valve or a missing supply.
+        """
         for name, pressure in zip(self.channels, lifted.tolist(), strict=True):
             if pressure < LEAST_LIFT:
                 raise ValueError(
@@ -228,11 +230,11 @@ class CalibrationRun:
                 )
 
     def _vent(self) -> Step:
-        """Open all outlets until the pressures fall no more."""
+        """Open all outlets until the pressures no longer fall."""
         outlets: Valves = np.full(len(self.channels), -1, dtype=np.int8)
         sample = yield outlets
         start, before = sample.time, None
-        while sample.time - start < VENT_LIMIT:
+        while sample.time - start < EMPTYING_LIMIT:
             since, total, count = sample.time, np.zeros(len(outlets)), 0
             while sample.time - since < VENT_WINDOW:
                 sample = yield outlets
@@ -245,7 +247,7 @@ class CalibrationRun:
 
     def _wait(self, level: int) -> Step:
         self.state = "waiting"
-        self.message = f"supply pressure {level + 1} of {self.plan.supplies} is done: {NEXT}"
+        self.message = f"supply pressure {level + 1} of {self.plan.supplies} is done: {NEXT_SUPPLY}"
         yield self._closed
 
     def _leaks(self, recorder: PulseRecorder) -> Generator[Valves, Sample, list[Leak]]:
@@ -262,7 +264,7 @@ class CalibrationRun:
         target = self.plan.ranges.high_pressure + AMBIENT_PRESSURE
         sample = yield self._closed
         start = sample.time
-        while sample.time - start < VENT_LIMIT:
+        while sample.time - start < EMPTYING_LIMIT:
             wanted = sample.pressures_abs - recorder.offsets < target
             if not wanted.any():
                 break
@@ -295,7 +297,7 @@ class CalibrationRun:
 
 
 class CalibrationSession:
-    """Holds the calibration that has been started last; `run` is None before the first one.
+    """The latest calibration of a box; `run` is None before the first one.
 
     Args:
         channels: names of the box's channels.
@@ -307,14 +309,14 @@ class CalibrationSession:
 
     @property
     def under_way(self) -> bool:
-        """Whether a calibration answers the samples now."""
+        """Whether a calibration commands the valves now."""
         return self.run is not None and self.run.under_way
 
     def start(self, run: CalibrationRun) -> str:
         """Begin a calibration of all channels; returns a sentence.
 
         Raises:
-            ValueError: one is under way already, or the run is for other channels.
+            ValueError: a calibration is running, or the run is for other channels.
         """
         self.refuse_under_way()
         if tuple(run.channels) != self._channels:
@@ -324,23 +326,23 @@ class CalibrationSession:
         return f"calibration has begun: {run.message}"
 
     def refuse_under_way(self) -> None:
-        """Raise ValueError while a calibration is under way: it alone commands the valves."""
+        """Raise ValueError while a calibration is running, which commands the valves."""
         if self.run is not None and self.run.under_way:
             raise ValueError(f"a calibration is under way: {self.run.message}")
 
     def next(self) -> str:
-        """Go on at another supply pressure; raises ValueError when nothing waits for it."""
+        """Continue at another supply pressure; raises ValueError unless a run waits for it."""
         if self.run is None:
             raise ValueError("no calibration is under way: call pneumaticbox/calibrate first")
         return self.run.next()
 
     def answer(self, time: float, readings: Floats, guard: PressureGuard) -> Valves:
-        """Valves (n,) that the calibration wants.
+        """Valves (n,) of the calibration for a sample.
 
         Args:
             time: of the sample [s].
-            readings: absolute pressures as the sensors gave them, supply last (n + 1,) [Pa].
-            guard: of the pressure limits; where it relieves a channel, pulses are spoilt.
+            readings: absolute pressures as read by the sensors, supply last (n + 1,) [Pa].
+            guard: of the pressure limits; the run fails when it relieves a channel.
         """
         run = self.run
         if run is None:
@@ -351,6 +353,6 @@ class CalibrationSession:
         return run.on_sample(Sample.of(time, readings))
 
     def abort(self, reason: str) -> None:
-        """End a calibration that is under way, without a result."""
+        """End a running calibration without a result."""
         if self.run is not None:
             self.run.abort(reason)

@@ -1,4 +1,4 @@
-"""Control of all channels, each in its own mode, within what slow valves can follow."""
+"""Control of all channels, each in its own mode, within the limits of slow valves."""
 
 from collections.abc import Callable, Sequence
 
@@ -16,7 +16,7 @@ from pneumaticbox_driver.modes import check_mode
 
 
 class ControlError(RuntimeError):
-    """The controller of a `mode` has failed; `channels` are the indices of those in it."""
+    """The controller of a `mode` has failed; `channels` are the indices of its channels."""
 
     def __init__(self, mode: str, channels: list[int]) -> None:
         super().__init__(f"controller of mode {mode}")
@@ -24,7 +24,7 @@ class ControlError(RuntimeError):
 
 
 class TimeController:
-    """Commands what the schedule says: setpoints +1 inflate, -1 deflate, 0 or none closed."""
+    """Commands the valves of the schedule: +1 inflate, -1 deflate, 0 or no setpoint closed."""
 
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,)."""
@@ -38,7 +38,7 @@ CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "volume": lambda: PulsewiseController(Volume()),
     "time": TimeController,
 }
-# the setpoint (n,) that holds what is now, by pressures averaged over a while (n,) [Pa]
+# the setpoint (n,) that keeps the present state, from averaged pressures (n,) [Pa]
 PRESENT: dict[str, Callable[[BoxView, Floats], Floats]] = {
     "mass": lambda view, steady_abs: view.observer.mass,
     "pressure": lambda view, steady_abs: steady_abs - view.ambient,
@@ -47,9 +47,9 @@ PRESENT: dict[str, Callable[[BoxView, Floats], Floats]] = {
 
 
 class ChannelControl:
-    """One controller per mode in use; each sees all channels and decides on those in its mode.
+    """One controller per used mode, which computes the valves of the channels in its mode.
 
-    `modes` (n,) are those of the channels now.
+    `modes` (n,) are the present ones of the channels.
 
     Args:
         modes: of the channels at the start (n,).
@@ -67,7 +67,7 @@ class ChannelControl:
         rehearse_mass_control(len(modes))
 
     def switch(self, modes: Sequence[str]) -> None:
-        """Put the channels into these modes (n,); raises ValueError and changes nothing then."""
+        """Change the modes (n,); raises ValueError for an unknown one and then changes nothing."""
         before = self._controllers
         controllers = {
             mode: before.get(mode) or CONTROLLERS[check_mode(mode).name]() for mode in modes
@@ -76,7 +76,7 @@ class ChannelControl:
         self._masks = {mode: np.array([m == mode for m in modes]) for mode in controllers}
 
     def restart(self) -> None:
-        """Forget what the controllers have learnt: the user has reset the box."""
+        """Clear the state of the controllers after a reset of the box."""
         self._controllers = {}
         self.switch(self.modes)
 
@@ -93,7 +93,7 @@ class ChannelControl:
         """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed.
 
         Raises:
-            ControlError: a controller has failed; its cause says how.
+            ControlError: a controller has failed; `__cause__` is its error.
         """
         wanted, setpoints = self._closed, view.setpoints
         for mode, controller in self._controllers.items():
@@ -109,14 +109,14 @@ class ChannelControl:
 class PulseTiming:
     """Keeps a valve open for the shortest pulse and closed for the shortest pause.
 
-    A pulse shorter than the delays of the valve (20-40 ms) may move no air at all, and one that
-    follows too soon begins before the last one has ended: equation 4.1 holds for neither. One
-    outlet follows the other only through a pause.
+    A pulse shorter than the delays of the valve (20-40 ms) may move no air at all, and a pulse
+    after too short a pause begins before the last one has ended: equation 4.1 holds for neither.
+    Between inflation and deflation there is always a pause.
 
     Args:
         channels: number of channels.
-        shortest_pulse: least time a valve stays open [s].
-        shortest_pause: least time it stays closed [s].
+        shortest_pulse: smallest time for which a valve is open [s].
+        shortest_pause: smallest time for which it is closed [s].
     """
 
     def __init__(self, channels: int, shortest_pulse: float, shortest_pause: float) -> None:
@@ -144,5 +144,5 @@ class PulseTiming:
         self._switched[changed] = time
 
     def restart(self) -> None:
-        """Forget the past: time has been set back."""
+        """Clear the switching times, for a clock that was set back."""
         self._switched[:] = -np.inf

@@ -1,4 +1,4 @@
-"""Interface of the controllers: what one sees of the box, and what it has to answer."""
+"""Interface of the controllers: their input from the box and their output."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -9,20 +9,19 @@ from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 
-OPENING_SHARE = 0.55  # of the smallest pulse; above one half, so that a pulse lessens the error
-LEAST_ERROR = 1e-7  # a valve does not open for less [kg]
+OPENING_SHARE = 0.55  # of the smallest pulse; above one half, so that a pulse reduces the error
+LEAST_ERROR = 1e-7  # smaller errors open no valve [kg]
 
 
 @dataclass
 class BoxView:
-    """State of all channels at one sensor sample; arrays (n,), SI.
+    """State of all channels at one sensor sample; arrays (n,), SI units.
 
-    `direction` is what the valves are commanded to now, `empty` marks channels known to be at
-    ambient pressure since their outlet was last open, `shortest_pulse` [s] is what the valves
-    can follow, `dt` [s] the time from sample to sample, `mine` marks the channels that the asked
-    controller decides on; the box sets these anew for each sample. `setpoints` are NaN where there
-    is none, and on channels that are not the asked controller's. `gas` is the product of gas
-    constant and temperature [J/kg], `limits` are gauge pressures [Pa].
+    `direction` are the presently commanded valves, `empty` marks channels known to be at ambient
+    pressure since their outlet was last open, `shortest_pulse` [s] is that of the valves, `dt` [s]
+    the time since the last sample, `mine` marks the channels of the called controller. `setpoints`
+    are NaN for none and for channels of other controllers. `gas` is the product of gas constant and
+    temperature [J/kg], `limits` are gauge pressures [Pa].
     """
 
     observer: MassObserver
@@ -47,7 +46,7 @@ class BoxView:
 
 
 class Controller(Protocol):
-    """Decides on the valves of all channels; the box takes those in the controller's mode."""
+    """Computes valves of all channels, of which those in the controller's mode are used."""
 
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed."""

@@ -8,17 +8,17 @@ from pneumaticbox_driver.control.interface import (
     OPENING_SHARE,
     BoxView,
 )
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled
 
-LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
+LONGEST_REFERENCE_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
 
 
 class MassController:
     """Opens a valve when the error exceeds the threshold, closes it when the error changes sign.
 
-    The threshold is a good half of what the smallest pulse would move, so the channel ends
-    within one smallest pulse of its target. The observer's estimate is that of the mass after the
-    valve has closed, so the delay of the valve is anticipated.
+    The threshold is OPENING_SHARE of the mass of the smallest pulse, so that the final error is
+    below the mass of one smallest pulse. The observer estimates the mass after the valve has
+    closed, which compensates the delay of the valve.
 
     A target of zero or below empties the channel to ambient pressure, where its mass is known.
     """
@@ -33,7 +33,7 @@ def follow_mass(view: BoxView, target: Floats) -> Valves:
     observer = view.observer
     pulses = observer.pulse_mass(view.shortest_pulse, view.pressures_abs, view.supply_abs)
     wanted = np.empty_like(view.direction)
-    # a valve closes at the sample that comes nearest to the target
+    # a valve closes at the sample that is nearest to the target
     ahead = 0.5 * view.dt
     now = observer.mass, observer.flow
     _decide(target, now, pulses, view.direction, view.empty, ahead, wanted)
@@ -41,7 +41,7 @@ def follow_mass(view: BoxView, target: Floats) -> Valves:
 
 
 def rehearse_mass_control(channels: int) -> None:
-    """Let the kernel be compiled, or loaded, before a sample waits for it."""
+    """Compile or load the kernel before the first sample."""
     zeros, valves = np.zeros(channels), np.zeros(channels, dtype=np.int8)
     pair = zeros, zeros
     _decide(zeros, pair, pair, valves, np.zeros(channels, dtype=bool), 0.0, valves)
@@ -63,7 +63,7 @@ def _decide(
         error = target[i] - mass[i]
         wanted[i] = 0
         if target[i] <= 0:
-            # there is no less than empty, where the mass is known
+            # at ambient pressure the channel is empty and its mass known
             wanted[i] = 0 if empty[i] else -1
         elif direction[i] != 0:
             if direction[i] * error > ahead * abs(flow[i]):
@@ -75,12 +75,12 @@ def _decide(
 
 
 class MassFlowController:
-    """Integrates the wanted flow into a reference and follows it as mass control does.
+    """Integrates the setpoint of the flow to a reference mass and controls the mass to it.
 
-    Valves that are only open or closed give the flow on the mean over their pulses. Where they
-    cannot follow, the reference waits a few smallest pulses ahead of the estimate, so that nothing
-    is caught up after the flow has ended. It stands at the estimate while there is no setpoint. A
-    flow out of an empty channel empties it.
+    With on-off valves the flow is correct on average over several pulses. When the valves cannot
+    follow, the reference is limited to a few smallest pulses ahead of the estimate, so that no flow
+    remains to be made up later. Without a setpoint the reference is the estimate. A negative flow
+    empties an empty channel.
     """
 
     def __init__(self) -> None:
@@ -98,9 +98,9 @@ class MassFlowController:
         gain, loss = view.observer.pulse_mass(
             view.shortest_pulse, view.pressures_abs, view.supply_abs
         )
-        lead = LONGEST_LEAD * np.maximum(np.maximum(gain, loss), LEAST_ERROR)
+        lead = LONGEST_REFERENCE_LEAD * np.maximum(np.maximum(gain, loss), LEAST_ERROR)
         reference = np.maximum(np.clip(reference, mass - lead, mass + lead), 0.0)
         self._reference, self._following = reference, following
-        # nothing is let out of a channel for a drifted estimate below zero while no flow is wanted
+        # a drifted, negative estimate must not open the outlet while the setpoint is zero
         target = np.where(following & ((reference > 0) | (flow < 0)), reference, np.nan)
         return follow_mass(view, target)

@@ -1,9 +1,9 @@
-"""Control of pressure or volume by single pulses, each judged when it has settled (section 4.1).
+"""Control of pressure or volume by single pulses, evaluated after settling (section 4.1).
 
-While air flows a pressure sensor in the box sees the drop along the tube, and the valve's delay
-makes what it reads old. So a pulse is not closed in a loop around the sensor: the air that it takes
-to reach the target is computed when it begins, the observer says when it has moved, and the
-pressure is judged anew when it has settled.
+During flow the reading of a pressure sensor in the box includes the pressure drop along the tube,
+and the valve's delay makes it late. A pulse is therefore not controlled by the sensor: the required
+air mass is computed when the pulse begins, the observer tells when it has moved, and the pressure
+is evaluated again after settling.
 """
 
 from typing import Protocol
@@ -16,40 +16,40 @@ from pneumaticbox_driver.observer.coefficients import VALVE_DELAY
 from pneumaticbox_driver.observer.volume_model import pressure_after
 from pneumaticbox_driver.safety import RELIEF_END
 
-SETTLING = 0.12  # from the command that closes a valve until the pressure is judged [s]
-LEAST_SAMPLES = 10  # that are averaged before it is judged
-MOST_SAMPLES = 50  # over which the average reaches back
-NOISE = 100.0  # of one sample of a channel's pressure, converter included, one sigma [Pa]
-SIGNIFICANT = 3.0  # times the noise of the average: a pulse is not opened for less [-]
-LESSON = 500.0  # change, as one of pressure, by which a pulse tells as much as all before it [Pa]
-FOREIGN = 1000.0  # change of pressure without a pulse: something pushed, or let go [Pa]
-PLAUSIBLE_RATIO = (0.2, 10.0)  # of the air that it took over the air that the model asks for
-CEILING = RELIEF_END  # of the pressure limit; nothing is inflated beyond it [-]
+JUDGING_DELAY = 0.12  # from the command that closes a valve to the average of the pressure [s]
+LEAST_AVERAGED = 10  # samples in the average before the pressure is evaluated
+AVERAGED_SAMPLES = 50  # in the average
+PRESSURE_NOISE = 100.0  # of one sample of a channel's pressure, converter included, one sigma [Pa]
+SIGNIFICANT_RISE = 3.0  # times the noise of the average; smaller errors cause no pulse [-]
+LEARNING_SCALE = 500.0  # change of pressure by which a pulse has the weight of all before [Pa]
+FOREIGN_CHANGE = 1000.0  # change of pressure without a pulse that means a contact or release [Pa]
+PLAUSIBLE_RATIO = (0.2, 10.0)  # of the required air mass over that of the model
+INFLATION_CEILING = RELIEF_END  # share of the pressure limit at which inflation ends [-]
 State = tuple[Floats, Floats]  # gauge pressures [Pa] and volumes [m3], (n,) each
 
 
 class Quantity(Protocol):
-    """What is controlled, by its values (n,) in its own unit."""
+    """The controlled quantity; its values (n,) are in its own unit."""
 
     def state(self, view: BoxView, pressures: Floats) -> State:
-        """State now, from averaged gauge `pressures` (n,) [Pa]."""
+        """Present state, from averaged gauge `pressures` (n,) [Pa]."""
         ...
 
     def value(self, view: BoxView, state: State) -> Floats:
-        """What is controlled, in a state."""
+        """Value of the quantity in a state (n,)."""
         ...
 
     def goal(self, view: BoxView, state: State, value: Floats) -> State:
-        """State in which a free actuator has a `value`, as seen from the present one."""
+        """State with the given values (n,), reached from `state` by a free actuator."""
         ...
 
     def evidence(self, view: BoxView, change: Floats, moved: Floats) -> Floats:
-        """How much a pulse tells, as a change of pressure (n,) [Pa]; 0 for nothing.
+        """Weight of a pulse in learning, as a change of pressure (n,) [Pa]; 0 for none.
 
         Args:
             view: of the box.
-            change: of what is controlled, by the pulse.
-            moved: air, by the pulse (n,) [kg].
+            change: of the quantity by the pulse (n,).
+            moved: air mass of the pulse (n,) [kg].
         """
         ...
 
@@ -59,33 +59,32 @@ class Quantity(Protocol):
 
 
 class PulsewiseController:
-    """Opens a valve for the air that is needed by the volume model, and learns from the pulse.
+    """Opens a valve for the air mass that the volume model requires, and learns from the pulse.
 
-    The ratio of the air that a pulse moved over that which the model asks for what it did to the
-    controlled quantity tells how compliant the actuator is where it is now, free or against an
-    object; the next pulse is shortened or lengthened by it, so that a wrong model does not make
-    the valves take turns. Against an object a change of pressure takes less air than in free
-    posture and a change of volume takes more, up to a volume that no air changes: then the
-    pressure limit ends it, and `saturated` (n,) says so. What was learnt is forgotten when the
-    pressure changes by itself: the actuator has met an object, or left it.
+    After a pulse, the moved air mass is divided by the mass that the model requires for the
+    measured change. This ratio describes the compliance of the actuator, free or in contact, and
+    scales the next pulse, so that a wrong model does not cause alternating pulses. In contact a
+    change of pressure needs less air than in free posture, and a change of volume more. If no air
+    mass changes the volume, inflation ends at the pressure limit and `saturated` (n,) is set. The
+    ratio is reset when the pressure changes without a pulse, as the contact has changed.
 
     Args:
-        quantity: that is controlled.
+        quantity: to control.
     """
 
     def __init__(self, quantity: Quantity) -> None:
         self._quantity = quantity
-        self._rest: Floats = np.empty(0)  # for which the valve has been closed [s]
+        self._rest: Floats = np.empty(0)  # time since the valve was closed [s]
         self.saturated: Flags = np.zeros(0, dtype=bool)
 
     def _begin(self, view: BoxView) -> None:
         n = len(view.pressures_abs)
-        self._rest = np.full(n, SETTLING)
+        self._rest = np.full(n, JUDGING_DELAY)
         self._count = np.zeros(n)  # of samples in the average
         self._mean = view.pressures_abs - view.ambient
         self._ratio = np.ones(n)
-        self._pulsed, self.saturated = np.zeros((2, n), dtype=bool)  # _pulsed: not judged yet
-        self._left_at = self._mean.copy()  # gauge pressure at the last look [Pa]
+        self._pulsed, self.saturated = np.zeros((2, n), dtype=bool)  # _pulsed: not evaluated
+        self._left_at = self._mean.copy()  # gauge pressure at the last evaluation [Pa]
         self._start_gauge, self._start_volume, self._start_mass = np.zeros((3, n))
 
     def update(self, view: BoxView) -> Valves:
@@ -94,29 +93,29 @@ class PulsewiseController:
             self._begin(view)
         is_open = view.direction != 0
         self._average(view, is_open)
-        settled = ~is_open & (self._count >= LEAST_SAMPLES) & view.mine
+        settled = ~is_open & (self._count >= LEAST_AVERAGED) & view.mine
         wanted = np.zeros_like(view.direction)
         if (is_open & view.mine).any():
             wanted = np.where(self._unfinished(view), view.direction, 0)
         if settled.any():
             wanted = np.where(settled, self._opened(view, settled), wanted)
-        # there is no less than empty: the outlet is open until the channel is at ambient pressure
+        # a target of zero or below empties the channel to ambient pressure
         emptied = np.where(view.empty, 0, -1)
         return np.where(view.setpoints <= 0, emptied, wanted).astype(np.int8)
 
     def _average(self, view: BoxView, is_open: Flags) -> None:
         self._rest = np.where(is_open, 0.0, self._rest + view.dt)
-        self._count = np.where(self._rest < SETTLING, 0.0, self._count + 1.0)
-        weight = 1.0 / np.clip(self._count, 1.0, MOST_SAMPLES)
+        self._count = np.where(self._rest < JUDGING_DELAY, 0.0, self._count + 1.0)
+        weight = 1.0 / np.clip(self._count, 1.0, AVERAGED_SAMPLES)
         self._mean = self._mean + weight * (view.pressures_abs - view.ambient - self._mean)
 
     def _modelled(self, view: BoxView, state: State, value: Floats) -> tuple[Floats, Floats]:
-        """Air [kg] that leads from a state to a value by the model, and the rise [Pa]."""
+        """Air mass [kg] from a state to a value by the model, and the rise of pressure [Pa]."""
         goal = self._quantity.goal(view, state, value)
         return _product(view, *goal) - _product(view, *state), goal[0] - state[0]
 
     def _needed(self, view: BoxView, state: State) -> tuple[Floats, Floats]:
-        """Air [kg] that leads from a state to the setpoint, and the rise [Pa]; without one 0."""
+        """Air mass [kg] from a state to the setpoint and rise of pressure [Pa]; 0 without one."""
         value = np.where(
             np.isnan(view.setpoints),
             self._quantity.value(view, state),
@@ -130,8 +129,8 @@ class PulsewiseController:
         self._forget(settled, pressures)
         self._learn(view, settled & self._pulsed, state)
         needed, rise = self._needed(view, state)
-        count = np.clip(self._count, 1.0, MOST_SAMPLES)
-        sure = np.abs(rise) > SIGNIFICANT * NOISE / np.sqrt(count)
+        count = np.clip(self._count, 1.0, AVERAGED_SAMPLES)
+        sure = np.abs(rise) > SIGNIFICANT_RISE * PRESSURE_NOISE / np.sqrt(count)
         opened = np.where(sure, _worth_a_pulse(view, needed), 0)
         full = (opened > 0) & ~_has_room(view, pressures, volume)
         self.saturated = np.where(settled, full, self.saturated)
@@ -144,14 +143,14 @@ class PulsewiseController:
         return opened.astype(np.int8)
 
     def _forget(self, settled: Flags, pressures: Floats) -> None:
-        """Begin to learn anew where the pressure has changed by itself since it was left."""
-        foreign = settled & ~self._pulsed & (np.abs(pressures - self._left_at) > FOREIGN)
+        """Reset the ratio of channels whose pressure has changed without a pulse."""
+        foreign = settled & ~self._pulsed & (np.abs(pressures - self._left_at) > FOREIGN_CHANGE)
         self._ratio = np.where(foreign, 1.0, self._ratio)
         seen = foreign | (settled & self._pulsed)
         self._left_at = np.where(seen, pressures, self._left_at)
 
     def _learn(self, view: BoxView, judged: Flags, state: State) -> None:
-        """Compare what the last pulses moved with what the model asks for what they did."""
+        """Compare the air masses of the last pulses with those of the model for their effects."""
         if not judged.any():
             return
         self._pulsed &= ~judged
@@ -161,10 +160,10 @@ class PulsewiseController:
         asked, _ = self._modelled(view, start, value)
         change = value - self._quantity.value(view, start)
         evidence = self._quantity.evidence(view, change, moved)
-        # pulses that have done nothing, or less: the most air that is plausible
+        # pulses without effect, or with the opposite one, get the largest plausible ratio
         least = np.maximum(np.abs(moved), LEAST_ERROR) / PLAUSIBLE_RATIO[1]
         ratio = np.abs(moved) / np.maximum(np.sign(moved) * asked, least)
-        weight = np.where(judged, evidence / (evidence + LESSON), 0.0)
+        weight = np.where(judged, evidence / (evidence + LEARNING_SCALE), 0.0)
         ratio = np.where(weight > 0, np.maximum(ratio, PLAUSIBLE_RATIO[0]), 0.0)
         self._ratio = self._ratio + weight * (ratio - self._ratio)
 
@@ -172,18 +171,18 @@ class PulsewiseController:
         needed, _ = self._needed(view, (self._start_gauge, self._start_volume))
         left = needed - (view.observer.mass - self._start_mass)
         margin = (0.5 * view.dt) * np.abs(view.observer.flow)
-        passed = self._quantity.passed(view, SIGNIFICANT * NOISE)
+        passed = self._quantity.passed(view, SIGNIFICANT_RISE * PRESSURE_NOISE)
         gauge = view.pressures_abs - view.ambient
         to_come = VALVE_DELAY * view.observer.flow * view.gas / view.volume_at(view.pressures_abs)
-        full = (view.direction > 0) & (gauge + to_come > CEILING * view.limits)
+        full = (view.direction > 0) & (gauge + to_come > INFLATION_CEILING * view.limits)
         return np.asarray((view.direction * left > margin) & ~passed & ~full)
 
 
 def _worth_a_pulse(view: BoxView, needed: Floats) -> Valves:
-    """Which valves to open for masses (n,) [kg] that are `needed`.
+    """Valves (n,) to open for the masses `needed` (n,) [kg].
 
-    None opens for less than a good half of what the smallest pulse would move from the present
-    pressures, by equation 4.1: so a pulse always leaves a smaller error than it found.
+    A valve opens only for more than OPENING_SHARE of the mass of the smallest pulse by equation
+    4.1, so that a pulse always reduces the error.
     """
     gain, loss = view.observer.pulse_mass(view.shortest_pulse, view.pressures_abs, view.supply_abs)
     inflate = needed > np.maximum(OPENING_SHARE * gain, LEAST_ERROR)
@@ -192,13 +191,13 @@ def _worth_a_pulse(view: BoxView, needed: Floats) -> Valves:
 
 
 def _has_room(view: BoxView, pressures: Floats, volume: Floats) -> Flags:
-    """Where the smallest pulse stays below the ceiling, whether or not the volume gives way."""
+    """Channels that stay below the ceiling in the smallest pulse, even with a rigid volume (n,)."""
     gain, _ = view.observer.pulse_mass(view.shortest_pulse, view.pressures_abs, view.supply_abs)
-    return np.asarray(pressures + gain * view.gas / volume < CEILING * view.limits)
+    return np.asarray(pressures + gain * view.gas / volume < INFLATION_CEILING * view.limits)
 
 
 def _product(view: BoxView, pressures: Floats, volume: Floats) -> Floats:
-    """Air (n,) [kg] in volumes at gauge pressures."""
+    """Air masses (n,) [kg] in volumes [m3] at gauge pressures [Pa]."""
     return np.asarray((pressures + view.ambient) * volume / view.gas)
 
 
@@ -220,9 +219,9 @@ class Pressure:
         return value, volume + model.volumes(value) - model.volumes(pressures)
 
     def evidence(self, view: BoxView, change: Floats, moved: Floats) -> Floats:
-        """The change of pressure itself (n,) [Pa], if it is that of the air."""
+        """The change of pressure (n,) [Pa] if it has the sign of the moved air, else 0."""
         size = np.where(change * moved > 0, np.abs(change), 0.0)
-        return np.where(size > NOISE, size, 0.0)
+        return np.where(size > PRESSURE_NOISE, size, 0.0)
 
     def passed(self, view: BoxView, margin: float) -> Flags:
         """Whether the pressure has passed its setpoint by a `margin` [Pa] (n,)."""
@@ -248,9 +247,9 @@ class Volume:
         return pressure_after(view.volume_model, pressures, target - volume), target
 
     def evidence(self, view: BoxView, change: Floats, moved: Floats) -> Floats:
-        """What the air would do to the pressure of a volume that does not give way (n,) [Pa]."""
+        """Change of pressure (n,) [Pa] by the moved air in a rigid volume."""
         size = np.abs(moved) * view.gas / view.volume_at(view.pressures_abs)
-        return np.where(size > NOISE, size, 0.0)
+        return np.where(size > PRESSURE_NOISE, size, 0.0)
 
     def passed(self, view: BoxView, margin: float) -> Flags:
         """Whether the volume has passed its setpoint by a `margin` of pressure [Pa] (n,)."""

@@ -1,1 +1,1 @@
-"""Faults of valves, tubes and sensors, recognised from what pulses do."""
+"""Faults of valves, tubes and sensors, detected from the effects of pulses."""

@@ -1,16 +1,17 @@
-"""Fault watch: recognises broken valves, tubes, sensors and supply from the pressures."""
+"""Fault watch: detects faults of valves, tubes, sensors and supply from the pressures."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import betaincinv
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.faults.pulse_effect import (
+    EFFECT_SETTLING,
     LEAST_DROP,
+    PRESSURE_SMOOTHING,
     RANGE_END,
-    SETTLING,
-    SMOOTHING,
     UNMOVED,
     PulseEffect,
     Seen,
@@ -18,14 +19,18 @@ from pneumaticbox_driver.faults.pulse_effect import (
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 
-LESSON = 100  # samples from which a sensor's noise is learnt
-# A sensor whose noise is far below its converter's step stands still in its own right. These mark
-# noise that shows wherever between two steps the pressure lies: it turns back at a fifth of the
-# samples, and reaches four readings. Both together rule out noise at one edge, and a slow drift.
+LEARNING_SAMPLES = 100  # from which the noise of a sensor is learnt
+# The reading of a sensor with noise far below the step of its converter may be constant without a
+# fault. A sensor has sufficient noise if a fifth of its changes reverse direction and it has four
+# different readings: this excludes noise at the edge of one step, and slow drift.
 LEAST_REVERSALS = 0.2
 LEAST_READINGS = 4
-CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
-PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
+FROZEN_CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
+COMMON_NOISE = 0.5  # correlation of sensors' noise from which it is that of one source
+# Sensors that stand still together may do so for a moment because a board hands out old readings.
+FEWEST_TOGETHER = 10
+REPEATS_DOUBT = 1e-3  # that a sensor repeats readings more often than its lesson lets one expect
+FAULT_PERIOD = 0.008  # between two checks of pulses, whose effects take ten times as long [s]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
 # by that share, with nothing in it that pulls.
 SURPLUS = 0.05  # of the fill at rest
@@ -33,15 +38,16 @@ LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
 EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
 # The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
 NO_SUPPLY = 20e3  # gauge [Pa]
-SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
-SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
-BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
+SUPPLY_SEEN = 40e3  # gauge; above it there is a supply [Pa]
+SUPPLY_PATIENCE = 0.05  # longer than noise and the drop by a pulse [s]
+BACKFLOW_PATIENCE = 0.1  # after the opening of an inlet, which takes 40 ms [s]
 
 
 class FrozenReading:
-    """Learns at rest how readings differ, and marks sensors that repeat one for too long.
+    """Learns the noise of sensors at rest, and marks sensors with a constant reading.
 
-    `frozen` (m,) marks them, `run` (m,) counts the equal readings in a row. A sensor without
+    `frozen` (m,) marks them, `run` (m,) counts the equal readings in a row. Sensors with noise of
+    their own that all stand still are marked sooner, as the chances multiply. A sensor without
     visible noise is never marked. `noise` (m,) is one sigma [Pa], infinite until it is learnt.
 
     Args:
@@ -50,6 +56,8 @@ class FrozenReading:
 
     def __init__(self, sensors: int) -> None:
         self._longest: Floats = np.full(sensors, np.inf)  # run that noise may bring about
+        self._together: Flags = np.zeros(sensors, dtype=bool)  # whose noise shows and is their own
+        self._longest_together = np.inf  # run of all those that noise may bring about
         self._last: Floats = np.full(sensors, np.nan)
         self._lesson: list[Floats] = []
         self._learnt = False
@@ -59,18 +67,21 @@ class FrozenReading:
     @property
     def frozen(self) -> Flags:
         """Sensors whose reading stands still (m,)."""
-        return self.run > self._longest
+        frozen = self.run > self._longest
+        if self._together.any() and self.run[self._together].min() > self._longest_together:
+            frozen |= self._together
+        return frozen
 
     def look(self, readings: Floats, in_range: Flags) -> None:
-        """Take the readings of one sample (m,), as the sensors gave them.
+        """Add the unprocessed readings of one sample (m,).
 
-        Those not `in_range` (m,) may well stand still.
+        Sensors that are not `in_range` (m,) may have a constant reading without a fault.
         """
         self.run = np.where((readings == self._last) & in_range, self.run + 1.0, 0.0)
         self._last = readings
         if not self._learnt:
             self._lesson.append(readings)
-            if len(self._lesson) == LESSON:
+            if len(self._lesson) == LEARNING_SAMPLES:
                 self._learn(np.array(self._lesson))
                 self._lesson.clear()
 
@@ -83,19 +94,44 @@ class FrozenReading:
             readings = len(np.unique(lesson[:, sensor]))
             if reversals[sensor] < LEAST_REVERSALS or readings < LEAST_READINGS:
                 continue
-            # half the share that was seen: it varies with where between two steps the pressure is
-            share = 0.5 * float(np.mean(steps[:, sensor] != 0))
-            self._longest[sensor] = math.log(CHANCE) / math.log1p(-share)
+            repeats = _share_of_repeats(steps[:, sensor], self.noise[sensor])
+            self._longest[sensor] = math.log(FROZEN_CHANCE) / math.log(repeats)
+        noisy = np.isfinite(self._longest)
+        if noisy.any() and _greatest_correlation(steps[:, noisy]) < COMMON_NOISE:
+            self._together = noisy
+            chance = 1.0 / np.sum(1.0 / self._longest[noisy])  # the logarithms add up
+            self._longest_together = max(float(chance), FEWEST_TOGETHER)
+
+
+def _greatest_correlation(steps: Floats) -> float:
+    """Greatest correlation between columns of `steps` (n, k)."""
+    correlations = np.atleast_2d(np.corrcoef(steps, rowvar=False))
+    return float(np.abs(np.triu(correlations, 1)).max())
+
+
+def _share_of_repeats(steps: Floats, noise: float) -> float:
+    """Upper bound of the probability that a reading equals the one before it, wherever between two
+    steps of the converter the pressure lies.
+
+    The larger of two bounds: the upper confidence limit (Clopper and Pearson) of the share among
+    `steps` (n,) [Pa], the differences of readings, and the share of normal noise of one sigma
+    `noise` [Pa] in the step of the converter around its mean. The latter also holds for noise that
+    is correlated from sample to sample (AR(1)): `noise` then is at most that of its innovations.
+    """
+    moved = np.abs(steps[steps != 0])
+    equal = len(steps) - len(moved)
+    seen = float(betaincinv(equal + 1, len(steps) - equal, 1.0 - REPEATS_DOUBT))
+    return max(seen, math.erf(moved.min() / (2.0 * math.sqrt(2.0) * noise)))
 
 
 @dataclass(frozen=True)
 class FaultView:
-    """What the watch sees of the box when it looks; arrays (n,), SI, pressures gauge.
+    """State of the box for the fault watch; arrays (n,), SI units, gauge pressures.
 
     `valves` were commanded until now, `flow` [kg/s] is predicted for them; `mass` [kg] is the
-    estimate above rest, `mass_known` marks where it means anything: not in a calibration, and not
-    in a channel emptied while its actuator is held away from rest. `ready` tells that the sensors
-    have been averaged.
+    estimate above rest, `mass_known` marks valid estimates: not during a calibration, and not in a
+    channel that was emptied while its actuator was held away from rest. `ready` is whether the
+    sensors have been averaged.
     """
 
     pressures: Floats
@@ -108,10 +144,10 @@ class FaultView:
 
 
 class FaultWatch:
-    """Takes the readings of each sample, looks at the box when it is due, says what is broken.
+    """Detects faults from the readings of each sample and from periodic checks of the box.
 
-    It knows the channels by their rest volume and equation 4.1 alone, so it waits for evidence
-    that neither another volume, nor a push, nor a poor calibration can bring about.
+    It knows only the rest volumes and equation 4.1, and therefore waits for evidence that cannot be
+    explained by another volume, by an external force or by a poor calibration.
 
     Args:
         settings: of the box.
@@ -123,19 +159,19 @@ class FaultWatch:
         rest = air_mass(settings.ambient, settings.rest_volumes, settings.temperature)
         self._surplus = np.maximum(SURPLUS * rest, LEAST_SURPLUS)
         self._effect = PulseEffect(settings)
-        # beyond the limit a sensor may be at its end; the guard sees to that
+        # beyond the pressure limit, which the guard handles, a sensor may saturate
         self._range_end = np.array([*settings.pressure_limits, np.inf])
         self.begin()
 
     def begin(self) -> None:
-        """Begin anew: nothing is known of the sensors and the supply either."""
+        """Clear all evidence, including that on sensors and supply."""
         self._frozen = FrozenReading(len(self._names) + 1)
         self._supply_seen = False
         self._lost: Flags = np.zeros(len(self._names), dtype=bool)
         self.restart()
 
     def restart(self) -> None:
-        """Forget the evidence: the user has reset the box."""
+        """Clear the evidence after a reset of the box."""
         n = len(self._names)
         self._effect.restart()
         self._smooth: Floats = np.full(n, np.nan)  # low-passed pressures [Pa]
@@ -149,26 +185,26 @@ class FaultWatch:
         self._unseen = 0.0  # time since the last look at the pulses [s]
 
     def due(self, dt: float, readings: Floats) -> bool:
-        """Take the readings of a sample, and tell whether it is time to `look`.
+        """Add the readings of a sample; returns whether `look` is due.
 
         Args:
             dt: time since the last sample [s].
-            readings: absolute pressures as the sensors gave them, the supply last (n + 1,) [Pa].
+            readings: absolute pressures as read by the sensors, the supply last (n + 1,) [Pa].
         """
         if not math.isfinite(readings.sum()):
             self._lost = ~np.isfinite(readings[:-1])
-            return False  # the box vents for that reason
+            return False  # the box vents for this reason
         self._lost[:] = False
         raw = readings - self._settings.ambient
         self._frozen.look(readings, (raw > RANGE_END) & (raw < self._range_end))
         self._unseen += dt
-        return self._unseen > PERIOD - 1e-9
+        return self._unseen > FAULT_PERIOD - 1e-9
 
     def look(self, view: FaultView) -> list[str]:
-        """Look at the box, once that is `due`.
+        """Check the box; call it when `due`.
 
         Returns:
-            Reasons to vent until reset, none when all is well.
+            Reasons to vent until reset; none without a fault.
         """
         dt, self._unseen = self._unseen, 0.0
         self._follow(dt, view.pressures)
@@ -185,25 +221,25 @@ class FaultWatch:
         ]
 
     def _follow(self, dt: float, pressures: Floats) -> None:
-        """Low-pass the pressures, and keep account of the noise: lost samples let more through."""
-        share = dt / (dt + SMOOTHING)
+        """Low-pass the pressures and update their noise, which grows with lost samples."""
+        share = dt / (dt + PRESSURE_SMOOTHING)
         fresh = np.isnan(self._smooth)
         self._smooth = np.where(fresh, pressures, self._smooth + share * (pressures - self._smooth))
         self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:
-        """Say which outlets, commanded open, do not let the air out or may not do so."""
+        """Warnings on channels that do not empty, or may not, with the outlet commanded open."""
         blind = self._lost | self._frozen.frozen[:-1]
-        told = []
+        warnings = []
         for i, name in enumerate(self._names):
             if blind[i]:
-                told.append(f"channel {name}: without its sensor it cannot be seen to empty")
+                warnings.append(f"channel {name}: without its sensor it cannot be seen to empty")
             elif self._effect.unvented[i]:
-                told.append(
+                warnings.append(
                     f"channel {name}: pressure does not fall with the outlet commanded open: "
                     "shut off the supply"
                 )
-        return told
+        return warnings
 
     def _sensor_faults(self) -> list[str]:
         frozen = self._frozen.frozen
@@ -211,7 +247,7 @@ class FaultWatch:
             return []
         names = (*self._names, "supply")
         return [
-            f"sensor {names[i]}: its reading stands still" for i in np.flatnonzero(frozen).tolist()
+            f"sensor {names[i]}: its reading is constant" for i in np.flatnonzero(frozen).tolist()
         ]
 
     def _supply_faults(self, dt: float, view: FaultView) -> list[str]:
@@ -232,30 +268,30 @@ class FaultWatch:
         effect = self._effect
         if not (effect.idle.any() or effect.unvented.any()):
             return []
-        told = []
+        faults = []
         frozen = self._frozen.frozen
         for i, name in enumerate(self._names):
             if frozen[i]:
                 continue
             if effect.unvented[i]:
-                told.append(
+                faults.append(
                     f"channel {name}: pressure does not fall with the outlet commanded open"
                 )
             elif effect.idle[i]:
-                told.append(
+                faults.append(
                     f"channel {name}: pulses do not move its pressure: valve stuck or burst"
                 )
-        return told
+        return faults
 
     def _pressure_losses(self, dt: float, view: FaultView) -> list[str]:
-        """Channels that should hold air and have fallen to ambient pressure by themselves."""
+        """Channels that should contain air but have lost it with the valve closed."""
         vented = view.valves < 0
         self._since_vented = np.where(vented, 0.0, self._since_vented + dt)
         self._closed_for = np.where(view.valves == 0, self._closed_for + dt, 0.0)
-        apart = self._since_vented > SETTLING
+        apart = self._since_vented > EFFECT_SETTLING
         self._highest = np.where(apart, np.maximum(self._highest, self._smooth), -np.inf)
-        # with an outlet open the pressure may fall, whatever the estimate
-        empty = (self._closed_for > SETTLING) & (self._highest > 2 * UNMOVED)
+        # an open outlet lowers the pressure without a fault
+        empty = (self._closed_for > EFFECT_SETTLING) & (self._highest > 2 * UNMOVED)
         empty &= np.abs(self._smooth) < UNMOVED
         empty &= view.mass_known & (view.mass > self._surplus)
         self._empty_for = np.where(empty, self._empty_for + dt, 0.0)

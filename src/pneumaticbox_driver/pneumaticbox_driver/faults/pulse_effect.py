@@ -1,4 +1,4 @@
-"""Effect of pulses: what was commanded, held against what it did to the pressures."""
+"""Effect of pulses: compares the commanded pulses with the changes of the pressures."""
 
 import math
 from typing import Any, NamedTuple
@@ -7,41 +7,42 @@ import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
-from softhand_model.numerics.compiled import compiled
 
-SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 Hz [s]
-# By how much the walls may give way. Mass is conserved, so a pulse of mass m raises the pressure
-# by at least m R T over the volume plus p dV/dp. Half a litre is ten times what a finger's
-# channel takes up that way, and it is the bottle that stands there during a calibration.
+PRESSURE_SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 Hz [s]
+# Largest compliance of a channel. Mass is conserved, so that a pulse of mass m raises the pressure
+# by at least m R T over the volume plus p dV/dp. Half a litre is ten times the growth of a
+# finger's channel, and the volume of the bottle in a calibration.
 WIDEST_GROWTH = 0.5e-3  # [m3]
-# A pulse shorter than the opening delay of the slowest valve may move nothing at all.
-OPENING = 0.04  # [s]
-# Before this nothing is expected of a pulse under way: slowest valve, low-pass, a sample.
+# A pulse shorter than the opening delay of the slowest valve may move no air.
+SLOWEST_OPENING = 0.04  # [s]
+# Time after which a pulse has an effect: slowest valve, low-pass, one sample.
 LATENCY = 0.08  # [s]
-SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
-SIGMAS = 4.0  # of noise that are not yet a motion
+EFFECT_SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
+MOTION_SIGMAS = 4.0  # of noise, above which a change is a motion
 LEAST_NOISE = 61.0  # the step of a 12-bit converter for 250 kPa [Pa]
-# What a low-passed pressure stays within when nothing moves, at most: 2.5 sigma of a difference
-# with three times the noise of Table 4.1 at samples 10 ms apart.
+# Largest change of a low-passed constant pressure: 2.5 sigma of a difference with three times the
+# noise of Table 4.1 at samples 10 ms apart.
 UNMOVED = 240.0  # [Pa]
-# Five times that: the flow may be overestimated fivefold, by a calibration of other chokes, in
-# the widest volume and the verdict is still right.
-EXPECTED = 1200.0  # [Pa]
-# While a valve is open, a hand that opens or closes may keep the pressure where it is. It shows
-# once the valve has closed. Before, four times the evidence: 30 mg, about all that a finger holds.
+# Five times that: even if the flow is overestimated fivefold, by a calibration of other chokes in
+# the widest volume, the decision is right.
+EXPECTED_EFFECT = 1200.0  # [Pa]
+# While a valve is open, a hand that opens or closes may keep the pressure constant, which shows
+# after the valve has closed. Until then four times the evidence is required: 30 mg, about the air
+# mass of a finger.
 WHILE_OPEN = 4.0
-# Below this drop the errors of the supply's sensor (2.5 % of 700 kPa) and of the channel's (1.4 %
-# of 250 kPa) could make up half of it.
+# Below this pressure drop, errors of the sensors of the supply (2.5 % of 700 kPa) and of the
+# channel (1.4 % of 250 kPa) could amount to half of it.
 LEAST_DROP = 42e3  # from the supply into a channel [Pa]
-# No error of class makes so little of ambient pressure: the sensor is at the end of its range.
+# No error within the class of the sensor gives such a reading at ambient pressure: it is saturated.
 RANGE_END = -3500.0  # gauge [Pa]
 
 
 class Seen(NamedTuple):
-    """What is seen of the channels (n,): low-passed gauge pressures [Pa] and their noise, one
-    sigma [Pa], the flow into them that is predicted for the valves [kg/s], and the estimated mass
-    with what the pulses under way will have moved [kg].
+    """State of the channels (n,): low-passed gauge pressures [Pa] and their noise, one sigma [Pa],
+    the predicted flow into them [kg/s], and the estimated mass at the end of the running pulses
+    [kg].
     """
 
     pressures: Floats
@@ -52,39 +53,39 @@ class Seen(NamedTuple):
 
 class _Valve(NamedTuple):
     state: Valves  # as commanded (n,)
-    since: Floats  # it was switched last [s]
-    per_mass: Floats  # pressure of the air that it moves, in the widest channel [Pa/kg]
+    since: Floats  # time since it was switched [s]
+    per_mass: Floats  # pressure per moved air mass, in the widest channel [Pa/kg]
 
 
 class _Marks(NamedTuple):
-    counting: Flags  # a pulse is under way, or settles
-    acted: Flags  # the pulse has moved the pressure
+    counting: Flags  # a pulse is running or settling
+    acted: Flags  # the pulse has changed the pressure
     idle: Flags
     unvented: Flags
 
 
 class _Start(NamedTuple):
-    pressures: Floats  # from which the pulse is judged [Pa]
+    pressures: Floats  # at the start of the pulse [Pa]
     noise: Floats  # of them, one sigma [Pa]
     mass: Floats  # estimate at that time [kg]
 
 
 class _Sums(NamedTuple):  # all in [Pa]
-    due: Floats  # expected of the pulse so far
-    whole: Floats  # expected of it once it has settled
-    owed: Floats  # expected of the pulses before it
-    shift: Floats  # what those did
-    peak: Floats  # from which an open outlet must lower the pressure
-    outrun: Floats  # expected of the outlet since that peak
+    due: Floats  # expected change by the pulse so far
+    whole: Floats  # expected change by the pulse after settling
+    owed: Floats  # expected change by the pulses before it
+    shift: Floats  # measured change by the pulses before it
+    peak: Floats  # pressure from which an open outlet must lower it
+    outrun: Floats  # expected change by the outlet since that peak
 
 
 class PulseEffect:
-    """Sums up the change of pressure that pulses must have brought, in the widest channel.
+    """Sums the smallest change of pressure that pulses must cause, that in the widest channel.
 
-    `idle` (n,) marks channels whose pressure stood still under pulses that must have moved it,
-    `unvented` (n,) those whose pressure does not fall with the outlet commanded open. Pressure
-    that moves clears the first, pressure that falls the second: a push may hide a fault for as
-    long as it lasts, but would have to undo a pulse to the noise, and stop with it, to feign one.
+    `idle` (n,) marks channels whose pressure was constant during pulses that must change it,
+    `unvented` (n,) those whose pressure does not fall with the outlet commanded open. A change of
+    pressure clears the first mark, falling pressure the second. An external force can hide a fault
+    while it lasts; to cause a false mark it would have to cancel a pulse exactly.
 
     Args:
         settings: of the box.
@@ -98,13 +99,13 @@ class PulseEffect:
         self.restart()
 
     def _rehearse(self, zeros: Floats) -> None:
-        """Let the kernel be compiled, or loaded, before a sample waits for it."""
+        """Compile or load the kernel before the first sample."""
         self.restart()
         self._marks.counting[:] = True
         self.look(0.0, Seen(zeros, zeros, zeros, zeros), 0.0, self._valve.state)
 
     def restart(self) -> None:
-        """Forget all evidence."""
+        """Clear all evidence."""
         n = len(self._per_mass)
         self._valve = _Valve(np.zeros(n, dtype=np.int8), np.full(n, np.inf), self._per_mass)
         self._direction: Valves = np.zeros(n, dtype=np.int8)  # of the pulses summed up
@@ -115,7 +116,7 @@ class PulseEffect:
         self.idle, self.unvented = self._marks.idle, self._marks.unvented
 
     def look(self, dt: float, seen: Seen, supply: float, valves: Valves) -> None:
-        """Take one sample.
+        """Add one sample.
 
         Args:
             dt: time since the last sample [s].
@@ -150,11 +151,11 @@ class PulseEffect:
         self._valve.state[:] = valves
 
     def _close_books(self, done: Flags, pressures: Floats) -> None:
-        """Add pulses that have settled to those before them; one that has acted ends their sum."""
+        """Add settled pulses to the sums; a pulse with an effect clears them."""
         sums, marks = self._sums, self._marks
         sums.owed[done] += np.maximum(sums.due, sums.whole)[done]
         sums.shift[done] += (pressures - self._start.pressures)[done]
-        marks.idle[done & (sums.owed >= EXPECTED)] = True
+        marks.idle[done & (sums.owed >= EXPECTED_EFFECT)] = True
         acted = done & marks.acted
         sums.owed[acted] = sums.shift[acted] = 0.0
         sums.due[done] = sums.whole[done] = 0.0
@@ -172,10 +173,10 @@ def _weigh(
     start: Any,
     sums: Any,
 ) -> Flags:
-    """Weigh a sample, channel by channel; marks, start and sums are changed in place.
+    """Evaluate a sample for each channel; marks, start and sums are changed in place.
 
-    The groups come as plain tuples, in the order of `Seen`, `_Valve`, `_Marks`, `_Start` and
-    `_Sums`: named ones cost more than the kernel itself where they are handed over.
+    The groups are plain tuples in the order of `Seen`, `_Valve`, `_Marks`, `_Start` and `_Sums`:
+    passing named tuples would take longer than the kernel itself.
 
     Returns:
         Channels whose pulse has settled (n,).
@@ -197,23 +198,27 @@ def _weigh(
             expected = dt * max(valve * flows[i], 0.0) * per_mass[i]
         due[i] += expected
         if valve != 0:
-            late = reach and since[i] > OPENING
+            late = reach and since[i] > SLOWEST_OPENING
             whole[i] = abs(masses[i] - start_mass[i]) * per_mass[i] if late else 0.0
-        # a fifth of what is expected is no effect either; see EXPECTED
-        share = min((owed[i] + due[i]) * (UNMOVED / EXPECTED), UNMOVED)
-        shown = min(max(SIGMAS * math.hypot(noises[i], start_noise[i]), LEAST_NOISE), UNMOVED)
+        # less than a fifth of the expected change is no effect, either; see EXPECTED_EFFECT
+        share = min((owed[i] + due[i]) * (UNMOVED / EXPECTED_EFFECT), UNMOVED)
+        shown = min(
+            max(MOTION_SIGMAS * math.hypot(noises[i], start_noise[i]), LEAST_NOISE), UNMOVED
+        )
         moved = abs(shift[i] + pressure - start_pressure[i]) > max(shown, share)
         if counting[i] and moved:
             owed[i] = shift[i] = due[i] = whole[i] = 0.0
             idle[i], acted[i] = False, True
             start_pressure[i], start_noise[i], start_mass[i] = pressure, noises[i], masses[i]
-        if counting[i] and owed[i] + due[i] >= WHILE_OPEN * EXPECTED:
+        if counting[i] and owed[i] + due[i] >= WHILE_OPEN * EXPECTED_EFFECT:
             idle[i] = True
         peak[i] = max(peak[i], pressure)
         falls = pressure < peak[i] - UNMOVED
         if falls:
             peak[i] = pressure
         outrun[i] = 0.0 if falls or valve >= 0 else outrun[i] + expected
-        unvented[i] = valve < 0 and pressure > least_pressure and outrun[i] >= WHILE_OPEN * EXPECTED
-        settled[i] = counting[i] and valve == 0 and since[i] > SETTLING
+        unvented[i] = (
+            valve < 0 and pressure > least_pressure and outrun[i] >= WHILE_OPEN * EXPECTED_EFFECT
+        )
+        settled[i] = counting[i] and valve == 0 and since[i] > EFFECT_SETTLING
     return settled

@@ -10,8 +10,8 @@ from softhand_model.gas import psi
 VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
 Delays = tuple[float, float]  # of opening and closing [s]
 NOMINAL_DELAYS: Delays = (VALVE_DELAY, VALVE_DELAY)
-DIRECTIONS = ("inflate", "deflate")
-TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
+VALVE_DIRECTIONS = ("inflate", "deflate")
+EQUATION_TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
 Range = tuple[float, float]
 EVERYTHING: Range = (-1e9, 1e9)
 
@@ -21,13 +21,13 @@ class PulseCoefficients:
     """Coefficients of equation 4.1 for one channel and one direction, and how well they fit.
 
     `bias` c0 [kg], `friction` c1 [kg/(Pa s)], `injector` c2 [kg/(Pa s)], `switch_in` c3 and
-    `switch_out` c4 [kg/Pa]; `covariance` (5, 5) is theirs, in the order of `TERMS`. `residual` is
-    the RMS of what the fit leaves [kg]. `jitter` [s] is the scatter of a pulse's effective
-    duration: times its flow it is what pulses move more or less than equation 4.1 says, one sigma.
-    `delays` [s] are from the commands to the opening and to the closing.
+    `switch_out` c4 [kg/Pa]; `covariance` (5, 5) in the order of `EQUATION_TERMS`. `residual` is the
+    RMS error of the fit [kg]. `jitter` [s] is the scatter of a pulse's effective duration, one
+    sigma; times the flow it is the random error of equation 4.1. `delays` [s] are those of opening
+    and closing.
 
-    ERRATUM: while deflating the outlet is ambient and constant, its column is collinear with the
-    bias; `switch_out` is 0 there (Algorithm 1 lists it).
+    ERRATUM: during deflation the downstream pressure is constant, so that its column is collinear
+    with the bias; `switch_out` is 0 then (Algorithm 1 lists it).
     """
 
     bias: float
@@ -41,16 +41,16 @@ class PulseCoefficients:
     covariance: Floats = field(default_factory=lambda: np.zeros((5, 5)), compare=False)
 
     def as_array(self) -> Floats:
-        """Return c0 ... c4 in the order of `TERMS` (5,)."""
-        return np.array([getattr(self, term) for term in TERMS])
+        """Return c0 ... c4 in the order of `EQUATION_TERMS` (5,)."""
+        return np.array([getattr(self, term) for term in EQUATION_TERMS])
 
 
 def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Floats, Floats]:
     """Integrands of the friction and the injector term of equation 4.1.
 
-    Both change sign with the drop of pressure, for air flows back then. So the noise of a sensor
-    cancels where an open outlet has brought a channel to ambient pressure; without the sign it
-    would add up to a flow that is not there.
+    Both have the sign of the pressure drop, as air then flows back. The noise of a sensor thus
+    averages out when an open outlet has emptied a channel; without the sign it would add up to an
+    apparent flow.
 
     Args:
         pressure_in_abs: absolute pressure upstream [Pa].
@@ -74,7 +74,7 @@ def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Float
 class Leak:
     """Conductance of a channel's leak to ambient [kg/(s Pa)] and its standard error.
 
-    `conductance` is 0 where none was found, that is below three standard errors.
+    `conductance` is 0 if it is below three standard errors.
     """
 
     conductance: float = 0.0
@@ -85,8 +85,8 @@ class Leak:
 class ChannelCalibration:
     """Calibration of one channel, inflating and deflating, from `points` recorded pulses.
 
-    `supply_range` and `pressure_range` [Pa gauge] are what the pulses covered, `outlet` is that
-    of the box, counted from 1, 0 if unknown.
+    `supply_range` and `pressure_range` [Pa gauge] are those of the pulses, `outlet` is the number
+    of the box's outlet from 1, 0 if unknown.
     """
 
     inflate: PulseCoefficients

@@ -1,7 +1,7 @@
-"""Drift of the estimated air mass: how far it may be off, and what pressure and volume tell of it.
+"""Drift of the estimated air mass: its uncertainty, and its correction by pressure and volume.
 
-The estimate of equation 4.1 drifts with every pulse (section 4.4.4). With valves closed, pressures
-still and the hand in free posture, pressure and volume tell the mass as well, at any pressure:
+The estimate of equation 4.1 drifts with every pulse (section 4.4.4). With closed valves, constant
+pressures and the hand in free posture, the mass also follows from pressure and volume:
 `m = (p_abs V(p) - p_0 V_0)/(R_s T)`.
 """
 
@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.arrays import Flags, Floats
-from pneumaticbox_driver.observer.coefficients import DIRECTIONS, ChannelCalibration
+from pneumaticbox_driver.observer.coefficients import VALVE_DIRECTIONS, ChannelCalibration
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-# of a zeroed sensor, one sigma: what is left of its offset [Pa], and its gain [of the pressure]
+# of a zeroed sensor, one sigma: remaining offset [Pa] and relative error of its gain [-]
 OFFSET_ERROR = 15.0
 GAIN_ERROR = 0.003
-GROWTH_ERROR = 0.01  # of the model, one sigma, of what a volume has grown from rest [-]
-GATE = 5.0  # standard deviations; beyond it the hand is not free, or the calibration does not fit
-SIGMAS = 2.0
+GROWTH_ERROR = 0.01  # relative error of the model's growth of a volume, one sigma [-]
+GATE = 5.0  # standard deviations; larger errors mean a hand in contact or a wrong calibration
+BOUND_SIGMAS = 2.0
 
 
 class PostureMass:
-    """Air masses that pressures tell while the hand is in free posture; arrays (n,).
+    """Air masses from pressures while the hand is in free posture; arrays (n,).
 
     Args:
         settings: of the box.
@@ -42,7 +42,7 @@ class PostureMass:
         """Masses above the fill at rest [kg] and their variances [kg2], (n,) and (n,).
 
         Args:
-            pressures_abs: absolute, averaged, offsets taken off (n,) [Pa].
+            pressures_abs: absolute, averaged, without the sensors' offsets (n,) [Pa].
         """
         pressures = pressures_abs - self._ambient
         volumes = self._model.volumes(pressures)
@@ -53,7 +53,7 @@ class PostureMass:
         return np.asarray(mass), np.asarray(sensor**2 + model**2)
 
     def bent_at(self, pressures: Floats) -> tuple[Floats, Floats]:
-        """What channels hold above rest at gauge pressures, and bent as far at ambient pressure.
+        """Air masses above rest at gauge pressures, and at ambient pressure in the same posture.
 
         Args:
             pressures: gauge (n,) [Pa].
@@ -69,21 +69,22 @@ class PostureMass:
 def combine(
     mass: Floats, variance: Floats, measured: Floats, noise: Floats
 ) -> tuple[Floats, Floats, Flags, Flags]:
-    """Weigh estimated masses against measured ones (Kalman's gain).
+    """Combine estimated masses with measured ones (Kalman gain).
 
-    A measurement worse than the estimate is left out: its errors are those of one sensor and one
-    model, so that no repetition makes it better. One that is further away than both uncertainties
-    allow is left out too: the posture is not the free one, or the calibration does not fit.
+    A measurement with a larger variance than the estimate is not used: its errors are systematic
+    ones of the sensor and the model, which repetition does not reduce. A measurement too far from
+    the estimate for both uncertainties is not used, either: the hand is not in free posture, or the
+    calibration does not fit.
 
     Args:
         mass: estimates (n,) [kg].
         variance: of the estimates (n,) [kg2].
-        measured: masses by pressure and volume (n,) [kg].
-        noise: their variances (n,) [kg2].
+        measured: masses from pressure and volume (n,) [kg].
+        noise: variances of the measured masses (n,) [kg2].
 
     Returns:
-        Masses (n,) [kg], variances (n,) [kg2], which measurements were used (n,) and which were
-        too far away (n,).
+        Masses (n,) [kg], variances (n,) [kg2], flags of the used measurements (n,) and of those too
+        far from the estimate (n,).
 
     >>> one = np.ones(1)
     >>> mass, variance, used, far = combine(0 * one, 4 * one, 5 * one, one)
@@ -99,11 +100,11 @@ def combine(
 class DriftBound:
     """Variance of the summed pulses of each channel since its mass was known.
 
-    The estimate is linear in the coefficients, so the variance that they bring is exactly
-    `X^T C X`, with `X` the sum of the regressors of equation 4.1 and `C` the covariance of the
-    regression, for each direction. The valve's delays add, from pulse to pulse independent, the
-    square of jitter times flow. Not in it are gain errors of the sensors: the calibration has
-    the same.
+    The estimate is linear in the coefficients, so that their errors contribute `X^T C X` for each
+    direction, with `X` the sum of the regressors of equation 4.1 and `C` the covariance of the
+    regression. The scatter of the valve's delays, independent for each pulse, contributes the
+    square of jitter times flow. Gain errors of the sensors are not included, as they affect the
+    calibration, too.
 
     Args:
         calibrations: of the channels.
@@ -113,22 +114,22 @@ class DriftBound:
         n = len(calibrations)
         self.pulses: NDArray[np.int_] = np.zeros(n, dtype=int)  # since the mass was known
         self._sums: Floats = np.zeros((2, 5, n))
-        self._variance: Floats = np.zeros(n)  # of what does not add up [kg2]
+        self._variance: Floats = np.zeros(n)  # of all other errors [kg2]
         self._take(calibrations)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        fits = [[getattr(c, direction) for c in calibrations] for direction in DIRECTIONS]
+        fits = [[getattr(c, direction) for c in calibrations] for direction in VALVE_DIRECTIONS]
         self._covariance = np.array([[fit.covariance for fit in row] for row in fits])
         self._jitter = np.array([[fit.jitter for fit in row] for row in fits])
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        """Go on with other coefficients; what has added up so far stays as it is."""
+        """Use other coefficients for the next pulses; the variance so far is kept."""
         self._variance = self.variance()
         self._sums[:] = 0.0
         self._take(calibrations)
 
     def restart(self, channel: int) -> None:
-        """The mass of this channel is known now."""
+        """Clear the variance of a channel whose mass is known now."""
         self.pulses[channel] = 0
         self._sums[:, :, channel] = 0.0
         self._variance[channel] = 0.0
@@ -155,4 +156,4 @@ class DriftBound:
     @property
     def bound(self) -> Floats:
         """Two standard deviations of the estimates (n,) [kg]."""
-        return SIGMAS * np.sqrt(self.variance())
+        return BOUND_SIGMAS * np.sqrt(self.variance())

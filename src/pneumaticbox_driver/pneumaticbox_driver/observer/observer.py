@@ -11,21 +11,21 @@ from pneumaticbox_driver.observer.drift import DriftBound
 from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, sum_terms
 from softhand_model.gas import AMBIENT_PRESSURE
 
-SHORTEST = 1e-3  # length of a pulse that a mean flow is taken over [s]
-# From a drop of this on a sensor tells an open outlet's flow from none, and equation 4.1 its size:
-# below, its flow goes with the root of the drop, that of a tube with the drop itself [Pa].
+SHORTEST_MEAN = 1e-3  # shortest time for a mean flow [s]
+# Smallest drop at which a sensor can detect the flow of an open outlet and equation 4.1 describes
+# it: below, its flow is proportional to the root of the drop, that of a tube to the drop [Pa].
 UNSEEN_DROP = 300.0
 
 
 class MassObserver:
     """Estimates the air mass of each channel from pressures and the commanded valves.
 
-    Equation 4.1 gives the mass that a pulse will have moved if its valve were switched off now;
-    what still flows during the closing delay and out of the dead volume is in its coefficients.
-    So `mass` runs ahead of the true mass by what the valve's delay makes inevitable, which is
-    what a controller needs to close in time. After switch-off the estimate still follows the
-    pressures until the valve has closed (`PulseIntegrals`). With `leak_model`, air that leaks by
-    the calibration is taken off. All arrays have the channels in order (n,).
+    Equation 4.1 gives the mass that a pulse will have moved if its valve is switched off now; the
+    flow during the closing delay and out of the dead volume is part of its coefficients. `mass` is
+    therefore ahead of the true mass by the air that will still flow, which a controller needs to
+    close the valve in time. After switch-off the estimate follows the pressures until the valve
+    has closed (`PulseIntegrals`). With `leak_model` the leak of the calibration is subtracted. All
+    arrays have the channels in order (n,).
 
     Args:
         calibrations: coefficients of the channels, one each.
@@ -40,23 +40,23 @@ class MassObserver:
         self._take(calibrations)
         self._integrals = PulseIntegrals(n, ambient, UNSEEN_DROP)
         self._drift = DriftBound(calibrations)
-        self._coefficients: Floats = np.zeros((5, n))  # of the pulses under way
-        self._sign: Floats = np.zeros(n)  # of the pulses under way; 0: there is none
+        self._coefficients: Floats = np.zeros((5, n))  # of the running pulses
+        self._sign: Floats = np.zeros(n)  # of the running pulses; 0 for none
         self._settled: Floats = np.zeros(n)
-        self.moved: Floats = np.zeros(n)  # by the pulse under way, negative for deflation [kg]
+        self.moved: Floats = np.zeros(n)  # by the running pulse, negative for deflation [kg]
         self.direction: Valves = np.zeros(n, dtype=np.int8)  # commanded
         self.flow: Floats = np.zeros(n)  # into the channels [kg/s]
         self._rehearse(ambient)
 
     def _rehearse(self, ambient: float) -> None:
-        """Let the kernels be compiled, or loaded, before a sample waits for them."""
+        """Compile or load the kernels before the first sample."""
         n = len(self.flow)
         pressures_abs, found = np.full(n, ambient), np.empty((2, n))
         pulses = PulseIntegrals(n, ambient)
-        pulses.advance(SHORTEST, pressures_abs, ambient)
+        pulses.advance(SHORTEST_MEAN, pressures_abs, ambient)
         terms = pulses.values, pulses.rates
         sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
-        self.pulse_mass(SHORTEST, pressures_abs, ambient)
+        self.pulse_mass(SHORTEST_MEAN, pressures_abs, ambient)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = _columns(c.inflate.as_array() for c in calibrations)
@@ -73,30 +73,30 @@ class MassObserver:
         """
         if len(calibrations) != len(self.direction):
             n = len(self.direction)
-            raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
+            raise ValueError(f"calibrations must be {n}, one per channel, got {len(calibrations)}")
         self._take(calibrations)
         self._drift.set_calibrations(calibrations)
 
     @property
     def mass(self) -> Floats:
-        """Mass above the fill at rest once all valves, switched off now, have closed (n,) [kg]."""
+        """Mass above that at rest after all valves, if switched off now, have closed (n,) [kg]."""
         return self._settled + self.moved
 
     @property
     def drift_bound(self) -> Floats:
-        """How far the estimates may be off since `set_mass`, two standard deviations (n,) [kg].
+        """Two standard deviations of the estimates since `set_mass` (n,) [kg].
 
-        Pulses count when they have ended; see `DriftBound` for what is in it.
+        Running pulses are not included; see `DriftBound`.
         """
         return self._drift.bound
 
     @property
     def pulses(self) -> NDArray[np.int_]:
-        """Pulses since `set_mass`, that under way not counted (n,)."""
+        """Number of pulses since `set_mass`, without the running one (n,)."""
         return self._drift.pulses.copy()
 
     def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
-        """Integrate the pulses under way over the last `dt` [s], up to these absolute pressures.
+        """Integrate the running pulses over the last `dt` [s], up to these absolute pressures.
 
         Args:
             dt: time since the last sample [s], 0 or above.
@@ -116,7 +116,7 @@ class MassObserver:
             self._settled = self._settled - dt * self._leak * np.maximum(pressures, 0.0)
 
     def switch(self, valves: Valves, pressures_abs: Floats, supply_abs: float) -> None:
-        """Take note of the valves commanded from now on; call after `advance` of this sample.
+        """Set the valves commanded from now on; call it after `advance` for this sample.
 
         Args:
             valves: +1 inflate, -1 deflate, 0 closed (n,).
@@ -144,8 +144,8 @@ class MassObserver:
         if not ended.any():
             return
         values, lengths, c = self._integrals.values, self._integrals.lengths, self._coefficients
-        flow = (c[1] * values[1] + c[2] * values[2]) / np.maximum(lengths, SHORTEST)
-        # a pulse that moved nothing, or whose channel was set since, brings no uncertainty
+        flow = (c[1] * values[1] + c[2] * values[2]) / np.maximum(lengths, SHORTEST_MEAN)
+        # a pulse that moved no air, or before `set_mass`, contributes no uncertainty
         moving = ended & (self.moved != 0)
         self._drift.add(moving, self._sign > 0, values, flow)
         self._settled = np.where(ended, self._settled + self.moved, self._settled)
@@ -155,13 +155,11 @@ class MassObserver:
     def pulse_mass(
         self, duration: float, pressures_abs: Floats, supply_abs: float
     ) -> tuple[Floats, Floats]:
-        """Predict what a pulse of `duration` [s] from these absolute pressures would move.
-
-        The pressures [Pa] are taken as constant over the pulse.
+        """Predict the air mass of a pulse of `duration` [s] at constant absolute pressures [Pa].
 
         Returns:
-            Mass that an inflating pulse brings and that a deflating one takes (n,), (n,) [kg],
-            both 0 or above.
+            Masses that an inflating pulse adds (n,) and that a deflating pulse removes (n,) [kg],
+            both at least 0.
         """
         found = np.empty((2, len(pressures_abs)))
         ends = supply_abs, self._integrals.ambient
@@ -172,13 +170,13 @@ class MassObserver:
         return gain, loss
 
     def lift(self, masses: Floats) -> None:
-        """Raise the estimates by `masses` (n,) [kg]; pulses and their drift go on."""
+        """Increase the estimates by `masses` (n,) [kg]; running pulses and drift are kept."""
         self._settled = self._settled + masses
 
     def set_mass(self, channel: int, mass: float) -> None:
-        """Correct the estimate of a channel to `mass` [kg]; its drift begins anew.
+        """Set the estimate of a channel to `mass` [kg] and clear its drift.
 
-        A pulse under way is taken to move nothing more: this is for a channel that stands still.
+        A running pulse is assumed to move no more air: this is for a channel of constant pressure.
         """
         self._settled[channel] = mass
         self.moved[channel] = 0.0
@@ -187,5 +185,5 @@ class MassObserver:
 
 
 def _columns(rows: Iterable[Sequence[float] | Floats]) -> Floats:
-    """Rows, one a channel, as columns (k, n)."""
+    """Rows, one per channel, as columns (k, n)."""
     return np.ascontiguousarray(np.array(list(rows)).T)

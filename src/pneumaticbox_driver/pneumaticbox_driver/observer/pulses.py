@@ -1,7 +1,7 @@
-"""Regressors of equation 4.1 for the pulses under way, from samples at any distance.
+"""Regressors of equation 4.1 for the running pulses, from samples at any distance in time.
 
-What runs at every sample is compiled: a sample of 500 Hz leaves the processor cold, so many small
-calls of numpy are what it would take longest over. All arrays have the channels in order (n,).
+All computations at every sample are compiled: at 500 Hz the caches are cold, so that many small
+calls of numpy would take the most time. All arrays have the channels in order (n,).
 """
 
 import math
@@ -11,20 +11,22 @@ import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, flow_rates
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import AMBIENT_PRESSURE, CRITICAL_RATIO, HEAT_CAPACITY_RATIO
-from softhand_model.numerics.compiled import compiled
 
-ROOT = 1 / HEAT_CAPACITY_RATIO
-EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+RATIO_EXPONENT = 1 / HEAT_CAPACITY_RATIO
+FLOW_EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 
 
 @compiled
 def injector_rate(upstream: float, downstream: float) -> float:
-    """Integrand of the injector term, as `flow_rates` has it [Pa]."""
+    """Integrand of the injector term [Pa], as in `flow_rates`."""
     high, low = max(upstream, downstream), min(upstream, downstream)
     ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
-    root = ratio**ROOT
-    return math.copysign(high * math.sqrt(EXPONENT * root * (root - ratio)), upstream - downstream)
+    root = ratio**RATIO_EXPONENT
+    return math.copysign(
+        high * math.sqrt(FLOW_EXPONENT * root * (root - ratio)), upstream - downstream
+    )
 
 
 @compiled
@@ -38,18 +40,18 @@ def integrate_pulses(
     clock: Floats,
     sums: Any,
 ) -> None:
-    """Integrate the terms of equation 4.1 over the last `dt` [s], rates linear in between.
+    """Integrate the terms of equation 4.1 over the last `dt` [s] with linear rates.
 
     Args:
         dt: since the last sample, above 0 [s].
         pressures_abs: absolute, of the channels now (n,) [Pa].
-        ends: supply and ambient pressure, absolute, and the drop below which no air is taken to
-            flow out [Pa].
+        ends: absolute supply and ambient pressure, and the drop below which the outflow is taken
+            as zero [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
         delays: of opening and closing (2, n) [s].
-        clock: age and commanded length of the pulses (2, n), brought up to now [s].
-        sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), brought up to now.
+        clock: age and commanded length of the pulses (2, n), updated in place [s].
+        sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), updated in place.
     """
     supply_abs, ambient, unseen = ends
     rates, passed, values = sums
@@ -82,15 +84,15 @@ def integrate_pulses(
 def sum_terms(
     coefficients: Floats, values: Floats, rates: Floats, sign: Floats, direction: Any, found: Floats
 ) -> None:
-    """Equation 4.1 of the pulses under way: moved mass [kg] and flow [kg/s] into `found` (2, n).
+    """Equation 4.1 of the running pulses: moved mass [kg] and flow [kg/s] into `found` (2, n).
 
     Args:
         coefficients: of the pulses (5, n).
         values: of the terms (5, n).
         rates: present integrands (2, n) [Pa].
-        sign: +1 of a pulse that inflates, -1 of one that deflates, 0 of none (n,).
-        direction: that is commanded now (n,).
-        found: is written to (2, n).
+        sign: +1 for inflation, -1 for deflation, 0 without a pulse (n,).
+        direction: presently commanded (n,).
+        found: result (2, n).
     """
     for i in range(len(sign)):
         mass = 0.0
@@ -110,7 +112,7 @@ def predict_pulses(
     delays: Any,
     found: Floats,
 ) -> None:
-    """Equation 4.1 of pulses to come, at constant pressures: masses [kg] into `found` (2, n).
+    """Equation 4.1 of future pulses at constant pressures: masses [kg] into `found` (2, n).
 
     Args:
         duration: of the pulses [s].
@@ -118,7 +120,7 @@ def predict_pulses(
         ends: supply and ambient pressure [Pa].
         coefficients: of inflation and of deflation, (5, n) each.
         delays: of opening and closing (2, n), of inflation and of deflation [s].
-        found: what a pulse brings, and what one takes, is written to (2, n).
+        found: result (2, n): added mass of an inflation, removed mass of a deflation.
     """
     for way in range(2):
         c, delay = coefficients[way], delays[way]
@@ -133,27 +135,27 @@ def predict_pulses(
 
 
 class PulseIntegrals:
-    """Integrates the terms of equation 4.1 per channel; observer and calibration share it.
+    """Integrates the terms of equation 4.1 per channel, for observer and calibration.
 
-    A valve follows its command late, so air flows from `t_on` + opening delay to `t_off` +
-    closing delay, and the integrals run over these: what is still to come counts at the present
-    rate, and is replaced by what is measured until the valve has closed. With the printed
-    bounds, `t_on` to `t_off`, a pulse that changes the pressure much, as it does in a small
-    volume, counts flow from before the valve opens and misses that from before it closes.
+    Because of the valve's delays, air flows from `t_on` + opening delay to `t_off` + closing delay,
+    which are the bounds of the integrals. The future part is computed with the present rate and
+    replaced by measurements until the valve has closed. With the printed bounds, `t_on` to `t_off`,
+    the flow would be taken before the valve opens and missed before it closes, which matters when
+    the pressure changes much, as in a small volume.
 
-    The dead volume of an inlet keeps air at the pressure that the supply has when the valve
-    closes, so while inflating the switching term has `p_in` at switch-off, not at `t_on` as
-    printed. Otherwise a calibration, whose channels open together and make the supply sag, gives
-    coefficients for a supply that always sags so.
+    The dead volume of an inlet keeps air at the supply pressure at the closing of the valve, so
+    that during inflation the switching term has `p_in` at switch-off, not at `t_on` as printed.
+    Otherwise a calibration, in which all channels open together and lower the supply pressure,
+    would give coefficients for such a drop only.
 
     `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
-    upstream and downstream for the switching terms [Pa]; `rates` (2, n) the present integrands
-    [Pa]; both are brought up to date in place.
+    upstream and downstream for the switching terms [Pa]; `rates` (2, n) are the present integrands
+    [Pa]; both are updated in place.
 
     Args:
         channels: number of channels.
         ambient: absolute ambient pressure [Pa].
-        unseen: drop to ambient pressure below which no air is taken to flow out [Pa].
+        unseen: drop to ambient pressure below which the outflow is taken as zero [Pa].
     """
 
     def __init__(
@@ -206,13 +208,11 @@ class PulseIntegrals:
         self.rates = np.array(flow_rates(upstream, downstream))
 
     def end(self, ended: Flags) -> None:
-        """Take note that the valves of the channels `ended` (n,) are switched off now."""
+        """Switch off the valves of the channels `ended` (n,)."""
         self._open = self._open & ~ended
 
     def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
-        """Integrate over the last `dt` [s], rates linear in between, up to these absolute pressures
-        [Pa].
-        """
+        """Integrate over the last `dt` [s] with linear rates, to these absolute pressures [Pa]."""
         if dt <= 0:
             return
         integrate_pulses(

@@ -1,19 +1,19 @@
-"""Pressures that stand still: their averages over windows, told from noise of any size."""
+"""Detection of constant pressures by averages over windows, for noise of any size."""
 
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats
 
-WINDOW = 0.1  # over which a pressure is averaged [s]
-LEAST_SAMPLES = 25  # in a window, whatever the sampling: less would leave noise in the mean
-STILL_TOLERANCE = 45.0  # between the means of two windows in a row [Pa]
-STILL_SIGMAS = 4.0  # of the noise of such a difference, where that is more [-]
+AVERAGE_WINDOW = 0.1  # over which a pressure is averaged [s]
+LEAST_WINDOW_SAMPLES = 25  # in a window at any sampling rate, to limit the noise of the mean
+STILL_TOLERANCE = 45.0  # between the means of two consecutive windows [Pa]
+STILL_SIGMAS = 4.0  # tolerance in standard deviations of that difference, if that is more [-]
 
 
 class StillPressure:
-    """Averages pressures over windows and tells which stand still from window to window.
+    """Averages pressures over windows and marks those that are constant from window to window.
 
-    The noise is taken from sample to sample, so that a motion hardly counts as noise.
+    The noise is estimated from differences of consecutive samples, hardly affected by motion.
 
     Args:
         channels: number of channels.
@@ -29,7 +29,7 @@ class StillPressure:
         self.still: Flags = np.zeros(channels, dtype=bool)
 
     def restart(self, channels: Flags | slice = slice(None)) -> None:
-        """Forget the samples of these channels: none of them stands still any more."""
+        """Clear the samples of these channels, which are then not constant."""
         for memory in (self._sum, self._squares, self._count, self._since):
             memory[channels] = 0.0
         for memory in (self._last, self.mean):
@@ -37,22 +37,20 @@ class StillPressure:
         self.still[channels] = False
 
     def shift(self, channel: int, change: float) -> None:
-        """Shift the samples of a channel so far by a `change` [Pa]: its offset is another one."""
+        """Shift the earlier samples of a channel by `change` [Pa], for a new offset."""
         self._sum[channel] += self._count[channel] * change
         self._last[channel] += change
         self.mean[channel] += change
 
     def add(self, dt: float, pressures_abs: Floats) -> bool:
-        """Add absolute pressures (n,) [Pa], `dt` [s] after those before; True when a window is
-        full.
-        """
+        """Add absolute pressures (n,) [Pa] after `dt` [s]; returns whether a window is full."""
         step = pressures_abs - self._last
         self._squares += np.where(np.isnan(step), 0.0, step * step)
         self._last = pressures_abs.copy()
         self._sum += pressures_abs
         self._count += 1.0
         self._since += dt
-        full = (self._since >= WINDOW - 1e-9) & (self._count >= LEAST_SAMPLES)
+        full = (self._since >= AVERAGE_WINDOW - 1e-9) & (self._count >= LEAST_WINDOW_SAMPLES)
         if not full.any():
             return False
         mean = self._sum / self._count

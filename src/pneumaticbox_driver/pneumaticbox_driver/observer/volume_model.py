@@ -1,4 +1,4 @@
-"""Volumes of the channels over their pressures while nothing touches the hand."""
+"""Volumes of the channels as functions of the pressures, for a hand without contact."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -9,7 +9,7 @@ from pneumaticbox_driver.arrays import Floats
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.hand.hand import load_hand
 
-NEWTON_STEPS = 4  # the volume of a free actuator is nearly linear in its pressure
+VOLUME_NEWTON_STEPS = 4  # the volume of a free actuator is nearly linear in its pressure
 LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
 
 
@@ -26,29 +26,29 @@ class VolumeModel(Protocol):
 
 
 class FixedVolumes:
-    """Bottles: volumes (n,) [m3] that no pressure changes."""
+    """Bottles: constant volumes (n,) [m3]."""
 
     def __init__(self, volumes: Sequence[float]) -> None:
         self._volumes: Floats = np.array(volumes, dtype=float)
 
     def volumes(self, pressures: Floats) -> Floats:
-        """Volumes (n,) [m3], whatever the pressures [Pa]."""
+        """Volumes (n,) [m3], independent of the pressures [Pa]."""
         return self._volumes
 
     def slopes(self, pressures: Floats) -> Floats:
-        """Zeros (n,) [m3/Pa], whatever the pressures [Pa]."""
+        """Zeros (n,) [m3/Pa], independent of the pressures [Pa]."""
         return np.zeros_like(self._volumes)
 
 
 class HandVolumes:
-    """The channels of a hand in free posture, on rest volumes that may hold longer tubes.
+    """The channels of a hand in free posture; rest volumes may include longer tubes.
 
     Args:
         hand: name or file of the hand.
         rest_volumes: of the channels with their tubes (n,) [m3].
 
     Raises:
-        ValueError: no such hand, or one of another number of channels.
+        ValueError: no such hand, or another number of channels.
     """
 
     def __init__(self, hand: str, rest_volumes: Sequence[float]) -> None:
@@ -71,14 +71,14 @@ class HandVolumes:
 
 
 def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> VolumeModel:
-    """Make a volume model of a kind, "hand" or "fixed"; raises ValueError as `HandVolumes` does."""
+    """Make a volume model of kind "hand" or "fixed"; raises ValueError as `HandVolumes` does."""
     return HandVolumes(hand, rest_volumes) if kind == "hand" else FixedVolumes(rest_volumes)
 
 
 def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Floats:
     """Find the gauge pressures (n,) [Pa] at which the model's volumes have grown by `growth`.
 
-    A channel whose volume is fixed, or that would need suction, stays or ends at 0.
+    The pressure of a constant volume is unchanged; negative pressures are replaced by 0.
 
     Args:
         model: of the volumes.
@@ -93,7 +93,7 @@ def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Flo
     """
     target = model.volumes(pressures) + growth
     found = pressures
-    for _ in range(NEWTON_STEPS):
+    for _ in range(VOLUME_NEWTON_STEPS):
         slopes = model.slopes(found)
         step = (target - model.volumes(found)) / np.maximum(slopes, LEAST_SLOPE)
         found = np.maximum(found + np.where(slopes > LEAST_SLOPE, step, 0.0), 0.0)

@@ -11,41 +11,41 @@ from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-NEARLY_EMPTY = 2e3  # above it an offset found at ambient hardly changes what flowed out [Pa]
-# In an emptied channel: its actuator was held away from rest when it was zeroed [Pa]. Up to there
-# the fill at rest is uncertain by 1 %, 0.7 mg in the largest channel of RBO Hand 2.
+NEARLY_EMPTY = 2e3  # above it, an offset found at ambient pressure hardly affects the outflow [Pa]
+# Pressure of an emptied channel whose actuator was held away from rest when it was zeroed [Pa].
+# Below it the air mass at rest is uncertain by 1 %, 0.7 mg in the largest channel of RBO Hand 2.
 UNEXPLAINED_PRESSURE = 1e3
-LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
-MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
-FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
-LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
-# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
-# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
+LONGEST_START = 1.0  # longest wait for constant pressures at the start [s]
+DRIFT_MISFIT = 3.0  # times the drift bound; a larger drift means a wrong calibration [-]
+FAR_PULSES = 5  # after which a wrong estimate is due to drift and not to a contact
+LEAST_MISFIT = 0.5e-6  # negligible drift [kg]
+# An actuator is held away from rest if this share of its content in free posture at the highest
+# pressure is left at ambient pressure. It cannot contain more than HELD_VOLUME times the content at
+# ambient pressure in the posture of that highest pressure.
 HELD_SHARE = 0.1
 HELD_VOLUME = 1.2
-TINY = 1e-9  # of a time that has begun [s]
-HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
+HELD_BEGUN = 1e-9  # marks the start of the time below [s]
+HELD_PATIENCE = 5.0  # at ambient pressure, after which the content is taken as drift [s]
 
 
 class Zeroing:
-    """Sets the estimated masses and the offsets of the sensors where they are known; arrays (n,).
+    """Sets the estimated masses and the offsets of the sensors when they are known; arrays (n,).
 
-    `ready` says that the sensors have been averaged, `empty` marks channels known to be at ambient
+    `ready` is whether the sensors have been averaged, `empty` marks channels known to be at ambient
     pressure since their outlet was last open, `offsets` [Pa] are those of the channel sensors,
-    `doubted` marks estimates that a fault has made worthless. `drift_correction` weighs the
-    estimates against what pressures and free volumes tell; it says that nothing holds the
-    actuators.
+    `doubted` marks estimates that a fault has invalidated. `drift_correction` combines the
+    estimates with those from pressures and free volumes, assuming that nothing holds the actuators.
 
-    Behind an open outlet a pressure that stands still is that of the surroundings: as long as it
-    does, sensor and mass stay zeroed. A channel holds its fill at rest there, unless something
-    holds its actuator away from rest. If there is much more air in it than drift can explain, the
-    estimate stays; it is set to zero when the rest comes out, or after five seconds.
+    With an open outlet a constant pressure is ambient pressure: sensor and mass are then set to
+    zero. The channel contains its air mass at rest, unless its actuator is held away from rest. If
+    it contains much more air than drift can explain, the estimate is kept; it is set to zero when
+    that air has left, or after five seconds.
 
     Args:
         settings: of the box.
-        observer: whose estimates are set.
+        observer: of the air masses.
         model: of the channels' volumes.
-        notes: takes sentences for the user.
+        notes: list for warnings to the user.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Zeroing:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew: the sensors are averaged first."""
+        """Return to the state at the start, in which the sensors are averaged."""
         n = len(self.offsets)
         self.ready = False
         self.empty: Flags = np.zeros(n, dtype=bool)
@@ -88,29 +88,29 @@ class Zeroing:
         self._waited = 0.0
 
     def doubt(self) -> None:
-        """Take the estimates for worthless, after a fault, until each channel is zeroed."""
+        """Mark all estimates as invalid after a fault, until each channel is zeroed."""
         self.doubted[:] = True
         self.empty[:] = False
 
     @property
     def still(self) -> bool:
-        """Whether the pressures of all channels stand still."""
+        """Whether the pressures of all channels are constant."""
         return bool(self._still.still.all())
 
     @property
     def drift_bound(self) -> Floats:
-        """How far the estimates may be off, two standard deviations (n,) [kg]."""
+        """Two standard deviations of the estimates (n,) [kg]."""
         return 2.0 * np.sqrt(self._total_variance())
 
     def _total_variance(self) -> Floats:
         return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
 
     def steady(self, pressures_abs: Floats) -> Floats:
-        """Pressures, absolute (n,) [Pa], averaged over 0.1 s where the valve has rested as long."""
+        """Pressures, absolute (n,) [Pa], averaged over 0.1 s if the valve was closed that long."""
         return np.where(np.isnan(self._still.mean), pressures_abs, self._still.mean)
 
     def switched(self, changed: Flags, valves: Valves) -> None:
-        """Take note of the valves (n,) that have `changed` with this sample."""
+        """Update the state for valves (n,) that have `changed` with this sample."""
         self.empty &= ~changed | (valves == 0)
         self._inflated |= valves > 0
         self._note_high(changed & (valves < 0), self._observer.mass)
@@ -121,11 +121,11 @@ class Zeroing:
         self._high_pressure = np.where(channels, self._pressures, self._high_pressure)
 
     def look(self, dt: float, pressures_abs: Floats, valves: Valves) -> None:
-        """Set what is known by now: at the start, at ambient pressure, in free posture.
+        """Set known masses and offsets: at the start, at ambient pressure, in free posture.
 
         Args:
             dt: since the last sample [s].
-            pressures_abs: absolute, offsets taken off (n,) [Pa]; a found one is taken off in place.
+            pressures_abs: absolute, without offsets (n,) [Pa]; a new offset is subtracted in place.
             valves: commanded until now (n,).
         """
         self._waited += dt
@@ -145,15 +145,15 @@ class Zeroing:
             self.ready = True
 
     def _follow_outlets(self, vented: Flags) -> None:
-        """Follow the channels whose outlet is open (n,) until they are nearly empty.
+        """Track the channels whose outlet is open (n,) until they are nearly empty.
 
-        From there on, and all the way where the pressure has come by itself, the estimates are kept
-        above what the rest volumes hold at the pressures.
+        From then on, and always for channels that were not inflated, the estimates are kept above
+        the air masses of the rest volumes at the measured pressures.
         """
         observer = self._observer
         mass, flow = observer.mass, observer.flow
         high = vented & (self._pressures > NEARLY_EMPTY)
-        # the estimate runs ahead by what flows while the valve closes
+        # the estimate is ahead by the air that flows while the valve closes
         self._note_high(high, mass - VALVE_DELAY * np.minimum(flow, 0.0))
         least = self._rest_capacity * (self._pressures - UNSEEN_DROP)
         bounded = vented & ~(high & self._inflated)
@@ -177,7 +177,7 @@ class Zeroing:
             )
 
     def _correct(self, known: Flags, pressures_abs: Floats) -> None:
-        """Weigh the estimates of the channels `known` to be in free posture."""
+        """Combine the estimates of channels `known` to be in free posture with measured masses."""
         if not known.any():
             return
         measured, noise = self._posture.at(pressures_abs)
@@ -196,7 +196,7 @@ class Zeroing:
     # at ambient pressure
 
     def _stand_at_ambient(self, channel: int, pressures_abs: Floats) -> None:
-        """Zero a channel that stands still behind its open outlet, or keep what is held in it."""
+        """Zero a channel of constant pressure with an open outlet, or keep the air held in it."""
         error = self._take_offset(channel, pressures_abs)
         self._offset_known[channel] = True
         self.empty[channel] = True
@@ -206,15 +206,15 @@ class Zeroing:
         elif self._held_away(channel, left):
             if abs(error) > UNSEEN_DROP:
                 self._set(channel, left, float(self._total_variance()[channel]))
-            self._held_for[channel] = max(self._held_for[channel], TINY)
+            self._held_for[channel] = max(self._held_for[channel], HELD_BEGUN)
         else:
             self._zero(channel, left, HELD_SHARE * self._bent_at_peak(channel)[0])
 
     def _left(self, channel: int, error: float) -> float:
-        """What is left in a channel that has come to ambient pressure [kg].
+        """Air mass left in a channel that has reached ambient pressure [kg].
 
-        Where the sensor was off by an `error` [Pa], air seemed to flow when none did. Then it is
-        told by how much more volume the channel had than in free posture when it was nearly empty.
+        With an offset `error` [Pa] of the sensor there was an apparent flow. Then the air mass is
+        computed from the volume in excess of free posture of the nearly empty channel.
         """
         if abs(error) <= UNSEEN_DROP:
             return float(self._observer.mass[channel] - self._lifted[channel])
@@ -224,20 +224,20 @@ class Zeroing:
         return float(more[channel] * ambient / pressures_abs[channel])
 
     def _held_away(self, channel: int, left: float) -> bool:
-        """Whether more is `left` [kg] in a channel at ambient pressure than drift explains."""
+        """Whether a channel at ambient pressure has more air `left` [kg] than drift explains."""
         held, kept = self._bent_at_peak(channel)
-        drift = MISFIT * float(self.drift_bound[channel]) + LEAST_MISFIT
+        drift = DRIFT_MISFIT * float(self.drift_bound[channel]) + LEAST_MISFIT
         return drift + HELD_SHARE * held < left < HELD_VOLUME * kept
 
     def _bent_at_peak(self, channel: int) -> tuple[float, float]:
-        """What a channel held in free posture at its highest pressure since the last zero, and what
-        of it would be left at ambient pressure if it were still bent as far [kg].
+        """Air masses above rest of a channel in free posture at its highest pressure since the last
+        zeroing, and in the same posture at ambient pressure [kg].
         """
         held, kept = self._posture.bent_at(self._peak)
         return float(held[channel]), float(kept[channel])
 
     def _wait_for_rest(self) -> None:
-        """Take held channels to be at rest after all, if they stay at ambient pressure."""
+        """Zero held channels that stay at ambient pressure for HELD_PATIENCE."""
         self._held_for = np.where(self.empty, self._held_for, 0.0)
         for channel in np.flatnonzero(self._held_for > HELD_PATIENCE).tolist():
             name, mass = self._settings.channels[channel], self._observer.mass[channel]
@@ -252,7 +252,9 @@ class Zeroing:
         return np.abs(reading) < self._settings.zero_band
 
     def _take_offset(self, channel: int, pressures_abs: Floats) -> float:
-        """Take the channel's averaged pressure as ambient; returns how far it was off [Pa]."""
+        """Set the offset of a channel from its averaged pressure at ambient pressure; returns the
+        error of the former offset [Pa].
+        """
         error = float(self._still.mean[channel]) - self._settings.ambient
         self.offsets[channel] += error
         pressures_abs[channel] -= error
@@ -260,11 +262,10 @@ class Zeroing:
         return error
 
     def _zero(self, channel: int, drift: float, posture: float = 0.0) -> None:
-        """Take the channel's mass as that at rest, and say when its `drift` [kg] is more than it
-        may be.
+        """Set a channel's mass to that at rest, and warn of a `drift` [kg] above its bound.
 
-        `posture` [kg] is what an actuator that is held a little away from rest may hold more or
-        less than at rest: nothing, where the user says that it is free.
+        `posture` [kg] is the tolerance for an actuator that is not exactly at rest; 0 if the user
+        has stated that it is free.
         """
         if self.ready and self._observer.pulses[channel] > 0 and not self.doubted[channel]:
             self._say_misfit(channel, drift, posture)
@@ -275,8 +276,8 @@ class Zeroing:
         self.doubted[channel] = False
 
     def _say_misfit(self, channel: int, drift: float, posture: float = 0.0) -> None:
-        """Tell the user of a `drift` [kg] that neither calibration nor `posture` [kg] explain."""
-        bound = max(MISFIT * float(self.drift_bound[channel]), LEAST_MISFIT) + posture
+        """Warn of a `drift` [kg] that neither calibration nor `posture` [kg] explain."""
+        bound = max(DRIFT_MISFIT * float(self.drift_bound[channel]), LEAST_MISFIT) + posture
         if abs(drift) > bound:
             self._notes.append(
                 f"calibration does not fit channel {self._settings.channels[channel]}: its air "
@@ -292,10 +293,10 @@ class Zeroing:
     # tare
 
     def tare(self, pressures_abs: Floats) -> list[str]:
-        """Set all masses from the averaged pressures; returns the channels not at ambient.
+        """Set all masses from the averaged pressures; returns the channels not at ambient pressure.
 
-        Those have the volume of their free posture. `pressures_abs` (n,) [Pa] are absolute; a found
-        offset is taken off in place.
+        For these the volume is that of free posture. `pressures_abs` (n,) [Pa] are absolute; a new
+        offset is subtracted in place.
         """
         steady = self.steady(pressures_abs)
         off = np.abs(steady - self._settings.ambient)

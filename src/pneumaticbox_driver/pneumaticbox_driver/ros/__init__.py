@@ -1,1 +1,1 @@
-"""The node `pneumaticbox` and its client: all of this package that imports ROS."""
+"""The node `pneumaticbox` and its client: the only part of this package that imports ROS."""

@@ -1,4 +1,4 @@
-"""The box on topics: commands in; states at every sample, and the sensors decimated."""
+"""Topics of the box: commands, states at every sample, and pressures at a lower rate."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from trajectory_msgs.msg import JointTrajectory
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import CommandTraffic
-from softhand_ros.topics import RELIABLE, heard, seconds
+from softhand_ros.topics import RELIABLE, has_subscribers, seconds
 
-COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
-STATE = "pneumaticbox/state"
+BOX_COMMAND, BOX_SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+BOX_STATE = "pneumaticbox/state"
 PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
@@ -37,39 +37,40 @@ def _points(message: JointTrajectory) -> list[TrajectoryPoint]:
 
 
 class Commands:
-    """The two topics on which others say what the box shall do.
+    """The two topics for commands to the box.
 
     Args:
-        node: whose topics they are.
-        obey: what takes a message's names, points, stamp [s] and the present time [s], by topic.
-        now: present time of the box [s].
-        of_stamp: time of the box that a message's stamp [s] means.
-        refuse: is told why a message cannot be used.
-        accepted: is called after a message that can.
+        node: the node that subscribes.
+        handlers: by topic, functions of a message's names, points, stamp [s] and present time [s].
+        now: returns the present time of the box [s].
+        of_stamp: returns the time of the box [s] for a message's stamp [s].
+        refuse: called with the reason when a message is refused.
+        accepted: called after a valid message.
     """
 
     def __init__(
         self,
         node: Node,
-        obey: dict[str, Callable[..., None]],
+        handlers: dict[str, Callable[..., None]],
         now: Callable[[], float],
         of_stamp: Callable[[float], float],
         refuse: Callable[[str], None],
         accepted: Callable[[], None],
     ) -> None:
         self.traffic = CommandTraffic()
-        self._obey = obey
+        self._handlers = handlers
         self._now, self._of_stamp = now, of_stamp
         self._refuse, self._accepted = refuse, accepted
         self._subscriptions = {
-            topic: node.create_subscription(JointTrajectory, topic, self._taker(topic), RELIABLE)
-            for topic in obey
+            # rclpy passes information on the message as a second argument, not in its annotation
+            topic: node.create_subscription(JointTrajectory, topic, self._taker(topic), RELIABLE)  # type: ignore[arg-type]
+            for topic in handlers
         }
 
     def count_commanders(self) -> None:
-        """See how many nodes publish commands or schedules, whichever are more."""
-        counts = [s.get_publisher_count() for s in self._subscriptions.values()]
-        self.traffic.commanders = max(counts)
+        """Count the nodes that have sent commands recently; a restarted node counts once."""
+        publishers = max(s.get_publisher_count() for s in self._subscriptions.values())
+        self.traffic.commanders = min(publishers, self.traffic.speakers(time.monotonic()))
 
     def _taker(self, topic: str) -> Callable[[JointTrajectory, Any], None]:
         def take(message: JointTrajectory, info: Any) -> None:
@@ -84,7 +85,7 @@ class Commands:
         stamp, names = seconds(message.header.stamp), message.joint_names
         points = _points(message)
         try:
-            self._obey[topic](names, points, self._of_stamp(stamp), self._now())
+            self._handlers[topic](names, points, self._of_stamp(stamp), self._now())
         except ValueError as error:
             self._refuse(f"{topic}: {error}")
         else:
@@ -92,11 +93,11 @@ class Commands:
 
 
 class StateTopics:
-    """The topics that tell of the box's state.
+    """The topics with the state of the box.
 
     Args:
-        node: whose topics they are.
-        box: to tell of.
+        node: the node that publishes.
+        box: whose state is published.
         channel_deviation: of the channel sensors, one sigma [Pa].
         supply_deviation: of the supply's sensor, one sigma [Pa].
     """
@@ -106,7 +107,7 @@ class StateTopics:
     ) -> None:
         channels = box.settings.channels
         self._box = box
-        self._state_out = node.create_publisher(JointState, STATE, RELIABLE)
+        self._state_out = node.create_publisher(JointState, BOX_STATE, RELIABLE)
         self._state = JointState(name=list(channels))
         names = (*channels, "supply")
         self._pressure_out = [
@@ -115,13 +116,11 @@ class StateTopics:
         ]
         deviations = [channel_deviation] * len(channels) + [supply_deviation]
         self._pressure = [FluidPressure(variance=deviation**2) for deviation in deviations]
-        for message, name in zip(self._pressure, names, strict=True):
-            message.header.frame_id = name
         self._slot = 0
 
     def publish(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
-        """Publish the state after a sample of absolute pressures (n + 1,) [Pa], to who listens."""
-        if heard(self._state_out):
+        """Publish the state after a sample of absolute pressures (n + 1,) [Pa] to subscribers."""
+        if has_subscribers(self._state_out):
             self._publish_state(stamp)
         self._publish_pressures(stamp, pressures_abs)
 
@@ -134,11 +133,11 @@ class StateTopics:
         self._state_out.publish(state)
 
     def _publish_pressures(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
-        """Publish the sensors in turn, each at its rate, spread over the samples."""
+        """Publish the sensors in turn, each at PRESSURE_RATE, spread over the samples."""
         n = len(self._pressure)
         slot = int(seconds(stamp) * PRESSURE_RATE * n)
         for due in range(max(self._slot + 1, slot - n + 1), slot + 1):
-            if not heard(self._pressure_out[due % n]):
+            if not has_subscribers(self._pressure_out[due % n]):
                 continue
             message = self._pressure[due % n]
             message.header.stamp = stamp

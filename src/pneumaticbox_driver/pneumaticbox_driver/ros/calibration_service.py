@@ -1,13 +1,13 @@
-"""Calibration in use: read from its file, or made anew on the box while the node runs."""
+"""The used calibration: read from its file, or measured on the box while the node runs."""
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pneumaticbox_driver.box.box import PneumaticBox
-from pneumaticbox_driver.box.diagnostics import Level, Report
 from pneumaticbox_driver.calibration.file import (
     BoxNote,
     check_calibration,
@@ -18,6 +18,8 @@ from pneumaticbox_driver.calibration.file import (
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import outlet_numbers
+from softhand_common.documents.output_file import UnwritableFile
+from softhand_common.status import Level, Report
 
 Value = Callable[[str], Any]
 UNNAMED = "unnamed"
@@ -28,7 +30,7 @@ def calibrations_of(value: Value, channels: int) -> list[ChannelCalibration]:
 
     Args:
         value: returns a parameter's value by its name.
-        channels: how many there are.
+        channels: number of channels.
 
     Raises:
         ValueError: the file or the parameter outlets cannot be used.
@@ -38,11 +40,11 @@ def calibrations_of(value: Value, channels: int) -> list[ChannelCalibration]:
 
 
 class Calibrating:
-    """Starts calibrations of a box, saves what they find and has it used at once.
+    """Starts calibrations of a box, saves their results and uses them at once.
 
     Args:
         box: with the calibrations of `calibrations_of`.
-        calibrations: those.
+        calibrations: of `calibrations_of`.
         value: returns a parameter's value by its name.
 
     Raises:
@@ -54,18 +56,22 @@ class Calibrating:
     ) -> None:
         self._box, self._value = box, value
         self._calibrations = calibrations
-        self._source = value("calibration_file") or "that of the pretended box"
+        self._source = value("calibration_file") or "that of the simulated box"
         self._note: BoxNote = load_box_note(value("calibration_file") or None)
         self._run: CalibrationRun | None = None
+        self._saving: Future[BoxNote] | None = None
         self._output = Path()
         self._failure = ""
 
     def begin(self) -> str:
-        """Begin a calibration; returns the box's sentence.
+        """Begin a calibration; returns a sentence on what was done.
 
         Raises:
-            ValueError: parameters that cannot be used, or the box cannot begin now.
+            ValueError: parameters that cannot be used, the box cannot begin now, or the last
+                calibration is not saved yet.
         """
+        if self._saving is not None:
+            raise ValueError(f"the last calibration is being saved to {self._output}")
         volume = self._value("calibration_volume")
         if not volume > 0:
             raise ValueError("calibration_volume must be above 0 m3: no fixed volume is attached")
@@ -82,11 +88,13 @@ class Calibrating:
         return done
 
     def next(self) -> str:
-        """Go on at another supply pressure; raises ValueError when none is waited for."""
+        """Continue at another supply pressure; raises ValueError unless a run waits for it."""
         return self._box.calibration.next()
 
     def look(self) -> None:
-        """When a calibration has ended: save it and have it used, or say why it has failed."""
+        """When a calibration has ended: have it used and saved, or say why it has failed."""
+        if self._saving is not None and self._saving.done():
+            self._finish_saving(self._saving)
         run = self._run
         if run is None or run.state not in ("done", "failed"):
             return
@@ -102,16 +110,22 @@ class Calibrating:
         self._box.observer.set_calibrations(self._calibrations)
         box, volume = self._value("box") or UNNAMED, self._value("calibration_volume")
         ambient = self._box.settings.ambient
+        # in a thread: a disk may take longer than a sample can wait
+        saver = ThreadPoolExecutor(1, "calibration")
+        self._saving = saver.submit(_save, self._output, box, self._calibrations, volume, ambient)
+        saver.shutdown(wait=False)
+
+    def _finish_saving(self, saving: "Future[BoxNote]") -> None:
+        self._saving = None
         try:
-            save_calibration(self._output, box, self._calibrations, volume, ambient)
-            self._note = load_box_note(self._output)
+            self._note = saving.result()
             self._source = str(self._output)
-        except OSError as error:
+        except UnwritableFile as error:
             self._failure = f"the new calibration is in use, but was not saved: {error}"
             self._box.notes.append(self._failure)
 
     def report(self) -> Report:
-        """Report what is in use, what speaks against it, and how a calibration goes on."""
+        """Report the used calibration, warnings about it, and the progress of a running one."""
         report = Report("calibration")
         report.values = {
             "file": self._source,
@@ -130,6 +144,8 @@ class Calibrating:
             report.raise_to(Level.WARN, self._failure)
         if self._run is not None:
             self._report_run(self._run, report)
+        if self._saving is not None:
+            report.values["state"] = "saving"
         return report
 
     def _report_run(self, run: CalibrationRun, report: Report) -> None:
@@ -139,8 +155,15 @@ class Calibrating:
         report.message = run.message
 
 
+def _save(
+    path: Path, box: str, channels: list[ChannelCalibration], volume: float, ambient: float
+) -> BoxNote:
+    save_calibration(path, box, channels, volume, ambient)
+    return load_box_note(path)
+
+
 def _new_file(given: str) -> Path:
-    """The file to write; raises ValueError if there is none or it cannot be written."""
+    """The path of a file to write; raises ValueError if it is empty or cannot be written."""
     if not given:
         raise ValueError("calibration_output must be the path of a new file, got ''")
     path = Path(given).expanduser()

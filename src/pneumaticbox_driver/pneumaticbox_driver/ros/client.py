@@ -33,22 +33,23 @@ from softhand_ros.client_link import ClientLink
 from softhand_ros.parameters import SIM_TIME
 from softhand_ros.topics import full_name, seconds, stamp_of_seconds
 
-MODES = "control_mode"
-KEPT = 5000  # states that wait for `monitor`, 10 s at 500 Hz
+MODE_PARAMETER = "control_mode"
+QUEUED_STATES = 5000  # for `monitor`, 10 s at 500 Hz
+REPEAT_PERIOD = 1.0  # of the box's time, between repetitions of a reached target [s]
 TRIGGERS = ("vent", "tare", "reset", "calibrate", "calibrate_next")
-COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+BOX_COMMAND, BOX_SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
 
 
 class PneumaticboxError(RuntimeError):
-    """The box refuses something, has vented or does not answer; the message is its sentence."""
+    """The box refuses a request, has vented or does not answer; the message gives the reason."""
 
 
 @dataclass(frozen=True)
 class BoxState:
     """State of the box at one sample, by channel.
 
-    `time` is the stamp [s], `mass` estimated above the fill at rest [kg], `flow` into the channel
-    [kg/s], `pressure` gauge [Pa].
+    `time` is the stamp [s], `mass` the estimate above the air mass at rest [kg], `flow` that into
+    the channel [kg/s], `pressure` the gauge pressure [Pa].
     """
 
     time: float
@@ -59,7 +60,7 @@ class BoxState:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A status of `/diagnostics`: level (0 well, 1 warning, 2 error), sentence, figures."""
+    """A status of `/diagnostics`: level (0 OK, 1 warning, 2 error), sentence, figures."""
 
     level: int
     message: str
@@ -67,9 +68,9 @@ class Diagnosis:
 
 
 class Complaints:
-    """Finds in the diagnoses what the user of a client must hear of.
+    """Finds errors for the user of a client in the diagnostics of the driver.
 
-    That is a vent that was not asked for, and messages that have been refused since the beginning.
+    These are a vent that the user has not requested, and refused messages.
     """
 
     def __init__(self) -> None:
@@ -77,12 +78,16 @@ class Complaints:
         self._refusals: int | None = None
 
     def of(self, diagnoses: Mapping[str, Diagnosis]) -> str:
-        """Say what is wrong by the newest diagnoses by name, "" for nothing."""
+        """The error in the newest diagnoses, given by name; "" for none."""
         safety, commands = diagnoses.get("safety"), diagnoses.get("commands")
         refused = "" if commands is None else self._refused(commands)
         if safety is not None and safety.level > 1 and not self.vent_wanted:
             return safety.message
         return refused
+
+    def forget_refusals(self) -> None:
+        """Ignore messages that are refused before the next diagnosis."""
+        self._refusals = None
 
     def _refused(self, commands: Diagnosis) -> str:
         count = int(commands.values.get("refused messages", 0))
@@ -92,10 +97,10 @@ class Complaints:
 
 
 class PneumaticboxClient:
-    """Speaks to one driver; a context manager. It hears the box only while one of its calls runs.
+    """Client of one driver; a context manager. It receives messages only during its calls.
 
     Args:
-        patience: for the driver to be found and to answer [s].
+        patience: for the discovery and the answers of the driver [s].
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
         name: of the client's node.
         namespace: of the driver; empty: the root.
@@ -114,11 +119,13 @@ class PneumaticboxClient:
         self._link, self._patience = ClientLink(name, domain, namespace), patience
         # how the driver's names in /diagnostics begin
         self._prefix = f"{full_name(self._link.node, 'pneumaticbox')}: "
-        self._states: deque[BoxState] = deque(maxlen=KEPT)
+        self._states: deque[BoxState] = deque(maxlen=QUEUED_STATES)
         self._state: BoxState | None = None
         self._complaints = Complaints()
         self._complaint = ""
         self._modes: tuple[str, ...] = ()
+        self._held: dict[str, tuple[float, float]] = {}  # by channel: target, time it is due [s]
+        self._repeated = -math.inf  # time of the last repetition [s]
         self.diagnostics: dict[str, Diagnosis] = {}  # newest, by name: safety, channel a ...
         try:
             self._connect()
@@ -133,7 +140,7 @@ class PneumaticboxClient:
         self.close()
 
     def close(self) -> None:
-        """Leave; the box goes on with what it was told."""
+        """Destroy the client's node; the box continues with its last commands."""
         self._link.close()
 
     def _connect(self) -> None:
@@ -142,25 +149,26 @@ class PneumaticboxClient:
         link.listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, depth=50)
         self._out = {
             topic: node.create_publisher(JointTrajectory, topic, 10)
-            for topic in (COMMAND, SCHEDULE)
+            for topic in (BOX_COMMAND, BOX_SCHEDULE)
         }
         kinds = dict.fromkeys(TRIGGERS, Trigger)
         kinds |= {"enable": SetBool, "get_parameters": GetParameters}
         kinds["set_parameters_atomically"] = SetParametersAtomically
         self._clients = {
-            name: node.create_client(kind, f"pneumaticbox/{name}") for name, kind in kinds.items()
+            name: link.client(kind, f"pneumaticbox/{name}") for name, kind in kinds.items()
         }
         wait(lambda: self._state is not None, "no driver publishes pneumaticbox/state")
         wait(lambda: "safety" in self.diagnostics, "the driver does not report itself")
         everyone = self._out.values()
         wait(lambda: all(p.get_subscription_count() for p in everyone), "no driver listens")
-        modes, simulated = self._parameters(MODES, SIM_TIME)
+        modes, simulated = self._parameters(MODE_PARAMETER, SIM_TIME)
         self._modes = self._spread(modes)
         link.follow_simulated_time(simulated)
 
     def _wait(self, condition: Callable[[], Any], silence: str) -> None:
-        """Listen until the condition holds; `silence` says what is wrong when it never does."""
+        """Receive messages until a condition holds; `silence` is the error when it does not."""
         if not self._link.wait(condition, self._patience):
+            self._raise_complaint()
             raise PneumaticboxError(f"{silence} (waited {self._patience:g} s)")
 
     def _call(self, name: str, request: Any) -> Any:
@@ -174,7 +182,7 @@ class PneumaticboxClient:
             )
         return answer
 
-    # what the box says
+    # state of the box
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -183,13 +191,15 @@ class PneumaticboxClient:
 
     @property
     def modes(self) -> dict[str, str]:
-        """Control modes by channel, as far as this client knows."""
+        """Control modes by channel, as set or read by this client."""
         return dict(zip(self.channels, self._modes, strict=True))
 
     @property
     def state(self) -> BoxState:
-        """The state that was heard last."""
+        """The latest state; raises PneumaticboxError before the first one."""
         self._link.drain()
+        if self._state is None:
+            raise PneumaticboxError("no driver publishes pneumaticbox/state")
         return self._state
 
     @property
@@ -199,10 +209,11 @@ class PneumaticboxClient:
         return self._link.now
 
     def monitor(self, duration: float = math.inf) -> Iterator[BoxState]:
-        """Yield every state from now on, until `duration` [s] of the box's time has passed.
+        """Yield all states for `duration` [s] of the box's time; repeats targets (`keep_alive`).
 
         Raises:
-            PneumaticboxError: the box has vented unasked or refused a message, or falls silent.
+            PneumaticboxError: the box has vented without request, refused a message, or publishes
+                no more states.
         """
         self._link.drain()
         self._states.clear()
@@ -210,6 +221,7 @@ class PneumaticboxClient:
         while True:
             self._wait(lambda: self._states, "the driver has fallen silent")
             self._raise_complaint()
+            self.keep_alive()
             while self._states:
                 state = self._states.popleft()
                 end = state.time + duration if math.isnan(end) else end
@@ -217,7 +229,7 @@ class PneumaticboxClient:
                     return
                 yield state
 
-    # what the box shall do
+    # commands
 
     def configure(self, **parameters: Any) -> None:
         """Set parameters of the driver, all of them or none.
@@ -227,8 +239,8 @@ class PneumaticboxClient:
         Raises:
             PneumaticboxError: the driver refuses one; the message says why.
         """
-        if MODES in parameters:
-            parameters[MODES] = list(self._spread(parameters[MODES]))
+        if MODE_PARAMETER in parameters:
+            parameters[MODE_PARAMETER] = list(self._spread(parameters[MODE_PARAMETER]))
         values = [Parameter(name, value=value) for name, value in parameters.items()]
         request = SetParametersAtomically.Request(
             parameters=[value.to_parameter_msg() for value in values]
@@ -236,7 +248,8 @@ class PneumaticboxClient:
         answer = self._call("set_parameters_atomically", request)
         if not answer.result.successful:
             raise PneumaticboxError(answer.result.reason)
-        self._modes = tuple(parameters.get(MODES, self._modes))
+        before, self._modes = self.modes, tuple(parameters.get(MODE_PARAMETER, self._modes))
+        self._held = {n: held for n, held in self._held.items() if self.modes[n] == before[n]}
 
     def run(
         self,
@@ -244,17 +257,17 @@ class PneumaticboxClient:
         times: float | Sequence[float] = 0.0,
         start: float = 0.0,
     ) -> None:
-        """Bring channels to targets in straight lines; the quantity is that of their mode.
+        """Command channels to targets, interpolated linearly; the quantity is that of their mode.
 
         Args:
             targets: by channel, a value for each of `times`: air mass above rest [kg], mass flow
                 [kg/s], gauge pressure [Pa] or volume above rest [m3].
-            times: when they are to be reached [s] after the start; at 0 it is a step.
+            times: of the targets [s] after the start; 0 for a step.
             start: of the driver's clock [s]; 0 for now.
 
         Raises:
-            PneumaticboxError: a message has been refused before, or the box has vented.
-            ValueError: unknown channel, or values that do not go with the times.
+            PneumaticboxError: an earlier message was refused, or the box has vented.
+            ValueError: unknown channel, or the numbers of values and times differ.
         """
         columns = np.column_stack([np.atleast_1d(values) for values in targets.values()])
         moments = np.atleast_1d(times)
@@ -263,12 +276,28 @@ class PneumaticboxClient:
         names = list(targets)
         rows = zip(moments.tolist(), columns.tolist(), strict=True)
         points = [self._point(names, moment, row) for moment, row in rows]
-        self._send(COMMAND, names, points, start)
+        self._send(BOX_COMMAND, names, points, start)
+        due = max(start, self.now) + float(moments[-1])
+        self._held |= {name: (value, due) for name, value in zip(names, columns[-1], strict=True)}
+
+    def keep_alive(self) -> None:
+        """Repeat the reached targets of `run`, once in `REPEAT_PERIOD` of the box's time.
+
+        Without a command the driver vents after its `command_timeout`. `monitor` calls this method;
+        programs that wait in another way must call it regularly.
+        """
+        now = self.now
+        due = {name: value for name, (value, time) in self._held.items() if time <= now}
+        if due and not 0 <= now - self._repeated < REPEAT_PERIOD:
+            self._repeated = now
+            self._send(
+                BOX_COMMAND, list(due), [self._point(list(due), 0.0, list(due.values()))], 0.0
+            )
 
     def schedule(
         self, events: Mapping[str, Sequence[tuple[float, int]]], start: float = 0.0
     ) -> None:
-        """Schedule the valves of channels in mode time, ahead or from now on.
+        """Schedule the valves of channels in mode time.
 
         Args:
             events: by channel, (time after the start [s], +1 inflate, -1 deflate or 0 closed).
@@ -277,49 +306,65 @@ class PneumaticboxClient:
         Raises:
             PneumaticboxError, ValueError: as `run`.
         """
-        for name, course in events.items():
+        for name, changes in events.items():
             points = [
                 JointTrajectoryPoint(positions=[float(valve)], time_from_start=_duration(moment))
-                for moment, valve in course
+                for moment, valve in changes
             ]
-            self._send(SCHEDULE, [name], points, start)
+            self._send(BOX_SCHEDULE, [name], points, start)
 
     def stop(self) -> str:
-        """Close the valves and drop all targets, until `start`; returns the box's sentence."""
+        """Close the valves and drop all targets, until `start`; returns the driver's answer."""
+        self._let_go()
         return self._answer("enable", SetBool.Request(data=False))
 
     def start(self) -> str:
-        """Take commands again after `stop`."""
+        """Accept commands again after `stop`."""
         return self._answer("enable", SetBool.Request(data=True))
 
     def vent(self) -> str:
         """Open all outlets, until `reset`."""
+        self._let_go()
         self._complaints.vent_wanted = True
         return self._trigger("vent")
 
     def reset(self) -> str:
-        """Leave the safe state."""
+        """End a vent."""
+        self._let_go()
         done = self._trigger("reset")
         self.diagnostics.pop("safety", None)
         self._complaints.vent_wanted, self._complaint = False, ""
         return done
 
     def tare(self) -> str:
-        """Set the air masses from the pressures: the hand stands in its rest posture."""
+        """Set the air masses from the pressures; nothing may touch the hand."""
         return self._trigger("tare")
 
     def calibrate(self) -> str:
-        """Begin a calibration; `diagnostics["calibration"]` shows how it goes on."""
+        """Begin a calibration; `diagnostics["calibration"]` has its progress."""
         return self._trigger("calibrate")
 
     def calibrate_next(self) -> str:
-        """Go on with the calibration: the supply regulator has been turned."""
+        """Continue the calibration after the supply pressure was changed."""
         return self._trigger("calibrate_next")
 
-    # beneath
+    # internal
+
+    def _let_go(self) -> None:
+        """Stop to repeat targets; refusals of a target just repeated are ignored."""
+        self._held.clear()
+        self._complaints.forget_refusals()
 
     def _on_state(self, message: JointState) -> None:
         names = message.name
+        fields = message.position, message.velocity, message.effort
+        if not names or any(len(values) != len(names) for values in fields):
+            got = ", ".join(str(len(values)) for values in fields)
+            self._complaint = (
+                f"pneumaticbox/state: expected a position, velocity and effort for each channel, "
+                f"got {len(names)} names and {got} values"
+            )
+            return
         self._state = BoxState(
             seconds(message.header.stamp),
             dict(zip(names, message.position, strict=True)),
@@ -341,6 +386,7 @@ class PneumaticboxClient:
     def _raise_complaint(self) -> None:
         complaint, self._complaint = self._complaint, ""
         if complaint:
+            self._held.clear()  # a refused target is not repeated
             raise PneumaticboxError(complaint)
 
     def _spread(self, modes: str | Sequence[str] | Mapping[str, str]) -> tuple[str, ...]:

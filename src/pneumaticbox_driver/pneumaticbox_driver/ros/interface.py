@@ -1,6 +1,8 @@
-"""What the node `pneumaticbox` offers to others, and its executable `driver`."""
+"""Topics and services of the node `pneumaticbox`, and its executable `driver`."""
 
 from __future__ import annotations
+
+import sys
 
 from pneumaticbox_driver.ros.parameters import PARAMETERS
 from softhand_ros.parameters import Offer, usage
@@ -45,5 +47,9 @@ HELP = usage("driver", PURPOSE, PARAMETERS, OFFERS)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tell how to use the node, or run it."""
+    """Print the help of the node, or run it."""
     return start_node(HELP, "pneumaticbox_driver.ros.node", args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,8 +1,7 @@
-"""The node `pneumaticbox`: control of the channels' air, its services and its safety."""
+"""The node `pneumaticbox`: topics, services and safety around the control of the air."""
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import math
 import sys
@@ -10,7 +9,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import rclpy
@@ -24,7 +23,13 @@ from pneumaticbox_driver.backends.board import Board, open_board
 from pneumaticbox_driver.backends.loop import DeadlineLoop, SteadyClock, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
-from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, STATE, Commands, StateTopics
+from pneumaticbox_driver.ros.box_topics import (
+    BOX_COMMAND,
+    BOX_SCHEDULE,
+    BOX_STATE,
+    Commands,
+    StateTopics,
+)
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
 from pneumaticbox_driver.ros.interface import HELP
 from pneumaticbox_driver.ros.parameters import (
@@ -34,10 +39,10 @@ from pneumaticbox_driver.ros.parameters import (
     sim_time_ignored,
 )
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
-from pneumaticbox_driver.safety import SampleWatch, one_line
+from pneumaticbox_driver.safety import SampleWatch, one_line, text_of
 from pneumaticbox_driver.settings import per_channel
-from softhand_model.documents.quoted import shortened
-from softhand_model.numerics.compiled import compilation_told
+from softhand_common.documents.quoted import shortened
+from softhand_common.numerics.compiled import compilation_announced
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare
@@ -46,23 +51,26 @@ from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
 
-# after which a calibration's fit, in a thread, lets the control step run [s]
+if TYPE_CHECKING:
+    from pneumaticbox_driver.backends.embedded import EmbeddedBoard
+
+# time after which the fit of a calibration, in a thread, is interrupted for the control step [s]
 SWITCH_INTERVAL = 0.001
-SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
-SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
-WAIT = 0.01  # for a sample, before others are served [s]
-# part of the box that a parameter of the name of its attribute switches
-SWITCHES = {"drift_correction": "zeroing", "leak_model": "observer"}
-VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
-FAREWELL = 0.3  # wall time for the last valves to arrive [s]
+SERVE_PERIOD = 0.01  # wall time between checks for commands and services when none wait [s]
+SERVE_SLICE = 0.001  # longest time for them, without the last message [s]
+SAMPLE_WAIT = 0.01  # longest wait for a sample before other work [s]
+# attributes of parts of the box that are set by parameters of the same name
+SWITCHED_PARTS = {"drift_correction": "zeroing", "leak_model": "observer"}
+VALVES_PERIOD = 0.1  # between messages of unchanged valves, unless the plant is on topics [s]
+LAST_VALVES_TIME = 0.3  # wall time for the delivery of the last valves [s]
 
 
 class PneumaticBoxNode(Node):
-    """ROS around the pneumatic box; one thread answers samples and serves the rest in between."""
+    """ROS node of the pneumatic box; one thread processes samples and, in between, other work."""
 
     def __init__(self) -> None:
         super().__init__("pneumaticbox")
-        self._single = Single(self, "driver", STATE)
+        self._single = Single(self, "driver", BOX_STATE)
         declare(self, PARAMETERS)
         self.backend = self._value("backend")
         settings = box_settings(self._value)
@@ -70,12 +78,13 @@ class PneumaticBoxNode(Node):
         calibrations = calibrations_of(self._value, len(channels))
         hardware = f"pneumaticbox/{self.backend}"
         self._diagnostics = Diagnostics(self, "pneumaticbox", hardware)
-        with Preparation(self, self._diagnostics, "control") as tell, compilation_told(tell):
+        with Preparation(self, self._diagnostics, "control") as say, compilation_announced(say):
             self.box = PneumaticBox(settings, calibrations)
         self._calibrating = Calibrating(self.box, calibrations, self._value)
-        for name, part in SWITCHES.items():
+        for name, part in SWITCHED_PARTS.items():
             setattr(getattr(self.box, part), name, self._value(name))
         self._single.claim(self._value(ALLOW_SECOND.name))  # before any valve can move
+        self._take_priority()  # before the board is opened, as its threads inherit it
         self.board = open_board(self.backend, settings, self._value)
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
         self.steady = SteadyClock()
@@ -83,16 +92,16 @@ class PneumaticBoxNode(Node):
         self._watch = SampleWatch()
         self._activity = ValveActivity(len(channels))
         self._stamp = Time()
-        self._told: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
-        self._told_at = -math.inf
+        self._published: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
+        self._published_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._next_look = self._reported = 0.0
-        self._told_safety: tuple[bool, int] = (True, 0)  # enabled, and reasons of the vent
+        self._reported_safety: tuple[bool, int] = (True, 0)  # enabled, number of vent reasons
         self._create_topics(channels)
         self._create_services()
-        self._take_priority()
         self.add_on_set_parameters_callback(self._on_parameters)
         self._executor = RoundRobin(self)
+        self.get_logger().info(f"ready: {len(channels)} channels, backend {self.backend}")
 
     def _take_priority(self) -> None:
         priority = self._value("real_time_priority")
@@ -110,9 +119,9 @@ class PneumaticBoxNode(Node):
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
         self._state = StateTopics(self, self.box, *deviations)
-        obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
+        handlers = {BOX_COMMAND: self.box.command, BOX_SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
-            self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
+            self, handlers, self._box_time, self._of_stamp, self._refuse, self.link.accept
         )
         self.link.traffic = self._commands.traffic
 
@@ -131,7 +140,7 @@ class PneumaticBoxNode(Node):
     # time
 
     def _node_time(self) -> float:
-        """Time by which samples are missed [s]: of the plant, or steady beside the wall clock."""
+        """Time for the detection of missing samples [s]: of the plant, or a monotonic clock."""
         if self.board is not None:
             return self.steady.now()
         return self.get_clock().now().nanoseconds * 1e-9
@@ -142,10 +151,10 @@ class PneumaticBoxNode(Node):
     def _of_stamp(self, stamp: float) -> float:
         return stamp if self.board is None else self.steady.of_stamp(stamp)
 
-    # what comes in
+    # messages
 
     def _refuse(self, reason: str) -> None:
-        """Name a message that cannot be used, in the log and in /diagnostics; it has no effect."""
+        """Report a refused message in the log and in /diagnostics."""
         self.link.refuse(reason, time.monotonic())
         self.get_logger().warning(f"refused {reason}", throttle_duration_sec=1.0)
 
@@ -159,10 +168,10 @@ class PneumaticBoxNode(Node):
                 self.box.set_modes(given)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        for name in SWITCHES & values.keys():
-            setattr(getattr(self.box, SWITCHES[name]), name, values[name])
+        for name in SWITCHED_PARTS & values.keys():
+            setattr(getattr(self.box, SWITCHED_PARTS[name]), name, values[name])
         if "embedded_supply" in values:
-            self.board.set_supply(values["embedded_supply"])
+            cast("EmbeddedBoard", self.board).set_supply(values["embedded_supply"])
         return SetParametersResult(successful=True)
 
     def _check_change(self, values: dict[str, Any]) -> None:
@@ -191,9 +200,11 @@ class PneumaticBoxNode(Node):
     # samples
 
     def serve_samples(self, timeout: float) -> None:
-        """Answer the next sample of the topic backend, if one comes within `timeout` [s], by the
-        commands that have come before it.
+        """Process the next sample of the topic backend, if one arrives within `timeout` [s], after
+        the commands that arrived before it; raises RuntimeError for another backend.
         """
+        if self._sensors is None:
+            raise RuntimeError(f"serve_samples: expected backend topic, got {self.backend}")
         sample = self._sensors.take(timeout)
         if sample is None:
             return
@@ -204,52 +215,52 @@ class PneumaticBoxNode(Node):
             self._refuse(f"pneumaticbox/sensors: {error}")
             return
         stamp = sample.header.stamp
-        self.on_sample(seconds(stamp), stamp, pressures)
+        self._publish_answer(stamp, self.box.on_sample(seconds(stamp), pressures), pressures)
 
     def serve_board(self, board: Board) -> None:
-        """Read the board that this process drives and answer it; its failure vents."""
+        """Read and command the board; an error of the board vents."""
         try:
             pressures = board.read()
             if math.isnan(self._board_begin):
                 self._board_begin = self.steady.now() - board.time
             stamp = self.get_clock().now().to_msg()
-            board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
+            valves = self.box.on_sample(self._board_begin + board.time, pressures)
+            board.command(valves)
+            self._publish_answer(stamp, valves, pressures)
         except (ValueError, OSError) as error:
-            self._fault(f"backend {self.backend}: {shortened(str(error))}")
+            self._fault(f"backend {self.backend}: {shortened(text_of(error))}")
         except Exception as error:  # noqa: BLE001 boards are not ours
             self._break_down(f"backend {self.backend}", error)
 
-    def on_sample(
-        self, now: float, stamp: Time, pressures_abs: NDArray[np.float64]
-    ) -> NDArray[np.int8]:
-        """Answer a sample at the box's time `now` [s], stamped by the node's clock.
+    def _publish_answer(
+        self, stamp: Time, valves: NDArray[np.int8], pressures_abs: NDArray[np.float64]
+    ) -> None:
+        """Publish the answer to a sample, stamped by the node's clock, and what was estimated.
 
         `pressures_abs` are absolute, of the channels, then of the supply (n + 1,) [Pa].
         """
-        valves = self.box.on_sample(now, pressures_abs)
         self._stamp = stamp
         self._answer(stamp, valves)
-        self._watch.heard(self._node_time(), time.monotonic())
+        self._watch.note(self._node_time(), time.monotonic())
         self.link.samples += 1
         self._state.publish(stamp, pressures_abs)
-        return valves
 
     def _answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
-        """Publish valves: each answer for a plant on topics, else what changes, for others."""
+        """Publish the valves: for a plant on topics always, otherwise only changes."""
         now = time.monotonic()
-        told = now - self._told_at < VALVES_PERIOD and (valves == self._told).all()
-        if self.board is not None and told:
+        known = now - self._published_at < VALVES_PERIOD and (valves == self._published).all()
+        if self.board is not None and known:
             return
-        self._told, self._told_at = valves, now
+        self._published, self._published_at = valves, now
         self._valves.answer(stamp, valves)
 
-    # everything else
+    # other work
 
     def serve_others(self, slack: float) -> None:
-        """Serve commands, services and parameters, watch the sensors, report: when it is time.
+        """Serve commands, services and parameters, watch the sensors and report, when due.
 
         Args:
-            slack: for how long that may take [s].
+            slack: longest time for that [s].
         """
         now = time.monotonic()
         if now < self._next_look:
@@ -260,10 +271,10 @@ class PneumaticBoxNode(Node):
         self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)
         safety = self.box.enabled, len(self.box.latch.reasons)
-        if now - self._reported >= REPORT_PERIOD or safety != self._told_safety:
-            for reason in self.box.latch.reasons[self._told_safety[1] :]:
+        if now - self._reported >= REPORT_PERIOD or safety != self._reported_safety:
+            for reason in self.box.latch.reasons[self._reported_safety[1] :]:
                 self.get_logger().error(f"{reason}: venting until pneumaticbox/reset")
-            self._reported, self._told_safety = now, safety
+            self._reported, self._reported_safety = now, safety
             self._executor.serve_rest()
             self._report(now)
             gc.collect(1)
@@ -274,48 +285,67 @@ class PneumaticBoxNode(Node):
             self.link.paused = self._clock_pulse.paused(now)
             self.link.clock_stands = self._clock_pulse.stands(now)
         self.link.sensors_seen = self._watch.started
-        reason = self._watch.silence(self._node_time(), now, self.link.paused)
+        simulated = self._clock_pulse is not None
+        reason = self._watch.silence(self._node_time(), now, simulated)
         if reason is not None:
             self._fault(reason)
 
     def _fault(self, reason: str) -> None:
-        """Vent for what the box cannot see itself, until there are samples and a reset."""
+        """Vent for a fault outside of the box, until there are samples and a reset."""
         self.box.sensors_sound = False
         if reason not in self.box.latch.reasons:
             self.box.vent(reason)
-            self.command_vent()
+            failure = self.command_vent()
+            if failure:
+                self.box.vent(failure)
 
     def keep_serving(self, what: str, step: Callable[[float], None], time_left: float) -> None:
-        """Do a `step` of the loop in the `time_left` [s]; whatever goes wrong in it vents."""
+        """Run a `step` of the loop in the `time_left` [s]; any error of it vents."""
         try:
             step(time_left)
-        except Exception as error:  # noqa: BLE001 no valve stays as it stands, and services go on
+        except Exception as error:  # noqa: BLE001 any error must vent, and services continue
             self._break_down(what, error)
 
     def _break_down(self, what: str, error: Exception) -> None:
-        """Vent for an error that should not be; the first time with its traceback in the log."""
+        """Vent for an unexpected error; the first time its traceback is logged."""
         reason = f"{what}: {one_line(error)}"
         if reason not in self.box.latch.reasons:
             lines = "".join(traceback.format_tb(error.__traceback__))
             self.get_logger().error(f"{reason}\n{lines}", throttle_duration_sec=5.0)
         self._fault(reason)
 
-    def command_vent(self) -> None:
-        """Command open outlets at once, without a sample to answer."""
+    def command_vent(self) -> str:
+        """Command open outlets at once, without a sample to answer: the board, then the topic.
+
+        Returns:
+            Why the board cannot be commanded; "" when it was.
+        """
         valves = np.full(len(self.box.settings.channels), -1, dtype=np.int8)
-        self._valves.answer(self._stamp, valves)
+        untold = ""
         if self.board is not None:
-            # a board that cannot be commanded has said so already
-            with contextlib.suppress(Exception):
+            try:
                 self.board.command(valves)
+            except Exception as error:  # noqa: BLE001 boards are not ours
+                untold = (
+                    f"the board does not open the outlets, shut off the supply: {one_line(error)}"
+                )
+        try:
+            self._valves.answer(self._stamp, valves)
+        except Exception as error:  # noqa: BLE001 the node goes on to watch the board
+            self.get_logger().error(f"pneumaticbox/valves: not published: {one_line(error)}")
+        return untold
 
     def close(self) -> None:
-        """Leave the outlets open and go."""
-        self.command_vent()
+        """Open the outlets, release the board and destroy the node."""
+        failure = self.command_vent()
         if self.board is not None:
-            with contextlib.suppress(Exception):
+            try:
                 self.board.close()
-        self._valves.flush(FAREWELL)
+            except Exception as error:  # noqa: BLE001 boards are not ours
+                failure = failure or f"the board could not be closed: {one_line(error)}"
+        if failure:
+            self.get_logger().error(failure)
+        self._valves.flush(LAST_VALVES_TIME)
         self._executor.close()
         self.destroy_node()
 
@@ -336,18 +366,18 @@ class PneumaticBoxNode(Node):
 
 
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
-    """Answer the samples of the topic backend until `stop` is set."""
+    """Process the samples of the topic backend until `stop` is set."""
     while not stop.is_set():
-        node.keep_serving("sample", node.serve_samples, WAIT)
+        node.keep_serving("sample", node.serve_samples, SAMPLE_WAIT)
         node.keep_serving("service", node.serve_others, SERVE_SLICE)
 
 
 def run_board(
     node: PneumaticBoxNode, board: Board, stop: threading.Event, loop: DeadlineLoop | None = None
 ) -> None:
-    """Read and answer the board at a fixed rate until `stop` is set.
+    """Read and command the board at a fixed rate until `stop` is set.
 
-    `loop` gives the rate; None takes that of the parameter embedded_rate.
+    `loop` gives the rate; None for that of the parameter embedded_rate.
     """
     loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
 
@@ -362,7 +392,7 @@ def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
     """Control the box until `stop` is set."""
     gc.freeze()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    gc.disable()  # a collection would come in the middle of a sample; see serve_others
+    gc.disable()  # a collection would delay a sample; see serve_others
     if node.board is None:
         run_topic(node, stop)
     else:
@@ -370,8 +400,15 @@ def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; `run_node` tells the exit status."""
-    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=HELP, args=args)
+    """Run the node; returns the exit status of `run_node`."""
+    return run_node(
+        "pneumaticbox",
+        PneumaticBoxNode,
+        run,
+        usage=HELP,
+        args=args,
+        closing_time=lambda node: getattr(node.board, "vent_time", 0.0),
+    )
 
 
 if __name__ == "__main__":

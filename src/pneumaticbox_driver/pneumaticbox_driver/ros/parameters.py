@@ -28,7 +28,7 @@ PARAMETERS = (
     Parameter(
         "volume_model",
         "",
-        "what volumes do under pressure; fixed: bottles, empty: hand if rest_volumes are its",
+        "of volumes over pressure; fixed: bottles, empty: hand if rest_volumes are the hand's",
         choices=("", *VOLUME_MODELS),
     ),
     Parameter(
@@ -37,23 +37,23 @@ PARAMETERS = (
     Parameter(
         "control_mode",
         ["mass"],
-        "what is controlled; one a channel, or one for all",
+        "controlled quantity; one per channel, or one for all",
         choices=tuple(MODES),
         read_only=False,
     ),
     Parameter(
         "backend",
         "topic",
-        "whose plant; topic: the simulator's, embedded: bottles in process",
+        "plant; topic: the simulator, embedded: simulated bottles, hardware: a real box",
         choices=BACKENDS,
     ),
-    Parameter("calibration_file", "", "of `calibrate`; empty: that of the pretended box"),
-    Parameter("outlets", [0], "whose coefficients a channel uses, from 1; one 0: in order"),
+    Parameter("calibration_file", "", "of `calibrate`; empty: that of the simulated box"),
+    Parameter("outlets", [0], "outlet of each channel, from 1; one 0: in order"),
     Parameter("box", "", "name of this box and of its calibration; empty: any", read_only=False),
     Parameter(
         "calibration_volume",
         0.0,
-        "fixed volume on every channel for calibrate; 0: none is there",
+        "fixed volume on every channel for calibrate; 0: none",
         "m3",
         (0.0, 0.1),
         read_only=False,
@@ -61,7 +61,7 @@ PARAMETERS = (
     Parameter(
         "calibration_points",
         100,
-        "pulses a channel for calibrate",
+        "pulses per channel for calibrate",
         bounds=(12, 10000),
         read_only=False,
     ),
@@ -75,21 +75,25 @@ PARAMETERS = (
     Parameter(
         "calibration_leak_test",
         30.0,
-        "time for which calibrate watches for leaks; 0: it does not",
+        "duration of the leak test of calibrate; 0: none",
         "s",
         (0.0, 3600.0),
         read_only=False,
     ),
     Parameter("calibration_output", "", "new file for calibrate to write", read_only=False),
     Parameter("drift_correction", False, "correct masses by still pressures", read_only=False),
-    Parameter("leak_model", False, "take leaked air off by the calibration", read_only=False),
+    Parameter("leak_model", False, "subtract leaks of the calibration", read_only=False),
     Parameter(
-        "command_timeout", 0.0, "silence of commands that vents; 0: hold", "s", (0.0, 3600.0)
+        "command_timeout",
+        5.0,
+        "time without a command after which it vents; 0: never, the last target is held",
+        "s",
+        (0.0, 3600.0),
     ),
     Parameter("command_lead", 60.0, "how far ahead a stamp may lie", "s", (0.0, 86400.0)),
     Parameter("command_span", 3600.0, "longest trajectory of a command", "s", (0.1, 86400.0)),
-    Parameter("shortest_pulse", 0.045, "least time that a valve stays open", "s", (0.001, 1.0)),
-    Parameter("shortest_pause", 0.06, "least time that a valve stays closed", "s", (0.0, 1.0)),
+    Parameter("shortest_pulse", 0.045, "smallest time a valve is open", "s", (0.001, 1.0)),
+    Parameter("shortest_pause", 0.06, "smallest time a valve is closed", "s", (0.0, 1.0)),
     Parameter("zero_band", 5000.0, "largest offset of a channel's sensor", "Pa", (0.0, 50000.0)),
     Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
     Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma", "Pa", (0.0, 1e5)),
@@ -102,7 +106,7 @@ PARAMETERS = (
         "embedded_seed", 0, "of noise and jitter with backend embedded", bounds=(0, 2**31 - 1)
     ),
     Parameter(
-        "embedded_plant", "", "YAML file of the pretended box, or `pneumaticbox`; empty: `ideal`"
+        "embedded_plant", "", "YAML file of the simulated box, or `pneumaticbox`; empty: `ideal`"
     ),
     Parameter(
         "embedded_supply",
@@ -119,7 +123,7 @@ PARAMETERS = (
 
 
 def box_settings(value: Callable[[str], Any]) -> BoxSettings:
-    """Make the box's settings from parameters, with the hand's data where they say so.
+    """Make the box's settings from parameters, with data of the hand for default values.
 
     Args:
         value: returns a parameter's value by its name.
@@ -130,7 +134,7 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
     channels, volumes = tuple(value("channels")), tuple(value("rest_volumes"))
     limits, model = tuple(value("pressure_limits")), value("volume_model")
     if not model:
-        # backend embedded has bottles unless it is told otherwise
+        # the default of backend embedded is bottles
         of_hand = volumes == (0.0,) and value("backend") != "embedded"
         model = "hand" if of_hand else "fixed"
     if channels == ("",) or volumes == (0.0,) or limits == (0.0,):
@@ -151,14 +155,14 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
 
 
 def sim_time_ignored(backend: str) -> str:
-    """Say that a backend without a simulator does not follow simulated time."""
+    """Warning that a backend without a simulator ignores simulated time."""
     return f"{SIM_TIME} is ignored: backend {backend} follows the wall clock"
 
 
 def choose_clock(node: Node, backend: str) -> str:
-    """Set use_sim_time of `node` to what its backend needs.
+    """Set use_sim_time of `node` as its backend requires.
 
-    Backend topic follows simulated time unless the user has said otherwise; the others have no
+    Backend topic follows simulated time unless the user has set the parameter; the others have no
     /clock and always follow the wall clock.
 
     Returns:

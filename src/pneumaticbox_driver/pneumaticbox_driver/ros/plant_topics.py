@@ -1,7 +1,7 @@
-"""The plant's side of the driver: takes sensor samples and publishes the valves that answer them.
+"""Topics between driver and plant: sensor samples and commanded valves.
 
-Samples come up to 500 times a second and each wants its answer soon. So they are taken straight
-from a wait set of their own, by the thread that answers them, and no executor stands in between.
+Up to 500 samples a second need an answer without delay. The thread that answers takes them directly
+from a wait set of their own, without an executor.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from softhand_model.documents.quoted import quoted
+from softhand_common.documents.quoted import quoted
 from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
 
 
@@ -24,7 +24,7 @@ def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray
     """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
 
     Raises:
-        ValueError: names or length are not those of this box's sensors.
+        ValueError: names or number of values are not those of this box's sensors.
     """
     expected = [*channels, "supply"]
     if sample.name != expected:
@@ -38,7 +38,7 @@ class ValvesOut:
     """Commanded valves on the topic `pneumaticbox/valves`.
 
     Args:
-        node: whose topic it is.
+        node: the node that publishes.
         channels: names of the channels, in order.
     """
 
@@ -47,27 +47,27 @@ class ValvesOut:
         self._valves = JointState(name=list(channels))
 
     def answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
-        """Publish the valves (n,) with the stamp of the sample that they answer."""
+        """Publish the valves (n,) with the stamp of their sample."""
         self._valves.header.stamp = stamp
         self._valves.position = array.array("d", valves.tolist())
         self._publisher.publish(self._valves)
 
     def flush(self, timeout: float) -> None:
-        """Wait up to `timeout` [s] until the plant has what was published."""
+        """Wait up to `timeout` [s] until the plant has received all messages."""
         self._publisher.wait_for_all_acked(Duration(seconds=timeout))
 
 
 class ClockPulse:
-    """Tells a paused simulation, which goes on publishing /clock, from one that is gone.
+    """Distinguishes a paused simulation, which still publishes /clock, from one that has ended.
 
     Args:
-        node: which follows /clock.
+        node: the node that follows /clock.
     """
 
     def __init__(self, node: Node) -> None:
         self._subscription = subscribe_by_hand(node, Clock, "/clock", NEWEST)
         self._last: tuple[int, int] | None = None
-        self._heard = self._moved = 0.0
+        self._received = self._moved = 0.0
 
     def look(self, wall_time: float) -> None:
         """Take the newest tick, if there is one, at this monotonic wall time [s]."""
@@ -76,15 +76,15 @@ class ClockPulse:
         tick = take(self._subscription)
         if tick is None:
             return
-        self._heard = wall_time
+        self._received = wall_time
         now = (tick.clock.sec, tick.clock.nanosec)
         if now != self._last:
             self._last, self._moved = now, wall_time
 
     def paused(self, wall_time: float) -> bool:
-        """Whether ticks come and stand still at this wall time [s]."""
-        return wall_time - self._heard < 1.0 and wall_time - self._moved > 0.5
+        """Whether ticks arrive with a constant time, at this wall time [s]."""
+        return wall_time - self._received < 1.0 and wall_time - self._moved > 0.5
 
     def stands(self, wall_time: float) -> float:
-        """For how long the time has stood still, with or without ticks [s]."""
+        """Time for which the clock has not advanced, with or without ticks [s]."""
         return wall_time - self._moved if self._moved else 0.0

@@ -1,1 +1,1 @@
-"""Bags (rosbag2 folders, MCAP): write them, mend them when cut off, and read them as arrays."""
+"""Bags (rosbag2 folders, MCAP): written, repaired when truncated, and read as arrays."""

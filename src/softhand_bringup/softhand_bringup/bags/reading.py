@@ -1,4 +1,4 @@
-"""Reading of a bag as arrays over simulated time."""
+"""Reads topics of a bag as arrays over simulated time."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.highlevel import AnyReader
 
-from softhand_model.documents.quoted import shortened
+from model_lab.measurements.bag_limits import AnyReader
+from softhand_common.documents.quoted import shortened
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class JointSeries:
-    """A topic of sensor_msgs/JointState: `time` (k,) [s], the fields (k, n), empty ones (k, 0)."""
+    """A topic of sensor_msgs/JointState: `time` (k,) [s], its fields (k, n), or (k, 0) if empty."""
 
     time: Array
     names: tuple[str, ...]
@@ -30,21 +30,23 @@ class JointSeries:
 
 @dataclass(frozen=True)
 class PoseSeries:
-    """A topic of geometry_msgs/PoseStamped: `time` (k,) [s], positions (k, 3) [m], (k, 4) [-]."""
+    """A topic of geometry_msgs/PoseStamped: `time` (k,) [s], positions (k, 3) [m], quaternions
+    (k, 4).
+    """
 
     time: Array
     position: Array
     orientation: Array
 
     def at(self, time: Array) -> PoseSeries:
-        """The last pose known at each of these times [s]; before the first, the first."""
+        """The latest pose at each of these times [s]; before the first pose, the first."""
         index = latest_index(self.time, time)
         return PoseSeries(np.asarray(time), self.position[index], self.orientation[index])
 
 
 @dataclass(frozen=True)
 class Command:
-    """One trajectory_msgs/JointTrajectory: when it came and when it starts [s], and its points."""
+    """One trajectory_msgs/JointTrajectory: times of reception and start [s], and its points."""
 
     received: float
     start: float
@@ -60,13 +62,13 @@ class Bag:
         folder: the bag, with its `metadata.yaml`.
 
     Raises:
-        ValueError: there is no readable bag, also later for messages that are damaged; a cut-off
-            one needs `softhand_bringup.bags.repair` first.
+        ValueError: the bag cannot be read; also raised later, for damaged messages. A truncated bag
+            needs `softhand_bringup.bags.repair` first.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        with _told(folder):
+        with _naming_the_bag(folder):
             self._reader = AnyReader([folder])
             self._reader.open()
         self._clock = self._read_clock()
@@ -82,7 +84,7 @@ class Bag:
         return {name: topic.msgcount for name, topic in self._reader.topics.items()}
 
     def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
-        """(simulated time of reception [s], message) of a topic, none if it was not recorded."""
+        """(simulated time of reception [s], message) of a topic; none if it was not recorded."""
         for stamp, message in self._raw(topic):
             yield self._simulated(stamp), message
 
@@ -121,7 +123,7 @@ class Bag:
         return [(time, message.data) for time, message in self.messages(topic)]
 
     def commands(self, topic: str) -> list[Command]:
-        """A topic of trajectory_msgs/JointTrajectory; stamp 0 starts when it is received."""
+        """A topic of trajectory_msgs/JointTrajectory; stamp 0 means a start at reception."""
         commands = []
         for received, message in self.messages(topic):
             stamp = stamp_seconds(message.header.stamp)
@@ -146,11 +148,11 @@ class Bag:
     def _raw(self, topic: str) -> Iterator[tuple[int, Any]]:
         """(stamp of reception [ns], message) of a topic."""
         connections = [c for c in self._reader.connections if c.topic == topic]
-        if not connections:  # to the reader, an empty list means all
+        if not connections:  # for the reader, an empty list means all
             return
         messages = self._reader.messages(connections=connections)
         while True:
-            with _told(self._folder):
+            with _naming_the_bag(self._folder):
                 found = next(messages, None)
                 if found is None:
                     return
@@ -159,7 +161,7 @@ class Bag:
             yield stamp, message
 
     def _read_clock(self) -> tuple[NDArray[np.int64], Array]:
-        """Stamps of reception [ns] and the simulated time [s] that /clock told then."""
+        """Stamps of reception [ns] of the ticks of /clock, and their simulated times [s]."""
         ticks = [(stamp, stamp_seconds(message.clock)) for stamp, message in self._raw("/clock")]
         stamps = np.array([stamp for stamp, _ in ticks], dtype=np.int64)
         return stamps, np.array([time for _, time in ticks])
@@ -172,15 +174,15 @@ class Bag:
 
 
 @contextmanager
-def _told(folder: Path) -> Iterator[None]:
-    """Have whatever rosbags and what is below it raise name the bag."""
+def _naming_the_bag(folder: Path) -> Iterator[None]:
+    """Turn any error of rosbags into a ValueError that names the bag."""
     try:
         yield
     except Exception as reason:
         got = shortened(f"{type(reason).__name__}: {reason}")
         raise ValueError(
-            f"{folder}: expected a bag that can be read, got {got}; `softhand repair-bag` mends "
-            "one that was cut off"
+            f"{folder}: expected a bag that can be read, got {got}; `softhand repair-bag` repairs "
+            "a truncated one"
         ) from reason
 
 
@@ -195,7 +197,8 @@ def stamp_seconds(stamp: Any) -> float:
 
 
 def latest_index(known: Array, asked: Array) -> NDArray[np.int64]:
-    """Index of the last of the rising times `known` at or before each of `asked`; at least 0.
+    """For each time in `asked`, the index of the last of the rising times `known` that is not
+    later; at least 0.
 
     >>> latest_index(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]

@@ -1,9 +1,9 @@
-"""Repair of a bag whose recorder was killed: `python -m softhand_bringup.bags.repair <folder>`.
+"""Repairs a bag whose recorder was killed: `python -m softhand_bringup.bags.repair <folder>`.
 
 Such a bag has chunks of messages but neither index nor `metadata.yaml`. The messages are read
 record by record up to where the file breaks off and written to a new bag, which then takes the
 place of the old one, or stands elsewhere with `--out`. Of a chunk that is damaged the records
-before the damage are kept; messages whose channel is damaged are left out.
+before the damage are kept; messages whose channel or stamp is damaged are left out.
 """
 
 from __future__ import annotations
@@ -12,38 +12,40 @@ import argparse
 import shutil
 import struct
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-import zstandard
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.stream_reader import StreamReader
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import ReaderError, WriterError
 from rosbags.rosbag2.metadata import parse_qos
 
+from model_lab.measurements.bag_limits import LARGEST_PIECE, ZSTD, TooLargeBag, allowed, unpacked
 from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 
 MAGIC = b"\x89MCAP0\r\n"
-BROKEN = (  # what damaged bytes raise in mcap and in the decompression below it
+BROKEN = (  # exceptions of mcap and of the decompression for damaged bytes
     McapError,
     struct.error,
     UnicodeDecodeError,
     OverflowError,
     MemoryError,
+    EOFError,
     RuntimeError,
-    zstandard.ZstdError,
+    ZSTD.ZstdError,
 )
+LATEST = 2**63 - 1  # [ns], of a stamp in ROS
 CHUNK_HEAD = 9 + 28  # opcode and length; start, end, uncompressed size, checksum [bytes]
 
 
 @dataclass(frozen=True)
 class Topic:
-    """One channel of the broken file."""
+    """One channel of the damaged file."""
 
     name: str
     message_type: str
@@ -52,7 +54,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class Recovered:
-    """One message that could be read; stamps in [ns], data in CDR."""
+    """One readable message; stamps in [ns], data in CDR."""
 
     topic: Topic
     logged: int
@@ -61,7 +63,7 @@ class Recovered:
 
 
 class _Whole(BytesIO):
-    """Bytes that are read whole or not at all; mcap takes what is left for a record."""
+    """Raises EndOfFile when fewer bytes are left than asked for; mcap would parse the rest."""
 
     def read(self, size: int | None = -1) -> bytes:
         data = super().read(size)
@@ -71,10 +73,11 @@ class _Whole(BytesIO):
 
 
 def recover(content: bytes) -> Iterator[Recovered]:
-    """Messages of an MCAP file up to the first record that is not whole.
+    """Messages of an MCAP file up to the first incomplete record.
 
     Raises:
         ValueError: not an MCAP file.
+        TooLargeBag: its chunks unpack to more than a bag may.
     """
     if not content.startswith(MAGIC):
         raise ValueError(f"expected the magic {MAGIC!r}, got {content[:8]!r}")
@@ -87,11 +90,13 @@ def recover(content: bytes) -> Iterator[Recovered]:
             topics[record.id] = Topic(record.topic, types[record.schema_id], _offered(record))
         elif isinstance(record, Message) and record.channel_id in topics:
             topic = topics[record.channel_id]
+            if max(record.log_time, record.publish_time) > LATEST:
+                continue
             yield Recovered(topic, record.log_time, record.publish_time, record.data)
 
 
 def _offered(channel: Channel) -> list[Qos]:
-    """What its publishers offer, as far as that can be read."""
+    """QoS that the publishers of a channel offered; empty when it cannot be read."""
     try:
         return parse_qos(channel.metadata.get("offered_qos_profiles", ""))
     except (ReaderError, ValueError, LookupError, TypeError, AttributeError):
@@ -100,54 +105,71 @@ def _offered(channel: Channel) -> list[Qos]:
 
 def _records(content: bytes) -> Iterator[McapRecord]:
     """Whole records, those inside chunks in place of the chunk."""
-    stream, whole = _Whole(content), 0
+    stream, whole, most = _Whole(content), 0, allowed(len(content))
+    left = most
     try:
         for record in StreamReader(stream, emit_chunks=True).records:
-            yield from _of_chunk(record) if isinstance(record, Chunk) else [record]
+            if isinstance(record, Chunk):
+                data = _unpacked(record)
+                left -= len(data)
+                if left < 0:
+                    raise TooLargeBag("chunks", most)
+                yield from _of_chunk(data)
+            else:
+                yield record
             whole = stream.tell()
     except BROKEN:
         yield from _of_cut_chunk(content[whole:])
 
 
-def _of_chunk(chunk: Chunk) -> Iterator[McapRecord]:
-    """Records of a chunk up to the first that is damaged."""
+def _unpacked(chunk: Chunk) -> bytes:
+    """What is in a chunk, whatever size it states; nothing where that cannot be unpacked."""
     try:
-        stream, size = get_chunk_data_stream(chunk)
-        yield from StreamReader(_Whole(stream.read(size)), skip_magic=True).records
+        return unpacked(chunk.data, chunk.compression, LARGEST_PIECE)
+    except TooLargeBag:
+        raise
+    except (*BROKEN, ValueError):
+        return b""
+
+
+def _of_chunk(data: bytes) -> Iterator[McapRecord]:
+    """Records of a chunk up to the first that is damaged, without chunks within it."""
+    try:
+        for record in StreamReader(_Whole(data), skip_magic=True, emit_chunks=True).records:
+            if not isinstance(record, Chunk):
+                yield record
     except BROKEN:
         return
 
 
 def _of_cut_chunk(content: bytes) -> Iterator[McapRecord]:
-    """Whole records at the beginning of a chunk that is broken, unless it is compressed."""
+    """Complete records at the beginning of a truncated chunk; none if it is compressed."""
     if content[:1] != bytes([Opcode.CHUNK]) or content[CHUNK_HEAD : CHUNK_HEAD + 4] != bytes(4):
         return
-    records: Iterable[McapRecord]
-    records = StreamReader(_Whole(content[CHUNK_HEAD + 12 :]), skip_magic=True).records
-    try:
-        yield from records
-    except BROKEN:
-        return
+    yield from _of_chunk(content[CHUNK_HEAD + 12 :])
 
 
 def repair(folder: Path, out: Path | None = None) -> int:
-    """Make a cut-off bag whole in place, or as a new bag at `out`; returns how many messages were
-    saved.
-
-    A bag that has its `metadata.yaml` is left alone.
+    """Repair a truncated bag in place, or as a new bag at `out`; returns the number of recovered
+    messages.
 
     Raises:
-        ValueError: the folder holds no MCAP file, or one that cannot be read.
+        ValueError: the folder holds no MCAP file, or one that cannot be read or unpacks to more
+            than a bag may.
         OSError, UnwritableBag: it cannot be written; then the broken bag is as it was.
         rosbags.rosbag2.WriterError: `out` exists.
     """
     if (folder / "metadata.yaml").exists():
-        raise ValueError(f"{folder}: nothing to repair, metadata.yaml is there")
+        raise ValueError(f"{folder}: nothing to repair, it has its metadata.yaml")
     files = sorted(folder.glob("*.mcap"))
     if len(files) != 1:
         raise ValueError(f"{folder}: expected one .mcap file, got {len(files)}")
     if out is not None:
-        return _rewrite(files[0], out)
+        try:
+            return _rewrite(files[0], out)
+        except TooLargeBag:
+            shutil.rmtree(out, ignore_errors=True)
+            raise
     workplace = folder / "repair"
     shutil.rmtree(workplace, ignore_errors=True)
     whole = workplace / folder.resolve().name
@@ -171,7 +193,7 @@ def _rewrite(broken: Path, whole: Path) -> int:
             raise ValueError(f"{broken}: expected the magic {MAGIC!r}, got {file.read(8)!r}")
     bag = BagWriter(whole)
     connections: dict[tuple[str, str], Connection] = {}
-    for message in recover(broken.read_bytes()):
+    for message in _named(broken):
         topic = message.topic
         key = topic.name, topic.message_type
         if not bag.knows(topic.message_type):
@@ -183,8 +205,17 @@ def _rewrite(broken: Path, whole: Path) -> int:
     return bag.message_count
 
 
+def _named(broken: Path) -> Iterator[Recovered]:
+    """Messages of a file, which a refusal names."""
+    try:
+        yield from recover(broken.read_bytes())
+    except TooLargeBag as reason:
+        reason.args = (f"{broken}: {reason}",)
+        raise
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Repair one bag; 0 when it is whole afterwards."""
+    """Repair one bag; returns 0 when that succeeded, else 1."""
     words = "Repair a bag whose recorder was killed."
     parser = argparse.ArgumentParser(prog="softhand repair-bag", description=words)
     parser.add_argument("folder", type=Path, help="the bag's folder")
@@ -197,8 +228,8 @@ def main(arguments: list[str] | None = None) -> int:
         count = repair(folder, out)
     except UnwritableBag as error:
         return _refuse(
-            f"{out or folder}: expected room for the whole bag, got {error.reason}; the broken one "
-            "is as it was: give --out FOLDER on another disk"
+            f"{out or folder}: expected room for the repaired bag, got {error.reason}; the damaged "
+            "one is unchanged: give --out FOLDER on another disk"
         )
     except (ValueError, OSError, WriterError) as error:
         return _refuse(str(error))

@@ -1,9 +1,9 @@
-"""Writing of rosbag2 folders that stay readable when the writer is killed, and cutting by stamps.
+"""Writes rosbag2 folders that can be repaired when the writer is killed, and cuts bags into parts.
 
 `rosbags` keeps up to 1 MB of messages in memory and writes the index at the end. Here each chunk is
-handed to the operating system as soon as it is closed, and the recorder closes one every second:
-what a killed recorder leaves behind lacks at most that second and the index, which
-`softhand_bringup.bags.repair` puts back.
+passed to the operating system when it is closed, and the recorder closes one every second. The bag
+of a killed recorder therefore lacks at most one second of messages, and the index, which
+`softhand_bringup.bags.repair` restores.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
+
+from model_lab.measurements.bag_limits import AnyReader
 
 if TYPE_CHECKING:
     from rosbags.rosbag2.enums import CompressionMode
@@ -33,7 +34,7 @@ _MESSAGE_OVERHEAD = _MESSAGE_HEADER.size - 9  # opcode and length do not count t
 
 
 class _ChunkedMcap(McapWriter):
-    """The MCAP file of one bag, named as `ros2 bag record` names it, in small chunks."""
+    """The MCAP file of a bag in small chunks, named as by `ros2 bag record`."""
 
     def __init__(self, path: Path, compression: CompressionMode) -> None:
         super().__init__(path, compression)
@@ -56,25 +57,25 @@ class _ChunkedMcap(McapWriter):
 
     @property
     def chunk_size(self) -> int:
-        """Size of the chunk under way [bytes]."""
+        """Size of the open chunk [bytes]."""
         return self.chunk.bio.tell()
 
     def flush(self) -> None:
-        """Close the chunk under way and hand it to the operating system."""
+        """Close the open chunk and pass it to the operating system."""
         if self.chunk.bio.tell():
             self.close_chunk()
         self.bio.flush()
 
 
-class UnwritableBag(RuntimeError):
-    """A bag that could not be written on: what is whole on the disk stays, and can be repaired."""
+class UnwritableBag(ValueError):
+    """Writing to a bag failed; complete chunks on the disk are kept and can be repaired."""
 
     def __init__(self, folder: Path, reason: OSError, kept: int, count: int) -> None:
         self.reason = reason.strerror
         super().__init__(
-            f"{folder}: expected to write on, got {reason.strerror}; {kept} of {count} messages "
-            f"are kept: `softhand repair-bag {folder}` makes a whole bag of them where there is "
-            "room again, `--out FOLDER` one elsewhere"
+            f"{folder}: expected to continue writing, got {reason.strerror}; {kept} of {count} "
+            f"messages are kept: `softhand repair-bag {folder}` repairs the bag when there is room "
+            "again, with `--out FOLDER` in another folder"
         )
 
 
@@ -83,14 +84,14 @@ class _Writer(Writer):
 
 
 class BagWriter:
-    """A rosbag2 folder under way: `<folder>/<folder's name>_0.mcap`, `metadata.yaml` on close.
+    """Writes a rosbag2 folder: `<folder>/<folder's name>_0.mcap`, and `metadata.yaml` on close.
 
     Args:
-        folder: the bag; must not exist yet, its parents are made.
+        folder: the bag; must not exist yet. Missing parents are made.
 
     Raises:
         OSError: the folder cannot be made.
-        UnwritableBag: it cannot be written; also later, by all that writes. Then the bag is closed.
+        UnwritableBag: it cannot be written; also raised by the methods. The bag is then closed.
         rosbags.rosbag2.WriterError: the folder exists.
     """
 
@@ -108,14 +109,14 @@ class BagWriter:
         return sum(self._writer.counts.values())
 
     def knows(self, message_type: str) -> bool:
-        """Whether the definition of this type (`std_msgs/msg/String`) is at hand."""
+        """Whether the definition of a message type such as `std_msgs/msg/String` is known."""
         return message_type in self._types.fielddefs
 
     def add_topic(self, topic: str, message_type: str, offered_qos: Sequence[Qos]) -> Connection:
         """Register a topic with its message definition and the QoS that its publishers offer.
 
         Raises:
-            ValueError: the definition of the message type is not at hand.
+            ValueError: the definition of the message type is not known.
         """
         if not self.knows(message_type):
             raise ValueError(
@@ -136,7 +137,7 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Make what was written so far survive the end of this process."""
+        """Pass all messages to the operating system, so that they survive this process."""
         try:
             self._storage.flush()
         except OSError as reason:
@@ -144,7 +145,7 @@ class BagWriter:
         self._kept = self.message_count
 
     def close(self) -> None:
-        """Write the index and `metadata.yaml`; nothing for a bag that could not be written on."""
+        """Write the index and `metadata.yaml`; does nothing after a failure."""
         if not self._is_open:
             return
         self.flush()
@@ -155,7 +156,7 @@ class BagWriter:
             raise self._given_up(reason) from reason
 
     def _given_up(self, reason: OSError) -> UnwritableBag:
-        """Close the file as it is; the error to raise."""
+        """Close the file after a failure; returns the error to raise."""
         self._is_open = False
         with suppress(OSError):  # what is still buffered fails once more
             self._storage.bio.close()
@@ -165,9 +166,11 @@ class BagWriter:
 
 @dataclass(frozen=True)
 class Part:
-    """A bag to be made: its folder, which must not exist yet, and which messages it gets.
+    """A part to cut out of a bag.
 
-    keeps: is asked with the topic and the stamp of the message's header [ns].
+    Args:
+        folder: of the new bag; must not exist yet.
+        keeps: whether the part gets a message, given its topic and the stamp of its header [ns].
     """
 
     folder: Path
@@ -175,12 +178,12 @@ class Part:
 
 
 def cut_bag(source: Path, parts: Sequence[Part], topics: Collection[str]) -> None:
-    """Write parts of a bag as bags of their own, message by message as they were recorded.
+    """Write parts of a bag as new bags, with the messages as they were recorded.
 
     Args:
         source: the bag; it is read once and not changed.
         parts: may overlap.
-        topics: whose messages have a header; others are left out.
+        topics: to copy; their messages must have a header.
 
     Raises:
         ValueError: a topic is not in the bag.
@@ -201,7 +204,7 @@ def cut_bag(source: Path, parts: Sequence[Part], topics: Collection[str]) -> Non
 
 
 class _PartWriter:
-    """One part under way."""
+    """Writes one part."""
 
     def __init__(self, part: Part, connections: Sequence[Connection]) -> None:
         self._keeps = part.keeps

@@ -1,4 +1,4 @@
-"""The command `softhand film`: pictures, GIF or MP4 of a grasp, from a trial or a bag."""
+"""The command `softhand film`: writes a grasp as pictures, GIF or MP4, from a trial or a bag."""
 
 from __future__ import annotations
 
@@ -10,25 +10,30 @@ from pathlib import Path
 
 import numpy as np
 
-from grasp_strategies.sweep.results import find_record
-from grasp_strategies.sweep.trial_line import trial_of
-from grasp_strategies.trials import (
+from pneuflex_sim.pictures.render import Camera
+from pneuflex_sim.pictures.surfaces import actuator_colors
+from pneuflex_sim.scene.scenes import load_scene
+from softhand_bringup.film.recording import Recording, film_bag, film_trial
+from softhand_bringup.film.writing import Film, open_film
+from softhand_common.progress import Progress
+from softhand_trials.sweep.results import find_record
+from softhand_trials.sweep.trial_task import trial_of
+from softhand_trials.trials import (
     Placement,
     TrialSettings,
     add_settings,
     draw_placement,
     read_settings,
 )
-from pneuflex_sim.pictures.render import Camera
-from pneuflex_sim.pictures.surfaces import actuator_colors
-from pneuflex_sim.scene.scenes import load_scene
-from softhand_bringup.film.recording import Recording, film_bag, film_trial
-from softhand_bringup.film.writing import Film, open_film
-from softhand_model.progress import Progress
 
-VIEWS = {"oblique": (62.0, -16.0), "front": (90.0, -8.0), "side": (0.0, -8.0), "top": (90.0, -75.0)}
-RESULTS = (Path("out/thesis"), Path("out/sweeps"))  # folders of sweeps, each by its name
-MARGIN = 0.08  # around the ways of wrist and object [m]
+CAMERA_VIEWS = {  # yaw, pitch [deg]
+    "oblique": (62.0, -16.0),
+    "front": (90.0, -8.0),
+    "side": (0.0, -8.0),
+    "top": (90.0, -75.0),
+}
+RESULT_FOLDERS = (Path("out/thesis"), Path("out/sweeps"))  # with a folder for each sweep
+VIEW_MARGIN = 0.08  # around the paths of wrist and object [m]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -36,26 +41,31 @@ def parser() -> argparse.ArgumentParser:
     found = argparse.ArgumentParser(
         prog="softhand film",
         description="Run one trial of a grasp without ROS, or read a bag, and draw it. A second of "
-        "film is a second of simulated time, unless --slow or --every say otherwise.",
+        "film is a second of simulated time, unless --slow or --every is given.",
     )
     add = found.add_argument
     add("-o", "--out", type=Path, required=True, help="a .gif, a .mp4, or a folder for PNG files")
     add("--bag", type=Path, help="draw this recording instead of a trial")
     add("--cell", help="play this trial of a sweep, such as push_map/marker/10,-30 or .../10,-30/2")
-    add("--results", type=Path, help="folder of the sweep's results (that of its name in out/)")
-    add("--hand", help="of the bag (rbo_hand_2), or instead of that which the strategy names")
+    add("--results", type=Path, help="folder of the sweep's results (of its name, in out/)")
+    add("--hand", help="of the bag (rbo_hand_2), or in place of the strategy's hand")
     add_settings(found)
     add("--seed", type=int, default=0, help="draws the object's shift and mass, as in trials")
     add("--offset", nargs=2, type=float, metavar=("X", "Y"), help="shift [m], not the drawn one")
     add("--mass-scale", type=_positive, help="factor on the object's mass, not the drawn one")
-    add("--fps", type=_positive, default=25.0, help="pictures a second of film (%(default)s)")
+    add("--fps", type=_positive, default=25.0, help="frames per second of film (%(default)s)")
     pace = found.add_mutually_exclusive_group()
     pace.add_argument("--slow", type=_positive, default=1.0, help="4: slow motion, 4 times as long")
-    pace.add_argument("--every", type=_positive, help="simulated time between pictures [s]")
+    pace.add_argument("--every", type=_positive, help="simulated time between frames [s]")
     add("--size", type=_size, default=(640, 480), metavar="WxH", help="in pixels (640x480)")
-    add("--view", choices=VIEWS, default="oblique", help="where it is seen from (%(default)s)")
+    add(
+        "--view",
+        choices=CAMERA_VIEWS,
+        default="oblique",
+        help="direction of the camera (%(default)s)",
+    )
     add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], instead of a view")
-    add("--distance", type=_positive, help="of the camera [m]; else the hand's way is seen")
+    add("--distance", type=_positive, help="of the camera [m] (such that the hand stays in view)")
     add("--pressure", action="store_true", help="colour actuators by pressure: sand to red")
     add("--force", action="store_true", help="overwrite an earlier film")
     return found
@@ -76,7 +86,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draw a film; 0, or 2 when the options cannot be used."""
+    """Write a film; returns 0, or 2 when the options cannot be used."""
     options = parser().parse_args(arguments)
     try:
         return _run(options)
@@ -91,11 +101,8 @@ def _run(options: argparse.Namespace) -> int:
     count, shown = len(recording.states), recording.interval * len(recording.states)
     print(f"softhand film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
     camera = camera_of(options, recording)
-    try:
-        with Progress("drawing") as progress:
-            draw(recording, film, options.size, camera, options.pressure, progress)
-    finally:
-        film.close()
+    with film, Progress("drawing") as progress:
+        draw(recording, film, options.size, camera, options.pressure, progress)
     if options.out.suffix:
         print(f"{options.out}: {count / options.fps:.2f} s at {options.fps:g} pictures a second")
     else:
@@ -104,7 +111,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _record(options: argparse.Namespace) -> Recording:
-    """The trial or the bag that the options ask for."""
+    """Run the trial or read the bag of the options."""
     interval = options.every or 1.0 / (options.fps * options.slow)
     if options.bag is not None:
         scene = load_scene(options.scene).inclined(options.wall_inclination)
@@ -115,10 +122,13 @@ def _record(options: argparse.Namespace) -> Recording:
 
 
 def trial_asked_for(options: argparse.Namespace) -> tuple[TrialSettings, Placement]:
-    """The trial of a cell, or that of the settings and the seed."""
+    """Settings and placement of the trial of a cell, or of the given settings and seed.
+
+    Raises ValueError for a cell that is not in the results.
+    """
     if options.cell is not None:
         name = options.cell.partition("/")[0]
-        folders = [options.results] if options.results else [root / name for root in RESULTS]
+        folders = [options.results] if options.results else [root / name for root in RESULT_FOLDERS]
         folder = next((found for found in folders if found.is_dir()), folders[0])
         return trial_of(find_record(options.cell, folder))
     settings = read_settings(options)
@@ -128,15 +138,15 @@ def trial_asked_for(options: argparse.Namespace) -> tuple[TrialSettings, Placeme
 
 
 def camera_of(options: argparse.Namespace, recording: Recording) -> Camera:
-    """The chosen view; unless its distance is given, the wrist is always seen, and the object
-    while the hand is near.
+    """The camera of the chosen view. Unless its distance is given, the wrist is always in view, and
+    so is the object while it is near the hand.
     """
-    yaw, pitch = VIEWS[options.view]
+    yaw, pitch = CAMERA_VIEWS[options.view]
     if recording.renderer.scene.wall is not None:
-        yaw = -yaw  # else the wall stands between
+        yaw = -yaw  # else the wall would hide the hand
     yaw, pitch = options.camera or (yaw, pitch)
-    way = recording.way
-    low, high = way.min(axis=0) - MARGIN, way.max(axis=0) + MARGIN
+    path = recording.path
+    low, high = path.min(axis=0) - VIEW_MARGIN, path.max(axis=0) + VIEW_MARGIN
     width, height = options.size
     opening = math.tan(math.radians(0.5 * Camera.view_angle)) * min(1.0, width / height)
     distance = options.distance or 0.5 * float(np.max(high - low)) / opening
@@ -150,10 +160,17 @@ def draw(
     size: tuple[int, int],
     camera: Camera,
     by_pressure: bool = False,
-    tell: Callable[[str, int, int], None] = lambda step, done, count: None,
+    progress: Callable[[str, int, int], None] = lambda step, done, count: None,
 ) -> None:
-    """Draw all states of a recording, actuators in one colour or by their pressure; `tell` gets how
-    many are done, of how many.
+    """Draw all states of a recording.
+
+    Args:
+        recording: the states and their renderer.
+        film: gets the frames.
+        size: of a frame, width and height [pixels].
+        camera: the view.
+        by_pressure: whether actuators are coloured by their pressure.
+        progress: called with the step, the number of drawn frames and of all frames.
     """
     renderer = recording.renderer
     for done, state in enumerate(recording.states, start=1):
@@ -161,7 +178,7 @@ def draw(
             hand = renderer.layout.description
             renderer.colors.update(actuator_colors(hand, recording.pressures[done - 1]))
         film.add(renderer.frame(state, size, camera))
-        tell("pictures", done, len(recording.states))
+        progress("pictures", done, len(recording.states))
 
 
 if __name__ == "__main__":

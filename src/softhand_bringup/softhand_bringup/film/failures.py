@@ -1,7 +1,7 @@
-"""The command `softhand failures`: a picture an object of typical failures of a sweep (Fig. 8.5).
+"""The command `softhand failures`: typical failures of a sweep, one picture per object (Fig. 8.5).
 
-Each failure is a row: its trial is run again in process up to the moment at which it failed, and
-drawn some time before, then, and some time after.
+Each row shows one failure: its trial is run again in process, and drawn shortly before, at and
+after the time at which it failed.
 """
 
 from __future__ import annotations
@@ -19,29 +19,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_strategies.judging.failure import GraspWatch
-from grasp_strategies.judging.judge import GRIPPED, GraspResult
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED, GraspResult
 from grasp_strategies.sequencer import Sequencer
-from grasp_strategies.sweep.results import read_results
-from grasp_strategies.sweep.trial_line import trial_of
-from grasp_strategies.trials import started_scene
 from pneuflex_sim.pictures.render import HandState, Renderer
-from softhand_bringup.film.command import VIEWS, camera_of
+from softhand_bringup.film.command import CAMERA_VIEWS, camera_of
 from softhand_bringup.film.recording import FilmedScene, Recording
-from softhand_model.progress import Progress
+from softhand_common.documents.output_file import save_figure
+from softhand_common.progress import Progress
+from softhand_trials.sweep.results import read_results
+from softhand_trials.sweep.trial_task import trial_of
+from softhand_trials.trials import started_scene
 
 Record = Mapping[str, Any]
 Array = NDArray[np.float64]
 
-AROUND = (-1.0, -0.4, 0.0, 0.4)  # [s] from the failure to each picture of it
-SIZE = (480, 400)  # of a picture [pixels]
-RESOLUTION = 100  # [dots an inch]
-COUNT = 3  # failures an object
+FRAME_OFFSETS = (-1.0, -0.4, 0.0, 0.4)  # [s] from the failure to each picture of it
+FAILURE_SIZE = (480, 400)  # of a picture [pixels]
+FAILURE_DPI = 100  # [dots an inch]
+FAILURES_PER_OBJECT = 3  # failures an object
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A failure that was run again: states at times [s] from the failure, what draws them, and the
-    result as it is now.
+    """A failed trial that was run again: its states, their times [s] since the start, and its new
+    result.
     """
 
     recording: Recording
@@ -49,14 +50,15 @@ class Replay:
     result: GraspResult
 
 
-def typical(records: Iterable[Record], count: int = COUNT) -> list[Record]:
-    """At most `count` failures: of each cause, the most frequent first, the trial whose place is
-    nearest to the middle of all that failed so; then others, each as far as can be from the places
-    of those before.
+def typical(records: Iterable[Record], count: int = FAILURES_PER_OBJECT) -> list[Record]:
+    """At most `count` typical failures.
+
+    First, for each cause in order of frequency, the trial whose object place is nearest to the mean
+    place of this cause; then the trials that are farthest from the places chosen so far.
 
     Args:
         records: of trials of one object, as `softhand sweep` writes them.
-        count: how many.
+        count: largest number of failures.
     """
     failed = [record for record in records if record.get("failed_at") is not None]
     causes = Counter(record["cause"] for record in failed).most_common(count)
@@ -70,7 +72,7 @@ def typical(records: Iterable[Record], count: int = COUNT) -> list[Record]:
 
 
 def _place(record: Record) -> Array:
-    """Where the object was (x, y) [m] under a hand that was not displaced."""
+    """Offset (x, y) [m] of the object from its usual place."""
     return np.array(record["placement"]["offset"], float)
 
 
@@ -79,12 +81,12 @@ def _middle(records: Sequence[Record]) -> Record:
     return records[int(np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1)))]
 
 
-def replay(record: Record, around: Sequence[float] = AROUND) -> Replay:
-    """Run the trial of a failure again until the last picture of it is due.
+def replay(record: Record, around: Sequence[float] = FRAME_OFFSETS) -> Replay:
+    """Run a failed trial again, up to the time of its last picture.
 
     Args:
-        record: `settings` that are not usual, `placement`, and `failed_at` [s].
-        around: times of the pictures from the failure on [s]; those before the start are of it.
+        record: with the changed `settings`, `placement` and `failed_at` [s].
+        around: times of the pictures relative to the failure [s]; times before the start show it.
 
     Raises:
         ValueError: the settings have a name that does not exist.
@@ -95,7 +97,7 @@ def replay(record: Record, around: Sequence[float] = AROUND) -> Replay:
     end = record["failed_at"] + max(around)
 
     def all_seen(watch: GraspWatch) -> str:
-        return "all is drawn" if watch.last.time >= end - 1e-9 else ""
+        return "all states are recorded" if watch.last.time >= end - 1e-9 else ""
 
     result = Sequencer(scene, started.strategy, options=settings.options, decided=all_seen).run()
     last = len(scene.states) - 1
@@ -115,19 +117,19 @@ def replay(record: Record, around: Sequence[float] = AROUND) -> Replay:
 
 
 def draw_failures(records: Sequence[Record], path: Path, view: str = "oblique") -> list[str]:
-    """Draw failures, one a row, into a PNG file; returns a sentence for each that the run of now
-    ends in another way than its record.
+    """Draw failures into a PNG file, one per row; returns a sentence for each trial that now ends
+    otherwise than in its record.
 
     Raises:
-        ValueError: there are none, or one cannot be run.
+        ValueError: there are no failures, or one cannot be run.
     """
     if not records:
         raise ValueError("failures: expected at least one trial that failed, got none")
-    width, height = SIZE[0] / RESOLUTION, SIZE[1] / RESOLUTION
+    width, height = FAILURE_SIZE[0] / FAILURE_DPI, FAILURE_SIZE[1] / FAILURE_DPI
     figure, axes = plt.subplots(
         len(records),
-        len(AROUND),
-        figsize=(width * len(AROUND), (height + 0.3) * len(records)),
+        len(FRAME_OFFSETS),
+        figsize=(width * len(FRAME_OFFSETS), (height + 0.3) * len(records)),
         squeeze=False,
         layout="constrained",
     )
@@ -140,24 +142,23 @@ def draw_failures(records: Sequence[Record], path: Path, view: str = "oblique") 
             if again.result.cause != record["cause"]:
                 differences.append(
                     f"{record['key']}: {record['cause']} in the record, "
-                    f"{again.result.cause or GRIPPED} now"
+                    f"{again.result.cause or OUTCOME_GRIPPED} now"
                 )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=RESOLUTION)
+    save_figure(figure, path, dpi=FAILURE_DPI)
     plt.close(figure)
     return differences
 
 
 def _draw_row(axes: Any, record: Record, again: Replay, view: str) -> None:
     recording = again.recording
-    options = argparse.Namespace(view=view, camera=None, distance=None, size=SIZE)
+    options = argparse.Namespace(view=view, camera=None, distance=None, size=FAILURE_SIZE)
     camera = camera_of(options, recording)
     shown: list[HandState] = recording.states
     for column, (ax, state, time) in enumerate(zip(axes, shown, again.times, strict=True)):
-        ax.imshow(recording.renderer.frame(state, SIZE, camera))
+        ax.imshow(recording.renderer.frame(state, FAILURE_SIZE, camera))
         ax.set(xticks=[], yticks=[])
         ax.set_xlabel(f"{time:.2f} s", fontsize=9)
-        if AROUND[column] == 0.0:
+        if FRAME_OFFSETS[column] == 0.0:
             for side in ax.spines.values():
                 side.set(color="firebrick", linewidth=2.5)
     title = f"{record['cause']}, in phase {record['phase']}    ({record['key']})"
@@ -168,19 +169,25 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
         prog="softhand failures",
-        description="Draw typical failures of a sweep, a picture an object; the trials run again.",
+        description="Draw typical failures of a sweep, one picture per object, from new runs of "
+        "their trials.",
     )
     add = found.add_argument
     add("results", type=Path, help="results.jsonl of a sweep, or its folder")
     add("-o", "--out", type=Path, required=True, help="folder for the pictures, <object>.png")
-    add("--object", action="append", help="this object alone; may be given again (all)")
-    add("--count", type=int, default=COUNT, help="failures a picture (%(default)s)")
-    add("--view", choices=VIEWS, default="oblique", help="where it is seen from (%(default)s)")
+    add("--object", action="append", help="only this object; can be repeated (all)")
+    add("--count", type=int, default=FAILURES_PER_OBJECT, help="failures per object (%(default)s)")
+    add(
+        "--view",
+        choices=CAMERA_VIEWS,
+        default="oblique",
+        help="direction of the camera (%(default)s)",
+    )
     return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draw the pictures; 0, or 2 when the options cannot be used."""
+    """Draw the pictures; returns 0, or 2 when the options cannot be used."""
     options = parser().parse_args(arguments)
     try:
         return _run(options)
@@ -190,13 +197,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    records = read_results(options.results)
+    records = read_results(options.results, ("object", "settings", "placement"), "outcome")
     if not records:
         raise ValueError(f"{options.results}: expected results of a sweep, got none")
-    there = sorted({record["object"] for record in records})
-    chosen = options.object or there
-    if missing := sorted(set(chosen) - set(there)):
-        raise ValueError(f"--object: expected some of {', '.join(there)}, got {missing[0]}")
+    known = sorted({record["object"] for record in records})
+    chosen = options.object or known
+    if missing := sorted(set(chosen) - set(known)):
+        raise ValueError(f"--object: expected some of {', '.join(known)}, got {missing[0]}")
     for name in chosen:
         failed = typical([r for r in records if r["object"] == name], options.count)
         if not failed:

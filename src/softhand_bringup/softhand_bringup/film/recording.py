@@ -1,4 +1,4 @@
-"""States of a grasp at even distances in time, for a film: from a trial or a bag."""
+"""States of a grasp in equal steps of time, for a film, from a trial or a bag."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_strategies.in_process_scene import InProcessScene
-from grasp_strategies.trials import (
-    Placement,
-    TrialSettings,
-    run_in_process,
-    started_scene,
-)
 from pneuflex_sim.pictures.render import HandState, Renderer
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import Simulation
 from softhand_bringup.bags.reading import Bag, latest_index
 from softhand_bringup.figures import (
     JOINTS_TOPIC,
-    MARGIN,
     OBJECT_TOPIC,
+    PHASE_MARGIN,
     PHASE_TOPIC,
     STATE_TOPIC,
     phases,
     recorded_segments,
     recorded_states,
 )
+from softhand_trials.trials import (
+    Placement,
+    TrialSettings,
+    run_in_process,
+    started_scene,
+)
 
 Array = NDArray[np.float64]
 
-NEAR = 0.40  # from wrist to object [m]; a hand with an object at its fingertips takes up less
+NEAR_WRIST = 0.40  # from wrist to object [m]; an object at the fingertips is nearer
 
 
 @dataclass(frozen=True)
 class Recording:
-    """States every `interval` [s] of simulated time, gauge pressures (k, channels) [Pa] with them,
-    what draws them, and how the grasp ended.
+    """States every `interval` [s] of simulated time, their gauge pressures (k, channels) [Pa], the
+    renderer, and the result of the grasp in words.
     """
 
     states: list[HandState]
@@ -48,21 +48,21 @@ class Recording:
     ending: str
 
     @property
-    def way(self) -> Array:
-        """Positions (k, 3) [m] of the wrist, and of the object at the start and wherever the hand
-        is near: not of one that flies off.
+    def path(self) -> Array:
+        """Positions (k, 3) [m] of the wrist, and of the object at the start and while it is near
+        the wrist, which leaves out an object that is thrown away.
         """
         wrist = np.array([state.wrist_position for state in self.states])
         thing = np.array([state.object_position for state in self.states])
-        near = np.linalg.norm(thing - wrist, axis=1) < NEAR
+        near = np.linalg.norm(thing - wrist, axis=1) < NEAR_WRIST
         near[0] = True
         return np.concatenate([wrist, thing[near]])
 
 
 class FilmedScene(InProcessScene):
-    """A scene that remembers a state every `interval` [s] of simulated time, from its start on.
+    """A scene that records its state every `interval` [s] of simulated time.
 
-    Physics is the same, bit for bit, as without a film.
+    The simulation is the same, bit for bit, as without recording.
     """
 
     def __init__(self, simulation: Simulation, interval: float) -> None:
@@ -70,18 +70,18 @@ class FilmedScene(InProcessScene):
         self.interval = interval
         self.states: list[HandState] = []
         self.pressures: list[Array] = []
-        self._look()
+        self._record()
 
     def step(self, duration: float) -> None:
-        """Simulate `duration` [s] as an `InProcessScene` does, with a look after each step."""
+        """Simulate `duration` [s] as an `InProcessScene` does, and record the due states."""
         size = self.simulation.step_size
         for _ in range(max(1, round(duration / size))):
             super().step(size)
             if self.time > len(self.states) * self.interval - 0.5 * size:
-                self._look()
+                self._record()
 
-    def _look(self) -> None:
-        """Keep a copy of what is to be seen now."""
+    def _record(self) -> None:
+        """Append a copy of the current state."""
         simulation = self.simulation
         seen = (simulation.bodies.q, *simulation.wrist_pose(), *simulation.object_pose())
         self.states.append(HandState(*(np.array(part) for part in seen)))
@@ -89,12 +89,12 @@ class FilmedScene(InProcessScene):
 
 
 def film_trial(settings: TrialSettings, placement: Placement, interval: float) -> Recording:
-    """Run a trial as a batch does and keep its states every `interval` [s].
+    """Run a trial and record its states every `interval` [s].
 
     Args:
         settings: of the trial.
         placement: of its object.
-        interval: simulated time between states [s], no shorter than a physics step.
+        interval: simulated time between states [s], at least a physics step.
 
     Raises:
         ValueError: a name does not exist, or `interval` is shorter than the step.
@@ -118,11 +118,11 @@ def film_trial(settings: TrialSettings, placement: Placement, interval: float) -
 def film_bag(
     folder: Path, interval: float, hand: str, object_name: str, scene: str | SceneDescription
 ) -> Recording:
-    """States every `interval` [s] from the first phase of a grasp to the last, or of the whole bag
-    if there is none; hand, object and scene are those it was recorded with.
+    """Read states every `interval` [s] from the first to the last phase of a grasp, or of the whole
+    bag without phases. Hand, object and scene must be those of the recording.
 
     Raises:
-        ValueError: there is no such bag, it lacks a topic, or the hand is another.
+        ValueError: there is no such bag, it lacks a topic, or it is of another hand.
     """
     if not (folder / "metadata.yaml").exists():
         raise ValueError(f"{folder}: expected a bag with its metadata.yaml, got none")
@@ -131,7 +131,7 @@ def film_bag(
         start, end = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0]), joints.time[-1]
         marks = phases(bag.texts(PHASE_TOPIC), end)
         if marks:
-            start, end = max(start, marks[0].start - MARGIN), min(end, marks[-1].end)
+            start, end = max(start, marks[0].start - PHASE_MARGIN), min(end, marks[-1].end)
         times = np.arange(start, end + 1e-9, interval)
         states, air = recorded_states(bag, times), bag.joints(STATE_TOPIC)
     segments = recorded_segments(hand, joints.names)

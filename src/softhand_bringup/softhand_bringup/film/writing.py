@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from collections.abc import Generator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 from types import ModuleType
@@ -12,35 +14,42 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand_common.documents.output_file import UnwritableFile, named, written_whole
+
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
-GIF_FASTEST = 50.0  # pictures a second; viewers slow down what is faster
-PALETTE_SAMPLES = 6  # pictures that the colours of a GIF are taken from
+GIF_FASTEST = 50.0  # [frames/s]; viewers play faster ones slowly
+PALETTE_SAMPLES = 6  # frames from which the colours of a GIF are chosen
 MP4_CODEC, MP4_QUALITY = "libx264", 8
+NO_ROOM = "ffmpeg could not write it: is there room on the disk?"
 
 
 class Film(Protocol):
-    """Takes pictures one by one; `close` finishes the file."""
+    """A film that is written frame by frame; a context manager. When the block ends it replaces an
+    earlier film; if the block raises, the earlier one is kept. Raises ValueError when it cannot be
+    written.
+    """
 
     def add(self, picture: Picture) -> None:
-        """Append a picture."""
+        """Append a frame."""
 
-    def close(self) -> None:
-        """Write what is left to write."""
+    def __enter__(self) -> Film: ...
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: Any) -> None: ...
 
 
 def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False) -> Film:
-    """A film by the suffix of its path: `.gif`, `.mp4`, or none for a folder of PNG files.
+    """A film in the format of its path's suffix: `.gif`, `.mp4`, or none for a folder of PNG files.
 
-    Nothing stays written before the first picture.
+    Nothing is left on the disk before the first frame.
 
     Raises:
-        ValueError: another suffix, a path that is taken (unless `force`) or cannot be written, a
-            number of pictures a second or a size [pixels] that the format cannot have, or a library
-            that is missing.
+        ValueError: another suffix, a path that exists (unless `force`) or cannot be written, a
+            frame rate [1/s] or a size [pixels] that the format does not support, or a missing
+            library.
     """
     suffix = path.suffix.lower()
-    if suffix not in KINDS:
+    if suffix not in FILM_WRITERS:
         raise ValueError(f"-o {path}: expected a folder, .gif or .mp4, got {suffix}")
     if path.exists() and path.is_dir() != (suffix == ""):
         raise ValueError(f"-o {path}: expected a {'file' if suffix else 'folder'}, got the other")
@@ -49,12 +58,12 @@ def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False
             f"-o {path}: expected a new path, got one that exists; --force overwrites it"
         )
     _try_to_write(path, path.parent if suffix else path)
-    return KINDS[suffix](path, fps, size)
+    return FILM_WRITERS[suffix](path, fps, size)
 
 
 def _try_to_write(path: Path, folder: Path) -> None:
-    """Raise ValueError unless a file can be made in the folder, and an earlier film overwritten;
-    what is made to find out is removed.
+    """Raise ValueError unless a file can be made in the folder and an earlier film overwritten;
+    folders and files made for this check are removed.
     """
     missing = [part for part in (folder, *folder.parents) if not part.exists()]
     try:
@@ -74,27 +83,42 @@ def _try_to_write(path: Path, folder: Path) -> None:
 
 
 class PngFolder:
-    """One PNG file a picture, `frame_0000.png` and on; those of an earlier film are removed."""
+    """A PNG file for each frame, `frame_0000.png` and so on; earlier ones are replaced."""
 
     def __init__(self, path: Path, fps: float, size: tuple[int, int]) -> None:
         self._image = _pillow(path)
-        self._folder, self._count = path, 0
+        self._folder, self._count = path.resolve(), 0
+        self._beside = self._folder.with_name(f"{self._folder.name}.part-{os.getpid()}")
 
     def add(self, picture: Picture) -> None:
-        """Write a picture."""
-        if self._count == 0:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            for old in self._folder.glob("frame_[0-9]*.png"):
-                old.unlink()
-        self._image.fromarray(picture).save(self._folder / f"frame_{self._count:04d}.png")
+        """Write a frame into a temporary folder."""
+        with named(self._folder):
+            self._beside.mkdir(parents=True, exist_ok=True)
+            self._image.fromarray(picture).save(self._beside / f"frame_{self._count:04d}.png")
         self._count += 1
 
-    def close(self) -> None:
-        """Nothing is left to write."""
+    def __enter__(self) -> PngFolder:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_rest: Any) -> None:
+        """Move the frames into the folder, unless the block raised."""
+        try:
+            if kind is None and self._count:
+                with named(self._folder):
+                    self._replace()
+        finally:
+            shutil.rmtree(self._beside, ignore_errors=True)
+
+    def _replace(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        for old in self._folder.glob("frame_[0-9]*.png"):
+            old.unlink()
+        for picture in self._beside.iterdir():
+            picture.replace(self._folder / picture.name)
 
 
 class Gif:
-    """An endless GIF with one palette for all pictures: with one each, still parts flicker."""
+    """An endless GIF with one palette for all frames; with separate ones, still parts flicker."""
 
     def __init__(self, path: Path, fps: float, size: tuple[int, int]) -> None:
         self._image = _pillow(path)
@@ -104,12 +128,15 @@ class Gif:
         self._pictures: list[Picture] = []
 
     def add(self, picture: Picture) -> None:
-        """Keep a picture until all are known."""
+        """Keep a frame until all are known."""
         self._pictures.append(picture)
 
-    def close(self) -> None:
+    def __enter__(self) -> Gif:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_rest: Any) -> None:
         """Choose the colours and write the file."""
-        if not self._pictures:
+        if kind is not None or not self._pictures:
             return
         chosen = np.linspace(0, len(self._pictures) - 1, PALETTE_SAMPLES).round().astype(int)
         sample = self._image.fromarray(np.vstack([self._pictures[k] for k in chosen]))
@@ -118,14 +145,14 @@ class Gif:
             self._image.fromarray(picture).quantize(palette=palette, dither=0)
             for picture in self._pictures
         ]
-        self._path.parent.mkdir(parents=True, exist_ok=True)
         durations = gif_durations(len(self._pictures), self._fps)
-        first.save(self._path, save_all=True, append_images=others, duration=durations, loop=0)
+        with written_whole(self._path) as file:
+            first.save(file, save_all=True, append_images=others, duration=durations, loop=0)
 
 
 def gif_durations(count: int, fps: float) -> list[int]:
-    """How long each of `count` pictures stays [ms]: whole hundredths of a second, as a GIF has
-    them, which together keep the pace.
+    """Duration of each of `count` frames [ms], in whole hundredths of a second as a GIF has them,
+    such that errors do not add up.
 
     >>> gif_durations(3, 30.0)
     [30, 40, 30]
@@ -142,30 +169,54 @@ class Mp4:
         if any(length % 2 for length in size):
             raise ValueError(f"size: expected even numbers for an MP4, got {size[0]}x{size[1]}")
         self._path, self._fps, self._size = path, fps, size
+        self._file, self._beside, self._count = ExitStack(), path, 0
         self._stream: Generator[None, Any, None] | None = None
 
     def add(self, picture: Picture) -> None:
-        """Hand a picture to ffmpeg."""
+        """Pass a frame to ffmpeg."""
         if self._stream is None:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._beside = self._file.enter_context(written_whole(self._path))
             self._stream = self._ffmpeg.write_frames(
-                str(self._path),
+                str(self._beside),
                 self._size,
                 fps=self._fps,
                 codec=MP4_CODEC,
                 quality=MP4_QUALITY,
+                ffmpeg_log_level="fatal",  # errors are reported here
                 macro_block_size=2,
             )
             self._stream.send(None)
-        self._stream.send(np.ascontiguousarray(picture))
+        try:
+            self._stream.send(np.ascontiguousarray(picture))
+        except OSError as reason:  # ffmpeg has ended; its own message shows only the command
+            raise UnwritableFile(self._path, OSError(NO_ROOM)) from reason
+        self._count += 1
 
-    def close(self) -> None:
-        """Let ffmpeg finish the file."""
-        if self._stream is not None:
-            self._stream.close()
+    def __enter__(self) -> Mp4:
+        return self
+
+    def __exit__(self, *reason: Any) -> None:
+        """Let ffmpeg finish the file, and check that it has all frames."""
+        if self._stream is None:
+            return
+        self._stream.close()
+        if reason[0] is not None:
+            self._file.__exit__(*reason)  # removes the incomplete file
+            return
+        with self._file:
+            self._check()
+
+    def _check(self) -> None:
+        """Raise UnwritableFile unless the file has all frames: ffmpeg reports no full disk."""
+        try:
+            count, _ = self._ffmpeg.count_frames_and_secs(self._beside)
+        except RuntimeError:  # not a film
+            count = 0
+        if count != self._count:
+            raise UnwritableFile(self._path, OSError(NO_ROOM))
 
 
-KINDS: dict[str, type[PngFolder] | type[Gif] | type[Mp4]] = {
+FILM_WRITERS: dict[str, type[PngFolder] | type[Gif] | type[Mp4]] = {
     "": PngFolder,
     ".gif": Gif,
     ".mp4": Mp4,

@@ -1,1 +1,1 @@
-"""A finger whose simulator hides an effect: measured over ROS, diagnosed, mended, watched live."""
+"""The lab story: a hidden effect is measured over ROS, diagnosed, added to the model, monitored."""

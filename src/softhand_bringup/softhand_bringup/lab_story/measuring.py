@@ -1,4 +1,4 @@
-"""Measurements of the story: a finger brought to plateaus of pressure, as courses of air mass."""
+"""Measurements of the lab story: plateaus of pressure in a finger, as setpoints of air mass."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import load_hand
 
-HAND = "single_finger"
+RIG_HAND = "single_finger"
 FINGER = "finger"  # chain and actuator of that hand
-STATE, ANGLES, RESIDUAL = "/pneumaticbox/state", "/hand/tip_angles", "/model/residual"
-RISE = 0.2  # from plateau to plateau [s]; the valves take as long
+STATE_NAME, ANGLES, RESIDUAL = "/pneumaticbox/state", "/hand/tip_angles", "/model/residual"
+RISE_TIME = 0.2  # from plateau to plateau [s], which the valves need
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A protocol: gauge pressures [Pa] one after the other, each held for so long [s].
+    """A protocol: a sequence of gauge pressures [Pa], each held for `hold` [s].
 
-    Plateaus, not ramps: the finger of the simulator lags 10 ms behind its pressure and swings after
-    each pulse of the valves, which the lab's model leaves out. Where the pressure stands, neither
-    shows, and what remembers still does: a finger creeps while it is held.
+    Plateaus are used in place of ramps: the simulated finger lags its pressure by 10 ms and swings
+    after each valve pulse, which the lab's model does not describe. At constant pressure neither
+    matters, but effects with memory are still seen: a finger creeps while it is held.
     """
 
     protocol: str
@@ -32,13 +32,13 @@ class Measurement:
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """Duration of the protocol [s]."""
         return len(self.levels) * self.hold
 
 
 @dataclass(frozen=True)
-class Played:
-    """A run as it was played: name, protocol, start and end in simulated time [s]."""
+class PlayedRun:
+    """A completed run: name, protocol, start and end in simulated time [s]."""
 
     name: str
     protocol: str
@@ -47,13 +47,15 @@ class Played:
 
 
 def finger() -> Actuator:
-    """The actuator on the bench."""
-    return load_hand(HAND).chain(FINGER).actuators[FINGER]
+    """The actuator on the simulated rig."""
+    return load_hand(RIG_HAND).chain(FINGER).actuators[FINGER]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a session plays: measurements in turn, so often, after a rest [s] with open outlets."""
+    """Measurements of a session, in turn and `repeats` times, each after a `rest` [s] with open
+    outlets.
+    """
 
     measurements: Sequence[Measurement]
     repeats: int = 2
@@ -62,7 +64,7 @@ class Plan:
 
 STAIRCASE = Measurement("staircase", (8e3, 15e3, 23e3, 30e3, 18e3, 9e3, 0.0), 1.2)
 LOOPS = Measurement("loops", (18e3, 12e3, 18e3, 12e3, 24e3, 18e3, 28e3, 0.0), 1.0)
-WHOLE = Plan(
+FULL_PLAN = Plan(
     (
         STAIRCASE,
         Measurement("step_and_hold", (26e3, 0.0), 4.0),
@@ -70,26 +72,26 @@ WHOLE = Plan(
         Measurement("two_steps", (14e3, 29e3, 0.0), 2.7),
     )
 )
-CHECK = Plan((STAIRCASE, LOOPS), repeats=1)
+CHECK_PLAN = Plan((STAIRCASE, LOOPS), repeats=1)
 
 
-def air_course(actuator: Actuator, measurement: Measurement) -> list[tuple[float, float]]:
-    """Times [s] and air masses [kg above rest], straight lines between, of a measurement.
+def air_mass_setpoints(actuator: Actuator, measurement: Measurement) -> list[tuple[float, float]]:
+    """Times [s] and air masses [kg above rest] of a measurement, to be interpolated linearly.
 
-    The mass is that of the base model bending freely; what else acts moves the pressure a little,
-    which is measured.
+    The masses are those of the base model in free bending; further effects change the pressure a
+    little, which is measured.
     """
     points, before = [], 0.0
     for index, level in enumerate(measurement.levels):
         begin, mass = index * measurement.hold, enclosed_air(actuator, level)
-        points += [(begin, before), (begin + RISE, mass)]
+        points += [(begin, before), (begin + RISE_TIME, mass)]
         before = mass
     return points
 
 
 def enclosed_air(actuator: Actuator, pressure: float) -> float:
-    """Air mass [kg above rest at ambient] in chamber and tube at a gauge pressure [Pa], bending
-    freely.
+    """Air mass in chamber and tube [kg above that at ambient pressure] at a gauge pressure [Pa], in
+    free bending.
 
     >>> from softhand_model.hand.actuator import load_actuator
     >>> round(1e6 * enclosed_air(load_actuator("P10.finger"), 30e3), 1)

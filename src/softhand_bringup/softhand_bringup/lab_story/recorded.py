@@ -1,4 +1,4 @@
-"""Measurement set and live residual out of the bag of a session."""
+"""Measurement set and live residual from the bag of a session."""
 
 from __future__ import annotations
 
@@ -13,64 +13,65 @@ import yaml
 from model_lab.live.prediction import SECOND
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.writing import Part, cut_bag
-from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE, Played
+from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE_NAME, PlayedRun
+from softhand_common.documents.output_file import write_file
 from softhand_model.hand.actuator import PROFILES, Actuator
 from softhand_model.hand.profile import ConstantProfile, Profile
 
-PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact within 0.1 %
+PROFILE_PIECES = 8  # linear pieces of the taper: the error of the tip angle is below 0.1 %
 BATCH = "bench"
-STILL = 250_000_000  # [ns]; the finger swings for 150 ms after a pulse of the valves
-BAND = 2000.0  # [Pa]; a pulse of the valves moves it by 2500, creep under enclosed air by less
-GAP = 50_000_000  # [ns] without a pressure, in which it may have done anything
-SPACING = 100_000_000  # [ns]
+STILL_TIME = 250_000_000  # [ns]; the finger swings for 150 ms after a valve pulse
+STILL_BAND = 2000.0  # [Pa]; a valve pulse changes the pressure by 2500 Pa, creep by less
+LARGEST_GAP = 50_000_000  # between two pressures [ns]; in a longer one a change may be missed
+ANGLE_SPACING = 100_000_000  # [ns]
 
 
 def still_stamps(bag: Path) -> list[int]:
-    """Rising stamps [ns] of the tip angles before and after which the pressure stands for STILL.
+    """Rising stamps [ns] of tip angles with a constant pressure for STILL_TIME before and after.
 
-    As much is left out before a change of pressure as after it: between the samples on both sides
-    the lab draws a straight line, which then holds as much pressure over time as the change itself.
+    The same time is left out before and after a change of pressure: the lab interpolates linearly
+    between the samples on both sides, and the integral of the pressure over time stays the same.
 
     Raises:
-        ValueError: nothing of a finger was recorded.
+        ValueError: no pressures or tip angles were recorded.
     """
     with Bag(bag) as recording:
-        states = sorted((_stamp(m), float(m.effort[0])) for _, m in recording.messages(STATE))
+        states = sorted((_stamp(m), float(m.effort[0])) for _, m in recording.messages(STATE_NAME))
         angles = np.array(sorted(_stamp(message) for _, message in recording.messages(ANGLES)))
     if not states or not len(angles):
-        raise ValueError(f"{bag}: expected messages on {STATE} and {ANGLES}, got none")
+        raise ValueError(f"{bag}: expected messages on {STATE_NAME} and {ANGLES}, got none")
     stamps, pressures = np.array([s for s, _ in states]), np.array([p for _, p in states])
-    known = angles[(angles - STILL >= stamps[0]) & (angles + STILL <= stamps[-1])]
-    first = np.searchsorted(stamps, known - STILL, side="right") - 1
-    last = np.searchsorted(stamps, known + STILL) + 1
+    known = angles[(angles - STILL_TIME >= stamps[0]) & (angles + STILL_TIME <= stamps[-1])]
+    first = np.searchsorted(stamps, known - STILL_TIME, side="right") - 1
+    last = np.searchsorted(stamps, known + STILL_TIME) + 1
     return [
         int(angle)
         for angle, i, j in zip(known, first, last, strict=True)
-        if np.ptp(pressures[i:j]) <= BAND and np.diff(stamps[i:j]).max() <= GAP
+        if np.ptp(pressures[i:j]) <= STILL_BAND and np.diff(stamps[i:j]).max() <= LARGEST_GAP
     ]
 
 
 def spaced(stamps: Sequence[int]) -> list[int]:
-    """Those of rising stamps [ns] that lie SPACING apart.
+    """Selection of rising stamps [ns] that are at least ANGLE_SPACING apart.
 
-    Closer ones would let a lag of some milliseconds pass for an effect: it averages the noise of
-    the pressure, which is all the noise that the simulated bench has.
+    With closer ones the lab would diagnose a lag of some milliseconds: such a lag averages the
+    noise of the pressure, which is the only noise of the simulated rig.
 
     >>> spaced([0, 60_000_000, 120_000_000, 180_000_000, 240_000_000])
     [0, 120000000, 240000000]
     """
     kept: list[int] = []
     for stamp in stamps:
-        if not kept or stamp - kept[-1] >= SPACING:
+        if not kept or stamp - kept[-1] >= ANGLE_SPACING:
             kept.append(stamp)
     return kept
 
 
-def live_residual(bag: Path, runs: Sequence[Played], still: Collection[int]) -> float:
-    """Rms [rad] of the monitor's residual in the runs, at still stamps [ns].
+def live_residual(bag: Path, runs: Sequence[PlayedRun], still: Collection[int]) -> float:
+    """Rms [rad] of the monitor's residual in the runs, at the stamps [ns] of `still_stamps`.
 
     Raises:
-        ValueError: there is none.
+        ValueError: there is no residual at these stamps.
     """
     counts = set(still)
     with Bag(bag) as recording:
@@ -86,26 +87,26 @@ def live_residual(bag: Path, runs: Sequence[Played], still: Collection[int]) -> 
 
 
 def write_set(
-    folder: Path, bag: Path, runs: Sequence[Played], still: Sequence[int], actuator: Actuator
+    folder: Path, bag: Path, runs: Sequence[PlayedRun], still: Sequence[int], actuator: Actuator
 ) -> None:
-    """Write a measurement set with a bag a run, cut out of the session's.
+    """Write a measurement set with a bag for each run, cut out of the session's bag.
 
-    Tip angles are kept where the pressure stands: the lab's model has no inertia, and what swings
-    after a pulse of the valves would pass for an effect.
+    Tip angles are kept only at constant pressure: the lab's model has no inertia, so that the
+    swinging after a valve pulse would be diagnosed as an effect.
 
     Args:
-        folder: must not exist yet.
+        folder: of the set; must not exist yet.
         bag: of the session.
-        runs: what was played when.
-        still: stamps [ns] as from `still_stamps`.
+        runs: of the session.
+        still: stamps [ns] from `still_stamps`.
         actuator: the specimen.
     """
     folder.mkdir(parents=True)
     kept = set(spaced(still))
     parts = [Part(folder / run.name, partial(_belongs, run, kept)) for run in runs]
-    cut_bag(bag, parts, (STATE, ANGLES))
+    cut_bag(bag, parts, (STATE_NAME, ANGLES))
     topics = {
-        "pressure": {"topic": STATE, "field": "effort[a]"},
+        "pressure": {"topic": STATE_NAME, "field": "effort[a]"},
         "tip_angle": {"topic": ANGLES, "field": f"position[{FINGER}]"},
     }
     document = {
@@ -125,16 +126,16 @@ def write_set(
         },
     }
     text = yaml.dump(document, Dumper=_Plain, sort_keys=False, width=120)
-    (folder / "experiment.yaml").write_text(text, encoding="utf-8")
+    write_file(folder / "experiment.yaml", text)
 
 
-def _belongs(run: Played, angles: Collection[int], topic: str, stamp: int) -> bool:
+def _belongs(run: PlayedRun, angles: Collection[int], topic: str, stamp: int) -> bool:
     inside = run.start <= stamp / SECOND <= run.end
     return inside and (topic != ANGLES or stamp in angles)
 
 
 def _specimen(actuator: Actuator) -> dict[str, object]:
-    """The actuator as a specimen; taper as straight lines."""
+    """The actuator as a specimen, its taper as linear pieces."""
     return {
         "length": actuator.length,
         **{key: _size(getattr(actuator, key), actuator.length) for key in PROFILES},
@@ -146,7 +147,7 @@ def _specimen(actuator: Actuator) -> dict[str, object]:
 
 
 def _size(profile: Profile, length: float) -> object:
-    """A number where the profile is one, else points [x, value]."""
+    """A number for a constant profile, else points [x, value] (PROFILE_PIECES + 1, 2)."""
     if isinstance(profile, ConstantProfile):
         return profile.value
     x = np.linspace(0.0, length, PROFILE_PIECES + 1)
@@ -154,10 +155,10 @@ def _size(profile: Profile, length: float) -> object:
 
 
 class _Plain(yaml.SafeDumper):
-    """Writes what is repeated out in full, lists of numbers in one line."""
+    """Writes YAML without references."""
 
     def ignore_aliases(self, data: object) -> bool:
-        """Never a reference."""
+        """True always."""
         return True
 
 

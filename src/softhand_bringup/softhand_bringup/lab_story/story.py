@@ -1,4 +1,7 @@
-"""Story of a hidden effect: measure, diagnose, add, watch; the lab's part are its commands."""
+"""The lab story: an effect hidden in the simulator is measured, diagnosed, added and monitored.
+
+The lab is used through its commands.
+"""
 
 from __future__ import annotations
 
@@ -14,60 +17,62 @@ from threading import Event
 from typing import Any
 
 from model_lab.comparison.add import write_model
-from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan, Played, finger
+from softhand_bringup.lab_story.measuring import CHECK_PLAN, FULL_PLAN, Plan, PlayedRun, finger
 from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
 from softhand_bringup.processes.waiting import Interrupted, RunFailed
+from softhand_common.documents.output_file import write_file
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
-BASE = "base"  # the shipped model without effects
-PROGRAM = "model-lab"
-NOTHING = "nothing"
-HIDDEN: Mapping[str, Mapping[str, float]] = {
+LAB_BASE_MODEL = "base"  # the shipped model without effects
+LAB_PROGRAM = "model-lab"
+NOTHING_HIDDEN = "nothing"
+HIDDEN_EFFECTS: Mapping[str, Mapping[str, float]] = {
     "viscoelasticity": {"relative_modulus": 0.3, "relaxation_time": 1.2},
     "gent_stiffening": {"jm": 4.0},
-    NOTHING: {},
+    NOTHING_HIDDEN: {},
 }
 
 
-Bench = Callable[[Path, Plan, Path, str], list[Played]]
+Rig = Callable[[Path, Plan, Path, str], list[PlayedRun]]
 
 
 @dataclass(frozen=True)
 class Watched:
-    """A session: its runs, and the monitor's residual in them, rms [rad]."""
+    """A session: its runs and the rms of the monitor's residual in them [rad]."""
 
-    runs: list[Played]
+    runs: list[PlayedRun]
     residual: float
 
 
 @dataclass
-class Story:
-    """Measure, diagnose, add, watch.
+class HiddenEffectRun:
+    """Measures, diagnoses, adds the diagnosed effects, and measures again.
 
     Args:
-        bench: plays a plan into a folder, with the model files of the truth and of the monitor.
+        rig: runs a plan and records into a folder, given the model files of the simulator and of
+            the monitor.
         folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/,
             result.json and live.png.
-        hidden: name of the effect that the simulator hides, of HIDDEN.
+        hidden: name of the hidden effect, a key of HIDDEN_EFFECTS.
         say: prints one line.
         stopped: set when the user wants to end.
-        plan, check: what is played before the diagnosis, and with the mended model.
-        report: whether the lab writes its page too.
+        plan, check: measurements for the diagnosis, and with the improved model.
+        report: whether the lab also writes its HTML report.
     """
 
-    bench: Bench
+    rig: Rig
     folder: Path
     hidden: str
     say: Callable[[str], None]
     stopped: Event = field(default_factory=Event)
-    plan: Plan = WHOLE
-    check: Plan = CHECK
+    plan: Plan = FULL_PLAN
+    check: Plan = CHECK_PLAN
     report: bool = True
 
     def run(self) -> dict[str, Any]:
-        """Tell the story; what result.json holds, angles in [rad].
+        """Run all steps; returns the content of result.json, with angles in [rad].
 
         Raises:
             RunFailed: a session or a command of the lab failed.
@@ -75,9 +80,9 @@ class Story:
             Interrupted: `stopped` was set.
         """
         truth = self._hide()
-        self.say("1. A finger is measured over ROS; the monitor watches it with the base model.")
+        self.say("1. A finger is measured over ROS; the monitor predicts it with the base model.")
         before = self._measure(truth)
-        self.say("2. What does the model lack? The lab sees the bags alone.")
+        self.say("2. Which effect does the model lack? The lab gets only the bags.")
         found = self._diagnose()
         runs = {"measured": [asdict(run) for run in before.runs]}
         result = {
@@ -87,9 +92,9 @@ class Story:
             "runs": runs,
         }
         if found["effects"]:
-            self.say("3. The model gets what it lacks.")
+            self.say("3. The effect is added to the model.")
             mended = self._add([effect["name"] for effect in found["effects"]])
-            self.say("4. The same finger again; the monitor has the mended model.")
+            self.say("4. The same finger again; the monitor has the improved model.")
             after = self._watch("mended", self.check, truth, mended)
             runs["mended"] = [asdict(run) for run in after.runs]
             result["live_after"] = after.residual
@@ -98,13 +103,13 @@ class Story:
         return result
 
     def _hidden(self) -> list[dict[str, Any]]:
-        if self.hidden == NOTHING:
+        if self.hidden == NOTHING_HIDDEN:
             return []
-        return [{"name": self.hidden, "parameters": dict(HIDDEN[self.hidden])}]
+        return [{"name": self.hidden, "parameters": dict(HIDDEN_EFFECTS[self.hidden])}]
 
     def _write(self, result: dict[str, Any]) -> None:
         text = json.dumps(result, indent=2) + "\n"
-        (self.folder / "result.json").write_text(text, encoding="utf-8")
+        write_file(self.folder / "result.json", text)
         if "live_after" in result:
             draw(self.folder, self.folder / "live.png")
 
@@ -118,27 +123,29 @@ class Story:
             )
         else:
             self.say(
-                f"Live residual where the pressure stands: {_degrees(before)} before, "
+                f"Live residual at constant pressure: {_degrees(before)} before, "
                 f"{_degrees(after)} after, {before / after:.1f} times smaller; "
                 f"drawn in {self.folder / 'live.png'}."
             )
-        self.say(f"What was hidden: {self._revealed()}.")
+        self.say(f"The hidden effect: {self._revealed()}.")
 
     def _revealed(self) -> str:
-        values = ", ".join(f"{key} = {value:g}" for key, value in HIDDEN[self.hidden].items())
+        values = ", ".join(
+            f"{key} = {value:g}" for key, value in HIDDEN_EFFECTS[self.hidden].items()
+        )
         return f"{self.hidden}, {values}" if values else self.hidden
 
     def _hide(self) -> Path:
-        """Write the model file of the simulator: weightless, as if bending in a level plane."""
-        chosen = [] if self.hidden == NOTHING else [effect_classes()[self.hidden]]
-        effects = tuple(effect(**HIDDEN[self.hidden]) for effect in chosen)
+        """Write the model file of the simulator: without gravity, as in a horizontal plane."""
+        chosen = [] if self.hidden == NOTHING_HIDDEN else [effect_classes()[self.hidden]]
+        effects = tuple(effect(**HIDDEN_EFFECTS[self.hidden]) for effect in chosen)
         path = self.folder / "hidden.yaml"
         write_model(path, Model(effects=effects), "What the simulator does and the lab must find")
         return path
 
     def _measure(self, truth: Path) -> Watched:
-        """Record under the base model, and cut the measurement set."""
-        watched = self._watch("measured", self.plan, truth, BASE)
+        """Record with the base model and write the measurement set."""
+        watched = self._watch("measured", self.plan, truth, LAB_BASE_MODEL)
         bag = self.folder / "measured" / "bag"
         write_set(self.folder / "set", bag, watched.runs, still_stamps(bag), finger())
         self.say(f"{len(watched.runs)} runs, a bag each, in {self.folder}/set")
@@ -147,12 +154,12 @@ class Story:
     def _diagnose(self) -> dict[str, Any]:
         path = self.folder / "diagnosis.json"
         page = ("--report", self.folder) if self.report else ()
-        self._lab("diagnose", self.folder / "set", "--model", BASE, "--json", path, *page)
+        self._lab("diagnose", self.folder / "set", "--model", LAB_BASE_MODEL, "--json", path, *page)
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return found
 
     def _add(self, names: list[str]) -> str:
-        model = BASE
+        model = LAB_BASE_MODEL
         for number, name in enumerate(names, start=1):
             out = self.folder / ("model.yaml" if number == len(names) else f"model-{number}.yaml")
             self._lab("add", name, "--data", self.folder / "set", "--model", model, "--out", out)
@@ -160,23 +167,22 @@ class Story:
         return model
 
     def _watch(self, name: str, plan: Plan, truth: Path, model: str) -> Watched:
-        """Play a plan; the monitor has that model."""
-        runs = self.bench(self.folder / name, plan, truth, model)
+        """Run a plan; the monitor has this model."""
+        runs = self.rig(self.folder / name, plan, truth, model)
         bag = self.folder / name / "bag"
         return Watched(runs, live_residual(bag, runs, still_stamps(bag)))
 
     def _lab(self, *arguments: object) -> None:
-        """Run a command of the lab.
-
-        In a process of its own: the lab forks its workers, which must not happen where ROS runs.
+        """Run a command of the lab in a process of its own: the lab forks workers, and a process
+        with ROS must not be forked.
         """
         words = [str(argument) for argument in arguments]
-        self.say(f"$ {shlex.join([PROGRAM, *words])}")
+        self.say(f"$ {shlex.join([LAB_PROGRAM, *words])}")
         done = subprocess.run([sys.executable, "-m", "model_lab", *words], check=False)
         if self.stopped.is_set():
             raise Interrupted
         if done.returncode != 0:
-            raise RunFailed(f"{PROGRAM} {words[0]} ended with status {done.returncode}")
+            raise RunFailed(f"{LAB_PROGRAM} {words[0]} ended with status {done.returncode}")
 
 
 def _degrees(angle: float) -> str:

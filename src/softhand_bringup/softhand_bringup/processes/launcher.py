@@ -1,9 +1,9 @@
-"""Launcher: starts nodes as processes, watches them, stops them in order, leaves none behind."""
+"""Launcher: starts nodes as processes, watches them, and stops all of them in order."""
 
 from __future__ import annotations
 
-import ctypes
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -12,29 +12,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from softhand_bringup.processes.warden import end_group
+
 ParameterValue = bool | int | float | str | Sequence[bool | int | float | str]
 
-_PR_SET_PDEATHSIG = 1  # prctl(2)
-_LIBC = ctypes.CDLL(None)
+WARDEN = Path(__file__).with_name("warden.py")
 
-# Each is sent once and given so long [s] before the next, harsher one.
+# signals with the time [s] after which the next one is sent
 STOP_SIGNALS = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
 
 
 class NodeDied(RuntimeError):
-    """A process ended that should be running; the message says which, how, and its last words."""
+    """A process ended unexpectedly; the message has its name, exit code and last output."""
 
 
 @dataclass(frozen=True)
 class NodeCommand:
-    """What to start.
+    """The command of a node.
 
     Args:
-        name: of the process in messages and of its log file.
-        module: started as `python -m <module>`.
+        name: of the process, in messages and of its log file.
+        module: run as `python -m <module>`.
         parameters: ROS parameters, passed as `-p name:=value`.
-        arguments: further command line arguments, in front of the ROS arguments.
+        arguments: further command line arguments, before the ROS arguments.
         remappings: ROS names, passed as `-r from:=to`.
+        enclave: ROS enclave of the node; empty: none.
     """
 
     name: str
@@ -42,27 +44,39 @@ class NodeCommand:
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     arguments: Sequence[str] = ()
     remappings: Mapping[str, str] = field(default_factory=dict)
+    enclave: str = ""
 
     def command_line(self) -> list[str]:
-        """The process's arguments.
+        """The command line of the process.
 
         >>> NodeCommand("sim", "pneuflex_sim.ros.node", {"step": 0.002}).command_line()[1:]
         ['-m', 'pneuflex_sim.ros.node', '--ros-args', '-p', 'step:=0.002']
         """
         line = [sys.executable, "-m", self.module, *self.arguments]
-        if self.parameters or self.remappings:
+        if self.parameters or self.remappings or self.enclave:
             line.append("--ros-args")
         for name, value in self.parameters.items():
             line += ["-p", f"{name}:={json.dumps(value)}"]
         for source, target in self.remappings.items():
             line += ["-r", f"{source}:={target}"]
+        if self.enclave:
+            line += ["--enclave", self.enclave]
         return line
 
 
 class NodeProcess:
-    """One running node; its output goes to a log file."""
+    """One running node; its output goes to a log file.
 
-    def __init__(self, command: NodeCommand, environment: Mapping[str, str], log: Path) -> None:
+    Args:
+        command: of the node.
+        environment: variables of the process.
+        log: file for its output.
+        guard: ends the node when this process has died.
+    """
+
+    def __init__(
+        self, command: NodeCommand, environment: Mapping[str, str], log: Path, guard: Guard
+    ) -> None:
         self.name = command.name
         self.log = log
         with log.open("wb") as output:
@@ -72,9 +86,9 @@ class NodeProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                # a session of its own: Ctrl-C reaches the launcher alone, which stops in order
+                # a session of its own: Ctrl-C reaches only the launcher, which stops in order
                 start_new_session=True,
-                preexec_fn=_die_with_parent,
+                preexec_fn=guard.enrol,
             )
 
     @property
@@ -84,7 +98,7 @@ class NodeProcess:
 
     @property
     def exit_code(self) -> int | None:
-        """None while it runs; negative: ended by that signal."""
+        """Exit code; None while it runs, negative after a signal."""
         return self._process.poll()
 
     def send(self, number: signal.Signals) -> None:
@@ -100,11 +114,11 @@ class NodeProcess:
             return None
 
     def output(self) -> str:
-        """What it has printed so far."""
+        """The output so far."""
         return self.log.read_text(errors="replace")
 
     def last_words(self) -> str:
-        """The last line it printed."""
+        """The last line of its output."""
         lines = self.output().strip().splitlines()
         return lines[-1].strip() if lines else "no output"
 
@@ -114,7 +128,7 @@ class Launcher:
 
     Args:
         log_folder: gets `<name>.log` of every process; made if missing.
-        environment: of the processes, see `environment.node_environment`.
+        environment: variables of the processes, see `suite.node_environment`.
     """
 
     def __init__(self, log_folder: Path, environment: Mapping[str, str]) -> None:
@@ -122,16 +136,20 @@ class Launcher:
         self._log_folder = log_folder
         self._environment = environment
         self._processes: list[NodeProcess] = []
+        self._guard = Guard()
 
     def start(self, command: NodeCommand) -> NodeProcess:
         """Start one process.
 
         Raises:
             ValueError: a process of that name has been started already and runs.
+            NodeDied: nobody would end it if this process died.
         """
         if any(p.name == command.name and p.exit_code is None for p in self._processes):
             raise ValueError(f"name: expected one that is not running, got {command.name}")
-        process = NodeProcess(command, self._environment, self._log_folder / f"{command.name}.log")
+        self._guard.check()
+        log = self._log_folder / f"{command.name}.log"
+        process = NodeProcess(command, self._environment, log, self._guard)
         self._processes.append(process)
         return process
 
@@ -145,10 +163,11 @@ class Launcher:
                 )
 
     def stop(self) -> dict[str, int | None]:
-        """Stop all, the last started first; exit codes by name."""
-        running = [p for p in reversed(self._processes) if p.exit_code is None]
-        for process in running:
-            stop_process(process)
+        """Stop all, the last started first, with all that they have started; exit codes by name."""
+        for process in reversed(self._processes):
+            if process.exit_code is None:
+                stop_process(process)
+            end_group(process.pid)
         return {process.name: process.exit_code for process in self._processes}
 
     def __enter__(self) -> Launcher:
@@ -156,10 +175,48 @@ class Launcher:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+        self._guard.close()
+
+
+class Guard:
+    """Ends processes when this one has died, even by SIGKILL, by a process that runs `warden`.
+
+    A signal at the death of the parent (prctl) would already be sent when the thread that started
+    the process ends, could be missed while the process starts, and cannot be followed by others.
+    """
+
+    def __init__(self) -> None:
+        reading, writing = os.pipe()
+        self._warden = subprocess.Popen(
+            [sys.executable, "-I", "-S", str(WARDEN), str(os.getpid())],
+            stdin=reading,
+            start_new_session=True,  # signals to the launcher's group do not reach it
+        )
+        os.close(reading)
+        self._ids = writing
+
+    def check(self) -> None:
+        """Raise NodeDied when the warden has ended."""
+        if (code := self._warden.poll()) is not None:
+            raise NodeDied(f"the process that ends nodes after a crash ended with code {code}")
+
+    def enrol(self) -> None:
+        """Register the calling process; runs in the child between fork and exec, so none is missed.
+
+        Also restores signals: `make demo &` in a script passes on an ignored SIGINT.
+        """
+        os.write(self._ids, b"%d\n" % os.getpid())
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+
+    def close(self) -> None:
+        """End the warden, which first ends processes that still run."""
+        os.close(self._ids)
+        self._warden.wait()
 
 
 def stop_process(process: NodeProcess) -> int | None:
-    """Ask with SIGINT, insist with SIGTERM, end with SIGKILL; the exit code."""
+    """Stop a process by SIGINT, then SIGTERM, then SIGKILL; returns its exit code."""
     for number, patience in STOP_SIGNALS:
         process.send(number)
         if process.wait(patience) is not None:
@@ -168,17 +225,10 @@ def stop_process(process: NodeProcess) -> int | None:
 
 
 def wait_until(condition: Callable[[], object], limit: float, period: float = 0.02) -> bool:
-    """Whether `condition()` became true within `limit` [s]; looked at every `period` [s]."""
+    """Whether `condition()` became true within `limit` [s]; it is checked every `period` [s]."""
     end = time.monotonic() + limit
     while not condition():
         if time.monotonic() > end:
             return False
         time.sleep(period)
     return True
-
-
-def _die_with_parent() -> None:
-    # runs in the child between fork and exec: also a killed launcher leaves no orphans
-    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
-    # `make demo &` in a script hands down an ignored SIGINT, which exec would keep
-    signal.signal(signal.SIGINT, signal.SIG_DFL)

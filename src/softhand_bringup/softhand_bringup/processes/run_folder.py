@@ -1,4 +1,4 @@
-"""Run of a command on the bench: a folder of its own, signals and exit status."""
+"""Runs a command that starts nodes: its output folder, signals and exit status."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from threading import Event
 
+from softhand_bringup.processes.domain import DomainTaken
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_bringup.processes.waiting import Interrupted, RunFailed
 
@@ -16,7 +17,7 @@ Say = Callable[[str], None]
 
 
 def make_run_folder(out: Path, prefix: str = "demo") -> Path:
-    """Make `out/demo-<time>` and let the link `out/demo` point to it.
+    """Make `out/<prefix>-<time>` and let the link `out/<prefix>` point to it.
 
     Raises:
         OSError: the folder cannot be made or written.
@@ -35,23 +36,23 @@ def make_run_folder(out: Path, prefix: str = "demo") -> Path:
 
 
 def _point(link: Path, target: str) -> None:
-    """Replace a symbolic link in one step, so that it never points nowhere."""
+    """Replace a symbolic link atomically."""
     fresh = link.with_name(f".{link.name}-{target}")
     fresh.symlink_to(target)
     fresh.replace(link)
 
 
 def run_command(name: str, out: Path, play: Callable[[Path, Say, Event], bool]) -> int:
-    """Play in a fresh folder `out/name-<time>` until the end, or until SIGINT or SIGTERM.
+    """Call `play` with a new folder `out/<name>-<time>`.
 
     Args:
         name: of the command; begins every line that it prints.
         out: folder of all runs.
-        play: gets the folder, what prints a line at once, and an event that is set when the user
-            wants to end; tells whether it came out well.
+        play: gets the folder, a function that prints a line, and an event that is set at SIGINT or
+            SIGTERM; returns whether the run succeeded.
 
     Returns:
-        Exit status: 0 came out well; 1 did not, or failed; 2 nothing could be started; 130
+        Exit status: 0 success; 1 no success, or an error; 2 nothing could be started; 130
         interrupted.
     """
 
@@ -68,9 +69,12 @@ def run_command(name: str, out: Path, play: Callable[[Path, Say, Event], bool]) 
         signal.signal(number, lambda *_: stopped.set())
     try:
         return 0 if play(folder, say, stopped) else 1
+    except DomainTaken as error:
+        say(str(error))
+        return 2
     except (RunFailed, NodeDied, ValueError, OSError) as error:
         say(str(error))
         return 1
     except Interrupted:
-        say(f"interrupted; what was recorded is in {folder}")
+        say(f"interrupted; the recording is in {folder}")
         return 130

@@ -1,4 +1,4 @@
-"""The nodes of the suite as commands, and the environment in which they run."""
+"""The commands of the suite's nodes, and their environment variables."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from pathlib import Path
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
 
 RECORDER = "recorder"  # the node's name, too
-COMMAND_TIMEOUT = 5.0  # [s] after which the driver lets go what the sequencer commands no more
 
 
 def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, str]:
-    """Environment variables for a node; what the user has set stands.
+    """Environment variables for a node; those that the user has set are kept.
 
     Args:
-        log_folder: where ROS writes its log files.
-        domain: ROS_DOMAIN_ID; None keeps the user's.
+        log_folder: for the log files of ROS.
+        domain: ROS_DOMAIN_ID; None keeps that of the user.
 
     >>> node_environment(Path("log"), domain=7)["ROS_DOMAIN_ID"]
     '7'
@@ -27,7 +26,7 @@ def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, s
     environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     environment["ROS_LOG_DIR"] = str(log_folder)
     environment["PYTHONUNBUFFERED"] = "1"
-    # several processes share the cores: numpy must not start one thread per core in each
+    # several processes share the cores: numpy must not start a thread per core in each of them
     environment.setdefault("OMP_NUM_THREADS", "1")
     environment.setdefault("OPENBLAS_NUM_THREADS", "1")
     if domain is not None:
@@ -37,38 +36,35 @@ def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, s
 
 @dataclass(frozen=True)
 class SuiteOptions:
-    """What is simulated.
+    """Options of the simulation.
 
     Args:
         hand, object, scene: names of shipped descriptions, or paths of files.
-        strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
-        grasp_type: of the Feix taxonomy, which `grasp/feix` replays.
-        grasp_patterns: file of stored grasps; empty: the shipped one.
-        model: model file of the physics; empty takes the one that the simulator ships with.
+        strategy: of `grasp/surface_constrained`, by name or by the path of its file.
+        model: model file of the physics; empty: the simulator's default.
         allow_effect_files: whether the Python files that the model names are run.
-        friction: file with pairs of materials on top of the shipped table; empty for none.
-        wall_inclination: of the scene's wall [deg]; None: as the scene has it.
+        friction: file with pairs of materials in addition to the shipped table; empty for none.
+        wall_inclination: of the scene's wall [deg]; None: as in the scene.
         object_offset: shift of the object from its place, x and y [m].
-        object_upright: whether the object stands, its axes along those of the world.
+        object_upright: whether the object stands upright, its axes parallel to those of the world.
         object_mass_scale: factor on the object's mass [-].
         seed: of the sensors' noise and the valves' delays.
         step: physics step [s].
-        segments: an actuator.
-        finger_contact: whether fingers touch each other.
-        real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
-        gui: open PyBullet's window.
-        publish_clock: the simulator publishes /clock; False: it follows another's.
+        segments: of each actuator.
+        finger_contact: whether contacts between fingers are simulated.
+        real_time_factor: upper bound of simulated over wall time; 0: as fast as possible.
+        gui: whether PyBullet's window is opened.
+        publish_clock: whether the simulator publishes /clock; otherwise it follows another clock.
         namespace: of the nodes; empty: the root.
-        await_commander: the simulation stands at its start until a strategy runs, so that a run is
-            the same each time.
+        await_commander: whether the simulation waits at its start until a strategy runs, which
+            makes runs reproducible.
+        enclave: ROS enclave of the nodes, by which the run recognizes them; empty: none.
     """
 
     hand: str = "rbo_hand_2"
     object: str = "cylinder"
     scene: str = "table"
     strategy: str = "surface_constrained"
-    grasp_type: int = 1
-    grasp_patterns: str = ""
     model: str = ""
     allow_effect_files: bool = False
     friction: str = ""
@@ -85,6 +81,7 @@ class SuiteOptions:
     publish_clock: bool = True
     namespace: str = ""
     await_commander: bool = False
+    enclave: str = ""
 
 
 def simulator(options: SuiteOptions) -> NodeCommand:
@@ -112,15 +109,19 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         parameters["friction_file"] = options.friction
     if options.wall_inclination is not None:
         parameters["wall_inclination"] = float(options.wall_inclination)
-    return NodeCommand("hand_sim", "pneuflex_sim.ros.node", parameters)
+    return NodeCommand("hand_sim", "pneuflex_sim.ros.node", parameters, enclave=options.enclave)
 
 
-def driver(options: SuiteOptions, command_timeout: float = 0.0) -> NodeCommand:
-    """The node `pneumaticbox`, on the simulator's plant; `command_timeout` [s], 0 for none."""
+def driver(options: SuiteOptions, command_timeout: float | None = None) -> NodeCommand:
+    """The node `pneumaticbox` with the simulated plant; `command_timeout` in [s], 0 for none, None
+    for the node's default.
+    """
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
-    if command_timeout:
+    if command_timeout is not None:
         parameters["command_timeout"] = command_timeout
-    return NodeCommand("driver", "pneumaticbox_driver.ros.node", parameters)
+    return NodeCommand(
+        "driver", "pneumaticbox_driver.ros.node", parameters, enclave=options.enclave
+    )
 
 
 def sequencer(options: SuiteOptions) -> NodeCommand:
@@ -128,35 +129,35 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
         "strategy.surface_constrained": options.strategy,
-        "grasp_type": options.grasp_type,
-        "grasp_patterns": options.grasp_patterns,
         "use_sim_time": True,
     }
-    return NodeCommand("sequencer", "grasp_strategies.ros.node", parameters)
+    return NodeCommand(
+        "sequencer", "grasp_strategies.ros.node", parameters, enclave=options.enclave
+    )
 
 
 def monitor(
     options: SuiteOptions, further: Mapping[str, ParameterValue] | None = None
 ) -> NodeCommand:
-    """The node `monitor`, with the model of the options, whatever the simulator has, and further
-    parameters of its own.
+    """The node `monitor` with the model of the options, which may differ from the simulator's, and
+    with further parameters.
     """
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
     parameters.update(further or {})
     if options.model:
         parameters["model_file"] = options.model
         parameters["allow_effect_files"] = options.allow_effect_files
-    return NodeCommand("monitor", "model_lab.ros.monitor", parameters)
+    return NodeCommand("monitor", "model_lab.ros.monitor", parameters, enclave=options.enclave)
 
 
 def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
-    """The recorder, writing to a bag folder that does not exist yet; all topics, or these alone."""
+    """The recorder; writes all topics, or only these, to a bag folder that does not exist yet."""
     chosen = ("--topics", *topics) if topics else ()
     return NodeCommand(RECORDER, "softhand_bringup.ros.recorder", arguments=(str(folder), *chosen))
 
 
 def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
-    """The pictures of a bag; a process of its own, as PyBullet talks to the terminal."""
+    """Draws the pictures of a bag; in its own process, as PyBullet prints to the terminal."""
     names = ["--hand", options.hand, "--object", options.object, "--scene", options.scene]
     if options.wall_inclination is not None:
         names += ["--wall-inclination", str(options.wall_inclination)]
@@ -166,10 +167,10 @@ def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
 
 
 def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
-    """Simulator, driver and sequencer, in the order in which they are started; in a namespace, the
-    names of their processes begin with it.
+    """Simulator, driver and sequencer, in the order of their start. Names of their processes begin
+    with the namespace, if there is one.
     """
-    commands = [simulator(options), driver(options, COMMAND_TIMEOUT), sequencer(options)]
+    commands = [simulator(options), driver(options), sequencer(options)]
     space = options.namespace.strip("/")
     if not space:
         return commands

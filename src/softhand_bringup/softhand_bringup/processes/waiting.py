@@ -1,4 +1,4 @@
-"""Waiting for nodes and for simulated time, each wait with a limit."""
+"""Waits for nodes and for simulated time, with a limit for each wait."""
 
 from __future__ import annotations
 
@@ -9,51 +9,67 @@ from typing import Protocol
 
 from softhand_bringup.processes.launcher import Launcher
 
-START_LIMIT = 90.0  # [s] of wall time; the first start compiles
-STALL_LIMIT = 30.0  # wall time without a tick of the simulated clock [s]
-TARES, TARE_PERIOD = 10, 0.2  # how often taring is tried, simulated time between two [s]
+# Limits of wall time for a process that hangs; one that ends is noticed at once. They are long, as
+# a busy machine may be slow without a fault.
+SUITE_START_LIMIT = 300.0  # for the start of nodes, which may have to compile kernels [s]
+STALL_LIMIT = 60.0  # without progress of simulated time [s]
+TARES, TARE_PERIOD = 10, 0.2  # number of attempts, simulated time between them [s]
 
 
 class RunFailed(RuntimeError):
-    """What was begun cannot go on; the message says why."""
+    """A run cannot continue; the message says why."""
 
 
 class Interrupted(Exception):
-    """Somebody pressed Ctrl-C."""
+    """The user has asked for the end of the run."""
 
 
 class Listener(Protocol):
-    """The ROS side that is listened to while time passes."""
+    """The ROS client that receives messages while time passes."""
 
     @property
     def simulated_time(self) -> float:
-        """Newest time of the simulation [s]."""
+        """Latest simulated time [s]."""
         ...
 
     def spin(self, duration: float) -> None:
-        """Listen for so much wall time [s]."""
+        """Receive messages for this wall time [s]."""
         ...
 
     def tare(self) -> bool:
-        """Let air masses count from here; False when the pressure does not stand still yet."""
+        """Set the current air masses to zero; False while the pressure is not constant yet."""
         ...
 
     def missing(self) -> list[str]:
-        """What is not there yet, in words."""
+        """Missing nodes and topics, in words."""
         ...
 
     def simulators(self) -> int:
-        """How many there are in this ROS domain."""
+        """Number of simulators in this ROS domain."""
         ...
 
 
+class Progress:
+    """Checks that simulated time advances."""
+
+    def __init__(self) -> None:
+        self._time, self._since = -1.0, time.monotonic()
+
+    def check(self, simulated_time: float) -> None:
+        """Raise RunFailed when the simulated time [s] has not changed for STALL_LIMIT."""
+        if simulated_time != self._time:
+            self._time, self._since = simulated_time, time.monotonic()
+        if time.monotonic() - self._since > STALL_LIMIT:
+            raise RunFailed(f"simulated time has stood still for {STALL_LIMIT:.0f} s")
+
+
 @dataclass
-class Patience:
-    """Lets time pass on a running bench; every method raises what `check` does.
+class Waits:
+    """Waits while nodes run; every method also raises the errors of `check`.
 
     Args:
-        launcher: of the processes.
-        listener: hears the simulated clock.
+        launcher: of the nodes.
+        listener: receives the simulated clock.
         stopped: set when the user wants to end.
     """
 
@@ -62,7 +78,7 @@ class Patience:
     stopped: Event
 
     def check(self) -> None:
-        """Look whether all is well.
+        """Check the processes and the user's wish to end.
 
         Raises:
             NodeDied: a process ended by itself.
@@ -73,33 +89,32 @@ class Patience:
             raise Interrupted
 
     def wait_for_nodes(self) -> None:
-        """Until nothing is missing; RunFailed names what still is after START_LIMIT."""
-        end = time.monotonic() + START_LIMIT
+        """Wait until nothing is missing; raises RunFailed after SUITE_START_LIMIT."""
+        end = time.monotonic() + SUITE_START_LIMIT
         while missing := self.listener.missing():
             self.check()
             if time.monotonic() > end:
-                raise RunFailed(f"not there after {START_LIMIT:.0f} s: {', '.join(missing)}")
+                raise RunFailed(f"not there after {SUITE_START_LIMIT:.0f} s: {', '.join(missing)}")
 
     def let_pass(self, duration: float) -> None:
-        """Let so much simulated time [s] pass; RunFailed if it stands still or two clocks tick."""
-        listener = self.listener
-        end, wall, before = listener.simulated_time + duration, time.monotonic(), -1.0
+        """Wait for this simulated time [s]; raises RunFailed if simulated time does not advance or
+        a second simulator runs.
+        """
+        listener, progress = self.listener, Progress()
+        end = listener.simulated_time + duration
         while listener.simulated_time < end:
             self.check()
-            if listener.simulated_time != before:
-                before, wall = listener.simulated_time, time.monotonic()
+            progress.check(listener.simulated_time)
             if listener.simulators() > 1:
                 raise RunFailed(
                     "another simulator runs in this ROS domain: end it, or set ROS_DOMAIN_ID"
                 )
-            if time.monotonic() - wall > STALL_LIMIT:
-                raise RunFailed(f"simulated time has stood still for {STALL_LIMIT:.0f} s")
             listener.spin(0.02)
 
     def tare(self) -> None:
-        """Zero the estimate of the air mass; RunFailed when the pressure never stands still."""
+        """Tare the air masses; raises RunFailed when the pressure does not become constant."""
         for _ in range(TARES):
             if self.listener.tare():
                 return
             self.let_pass(TARE_PERIOD)
-        raise RunFailed("the driver cannot be tared: the pressure does not stand still at rest")
+        raise RunFailed("the driver cannot be tared: the pressure at rest is not constant")

@@ -1,1 +1,1 @@
-"""Nodes of the recorder, of the demo and of sessions at the bench: all here that imports ROS."""
+"""Nodes of the recorder, the demo and the lab story: the only part that imports ROS."""

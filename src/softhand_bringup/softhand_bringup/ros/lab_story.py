@@ -1,6 +1,6 @@
-"""The lab story over ROS: sessions at the simulated bench, each in one bag, and the command.
+"""The lab story over ROS: sessions on the simulated rig, each in one bag, and the command.
 
-Exit status: 0 told to its end; 1 failed; 2 nothing could be started; 130 interrupted.
+Exit status: 0 all steps done; 1 failed; 2 nothing could be started; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -15,39 +15,40 @@ from threading import Event
 from softhand_bringup.lab_story.measuring import (
     ANGLES,
     FINGER,
-    HAND,
     RESIDUAL,
-    STATE,
+    RIG_HAND,
+    STATE_NAME,
     Measurement,
     Plan,
-    Played,
-    air_course,
+    PlayedRun,
+    air_mass_setpoints,
     finger,
 )
-from softhand_bringup.lab_story.story import HIDDEN, Story
+from softhand_bringup.lab_story.story import HIDDEN_EFFECTS, HiddenEffectRun
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher, ParameterValue
 from softhand_bringup.processes.run_folder import Say, run_command
 from softhand_bringup.processes.suite import node_environment
-from softhand_bringup.processes.waiting import Patience
-from softhand_bringup.ros.bench_link import BenchLink
+from softhand_bringup.processes.waiting import Waits
+from softhand_bringup.ros.rig_link import RigLink
+from softhand_bringup.ros.run_domain import refuse_strangers, run_domain, run_enclave
 from softhand_model.hand.hand import load_hand
 
-RECORDED = ("/clock", STATE, ANGLES, RESIDUAL)
-STEP = 0.005  # physics step [s]: the finger settles within 50 ms, and the bench runs fast
+RECORDED_TOPICS = ("/clock", STATE_NAME, ANGLES, RESIDUAL)
+RIG_STEP = 0.005  # physics step [s]: the finger settles within 50 ms, and the rig runs fast
 WARM_UP = 1.0  # simulated time in which the driver averages its sensors [s]
-BEFORE = 0.5  # simulated time at rest with which a run begins [s]
-# when the monitor takes the finger to be settled: later than by default, for it is to be exact
-SETTLING: dict[str, ParameterValue] = {"settle_time": 0.2, "settle_band": 500.0}
+REST_BEFORE_RUN = 0.5  # simulated time at rest at the start of a run [s]
+# when the monitor regards the finger as settled: later than by default, for a small residual
+MONITOR_SETTLING: dict[str, ParameterValue] = {"settle_time": 0.2, "settle_band": 500.0}
 
 
 @dataclass
 class Session:
-    """A finger with a model in the simulator, watched by a monitor with another.
+    """A session with a simulated finger and a monitor that may have another model.
 
     Args:
         folder: gets bag/ and log/.
-        plan: what is played.
+        plan: of the measurements.
         truth: model file of the simulator.
         model: model file, or shipped name, of the monitor.
         seed: of the sensors' noise and the valves' jitter.
@@ -70,70 +71,75 @@ class Session:
         """The bag of the session."""
         return self.folder / "bag"
 
-    def run(self) -> list[Played]:
-        """Play the plan; the runs in their order.
+    def run(self) -> list[PlayedRun]:
+        """Carry out the plan; returns the runs in their order.
 
         Raises:
-            RunFailed: something did not start, or simulated time stands still.
+            RunFailed: a node did not start, or simulated time does not advance.
             NodeDied: a process ended by itself.
+            DomainTaken: other nodes run in the ROS domain.
             Interrupted: `stopped` was set.
         """
+        with run_domain(self.say) as domain:
+            return self._run_in(domain)
+
+    def _run_in(self, domain: int) -> list[PlayedRun]:
+        enclave = run_enclave(domain)
         options = suite.SuiteOptions(
-            hand=HAND,
+            hand=RIG_HAND,
             scene="stand",
             model=str(self.truth),
             allow_effect_files=self.allow_effect_files,
             seed=self.seed,
-            step=STEP,
+            step=RIG_STEP,
+            enclave=enclave,
         )
         log = self.folder / "log"
-        with Launcher(log, node_environment(log)) as launcher:
-            launcher.start(suite.recorder(self.bag, RECORDED))
+        with Launcher(log, node_environment(log, domain)) as launcher:
+            launcher.start(suite.recorder(self.bag, RECORDED_TOPICS))
             launcher.start(suite.simulator(options))
-            launcher.start(suite.driver(options))
-            launcher.start(suite.monitor(replace(options, model=self.model), SETTLING))
-            return self._play(launcher)
+            launcher.start(suite.driver(options, command_timeout=0.0))
+            launcher.start(suite.monitor(replace(options, model=self.model), MONITOR_SETTLING))
+            channel = load_hand(RIG_HAND).channels[0]
+            with RigLink("lab_story", channel, RECORDED_TOPICS, domain, enclave) as rig:
+                return self._play(rig, Waits(launcher, rig, self.stopped))
 
-    def _play(self, launcher: Launcher) -> list[Played]:
-        channel = load_hand(HAND).channels[0]
-        with BenchLink("lab_story", channel, RECORDED) as bench:
-            patience = Patience(launcher, bench, self.stopped)
-            patience.wait_for_nodes()
-            patience.let_pass(WARM_UP)
-            played = []
-            for repeat in range(1, self.plan.repeats + 1):
-                for measurement in self.plan.measurements:
-                    run = self._run(bench, patience, measurement, repeat)
-                    told = bench.told.get(f"monitor: {FINGER}", "no word from the monitor")
-                    self.say(f"{run.start:6.1f} s  {run.name:<16} monitor: {told}")
-                    played.append(run)
-            return played
+    def _play(self, rig: RigLink, waits: Waits) -> list[PlayedRun]:
+        waits.wait_for_nodes()
+        refuse_strangers(rig)
+        waits.let_pass(WARM_UP)
+        played = []
+        for repeat in range(1, self.plan.repeats + 1):
+            for measurement in self.plan.measurements:
+                run = self._run(rig, waits, measurement, repeat)
+                status = rig.statuses.get(f"monitor: {FINGER}", "no status from the monitor")
+                self.say(f"{run.start:6.1f} s  {run.name:<16} monitor: {status}")
+                played.append(run)
+        return played
 
-    def _run(
-        self, bench: BenchLink, patience: Patience, measurement: Measurement, repeat: int
-    ) -> Played:
-        """Rest with open outlets, so that memory fades at ambient pressure, and play one run."""
-        bench.vent()
-        patience.let_pass(self.plan.rest)
-        bench.reset()
-        start = bench.simulated_time
-        patience.let_pass(BEFORE)
-        patience.tare()
-        bench.command(air_course(finger(), measurement))
-        patience.let_pass(measurement.duration)
+    def _run(self, rig: RigLink, waits: Waits, measurement: Measurement, repeat: int) -> PlayedRun:
+        """Rest with open outlets, so that effects with memory relax, then carry out one run."""
+        rig.vent()
+        waits.let_pass(self.plan.rest)
+        rig.reset()
+        start = rig.simulated_time
+        waits.let_pass(REST_BEFORE_RUN)
+        waits.tare()
+        rig.command(air_mass_setpoints(finger(), measurement))
+        waits.let_pass(measurement.duration)
         name = f"{measurement.protocol}_{repeat}"
-        return Played(name, measurement.protocol, start, bench.simulated_time)
+        return PlayedRun(name, measurement.protocol, start, rig.simulated_time)
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Tell the story; see the module for the exit status."""
+    """Run the lab story; see the module for the exit status."""
     parsed = _parse(arguments)
 
     def play(folder: Path, say: Say, stopped: Event) -> bool:
-        def bench(into: Path, plan: Plan, truth: Path, model: str) -> list[Played]:
+        def rig(into: Path, plan: Plan, truth: Path, model: str) -> list[PlayedRun]:
             return Session(into, plan, truth, model, parsed.seed, say, stopped).run()
 
-        Story(bench, folder, parsed.hide, say, stopped).run()
+        HiddenEffectRun(rig, folder, parsed.hide, say, stopped).run()
         return True
 
     return run_command("lab-story", parsed.out, play)
@@ -145,7 +151,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         description="A finger whose simulator hides an effect: measured over ROS, diagnosed from "
         "the bags, the effect added, and watched live by the monitor.",
     )
-    parser.add_argument("--hide", choices=HIDDEN, default="viscoelasticity")
+    parser.add_argument("--hide", choices=HIDDEN_EFFECTS, default="viscoelasticity")
     parser.add_argument("--seed", type=int, default=0, help="of sensor noise and valve jitter")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
     return parser.parse_args(arguments)

@@ -1,11 +1,11 @@
 """The node `recorder`: writes all topics of a domain, or chosen ones, to a bag.
 
-In a namespace it writes those of the namespace and those that have none, as /clock.
+In a namespace it writes the topics of the namespace and those without any, such as /clock.
 
-It finds topics as they appear and takes their messages in serialised form straight from the
-middleware's queues, fifty times a second. No executor and no wait set: at 2000 messages a second
-these would cost more than the recording itself. Stamps are the middleware's own stamps of
-reception and of sending, so looking only every 20 ms costs no accuracy.
+It finds new topics and takes their serialised messages directly from the queues of the middleware,
+fifty times a second. It has no executor and no wait set: at 2000 messages a second these would cost
+more than the recording itself. Stamps are those of the middleware, so that reading the queues only
+every 20 ms costs no accuracy.
 """
 
 from __future__ import annotations
@@ -36,23 +36,24 @@ from rosbags.rosbag2 import WriterError
 from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 from softhand_bringup.processes.suite import RECORDER
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
-from softhand_ros.topics import SECOND, unused
+from softhand_ros.topics import SECOND_NS, unused
 
-POLL_PERIOD = 0.02  # [s]
+RECORDER_PERIOD = 0.02  # [s]
 DISCOVERY_PERIOD = 0.1  # [s]
-QUEUE_DEPTH = 2000  # messages of one topic that may wait between two polls
-BULKY = (
-    "/hand/markers"  # of any hand: 1.6 MB a second of what joint states and pressures tell as well
+QUEUE_DEPTH = 2000  # messages of one topic between two polls
+BULKY_TOPIC = (
+    "/hand/markers"  # of any hand: 1.6 MB/s that can be computed from joint states and pressures
 )
-LAST_MESSAGES = 0.2  # [s] to wait for what is still under way when asked to stop
+LAST_MESSAGES = 0.2  # [s] to wait for the last messages before the end
 
 
 def offered_qos(profile: QoSProfile) -> Qos:
     """The offered QoS of one publisher as `rosbags` writes it.
 
-    History and depth are not announced by a publisher; a latched topic is given depth 1, any other
-    depth 10, so that replaying the bag offers what the suite's nodes offer.
+    History and depth are not announced by a publisher; a latched topic gets depth 1, any other
+    depth 10, so that a replay of the bag offers the same as the suite's nodes.
     """
     latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
     return Qos(
@@ -69,30 +70,32 @@ def offered_qos(profile: QoSProfile) -> Qos:
 
 
 def _as_time(nanoseconds: int) -> QosTime:
-    return QosTime(*divmod(nanoseconds, SECOND))
+    return QosTime(*divmod(nanoseconds, SECOND_NS))
 
 
 class Recorder(Node):
-    """Subscribes to the topics of the domain but the bulky ones, or to chosen ones, and writes what
-    arrives to a bag.
+    """Subscribes to all topics of the domain except bulky ones, or to chosen ones, and writes their
+    messages to a bag.
     """
 
     def __init__(self, bag: BagWriter, chosen: Collection[str] = ()) -> None:
         super().__init__(RECORDER, enable_rosout=False, start_parameter_services=False)
+        declare(self, ())
         self._bag = bag
         self._chosen = {self.resolve_topic_name(topic) for topic in chosen}
         self._sources: dict[str, tuple[Any, Connection]] = {}
         self._refused: set[str] = set()
         self._diagnostics = Diagnostics(self, RECORDER, "")
+        self.get_logger().info("ready")
 
     def close(self) -> None:
-        """Let the node go; the bag is closed by who opened it."""
+        """Destroy the node; the caller closes the bag."""
         self.destroy_node()
 
     def run(self, stopped: threading.Event) -> None:
-        """Record until the event is set; then take what is still queued."""
+        """Record until the event is set, then write the messages that are still queued."""
         next_discovery = next_report = 0.0
-        while not stopped.wait(POLL_PERIOD):
+        while not stopped.wait(RECORDER_PERIOD):
             now = time.monotonic()
             if now >= next_discovery:
                 self._discover()
@@ -116,8 +119,8 @@ class Recorder(Node):
                 self._subscribe(topic, types[0], profiles)
 
     def _profiles(self, topic: str) -> list[QoSProfile]:
-        """What is offered on a topic. While nobody publishes it, what others ask for there, so that
-        commands are recorded from the first one on; but not when they ask for what was before.
+        """QoS profiles that publishers of a topic offer. Without publishers those that subscribers
+        request, so that commands are recorded from the first one on; none for a latched topic.
         """
         if publishers := self.get_publishers_info_by_topic(topic):
             return [info.qos_profile for info in publishers]
@@ -155,8 +158,8 @@ class Recorder(Node):
 
 
 def is_recorded(topic: str, chosen: Collection[str], namespace: str = "/") -> bool:
-    """Whether a topic goes into the bag: it is among the chosen ones, or none are, it is not bulky,
-    and it belongs to no other namespace.
+    """Whether a topic is recorded: it is one of the chosen ones; or none are chosen, it is not
+    bulky and belongs to no other namespace.
 
     >>> is_recorded("/hand/markers", ()), is_recorded("/hand/markers", ("/hand/markers",))
     (False, True)
@@ -166,7 +169,7 @@ def is_recorded(topic: str, chosen: Collection[str], namespace: str = "/") -> bo
     if chosen:
         return topic in chosen
     own = topic.startswith(f"{namespace.rstrip('/')}/") or topic.count("/") == 1
-    return own and not topic.endswith(BULKY)
+    return own and not topic.endswith(BULKY_TOPIC)
 
 
 def _import_message(type_name: str) -> type:
@@ -175,7 +178,7 @@ def _import_message(type_name: str) -> type:
 
 
 def _subscription_qos(profiles: list[QoSProfile]) -> QoSProfile:
-    """The strongest demand that every one of these publishers satisfies."""
+    """The strictest QoS that all of these publishers satisfy."""
     reliable = all(p.reliability is ReliabilityPolicy.RELIABLE for p in profiles)
     latched = all(p.durability is DurabilityPolicy.TRANSIENT_LOCAL for p in profiles)
     return QoSProfile(
@@ -187,7 +190,7 @@ def _subscription_qos(profiles: list[QoSProfile]) -> QoSProfile:
 
 
 def _open_bag(folder: Path) -> BagWriter:
-    """Open the bag, or end with one sentence that says why not."""
+    """Open the bag, or exit with a message."""
     try:
         return BagWriter(folder)
     except UnwritableBag as error:
@@ -199,20 +202,20 @@ def _open_bag(folder: Path) -> BagWriter:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Record until SIGINT or SIGTERM; 0 when the bag was closed in order, 1 when it could not be
-    written, as on a full disk.
+    """Record until SIGINT or SIGTERM; returns 0, or 1 when the bag could not be written, for
+    example on a full disk.
     """
     words = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(
         prog="softhand record",
         description="Record topics to a bag.",
-        epilog="Options of ROS stand behind --ros-args, as -r __ns:=/left: there it records the "
-        "topics below /left and those without a namespace. It hears every topic that it records, "
-        "publishes /diagnostics once a second, and has neither services nor parameters.",
+        epilog="Options of ROS follow --ros-args, such as -r __ns:=/left to record the topics "
+        "below /left and those without a namespace. The node subscribes to every topic that it "
+        "records, publishes /diagnostics once a second, and has neither services nor parameters.",
     )
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
     parser.add_argument(
-        "--topics", nargs="+", default=(), help="these alone; else all there are but hand/markers"
+        "--topics", nargs="+", default=(), help="only these; by default all but hand/markers"
     )
     parsed = parser.parse_args(remove_ros_args(words))
     bag = _open_bag(parsed.folder)
@@ -232,7 +235,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _close(bag: BagWriter) -> int:
-    """Close the bag; 1 where that cannot be written, which is printed."""
+    """Close the bag; returns 0, or 1 after printing that it cannot be written."""
     try:
         bag.close()
     except UnwritableBag as error:

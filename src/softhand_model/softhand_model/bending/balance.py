@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags
+from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 from softhand_model.hand import section
-from softhand_model.numerics.arrays import Array, Flags
-from softhand_model.numerics.compiled import compiled
 
 Elastic = Callable[[Array], Array]
 """Elastic side [-] at a stretch [-]."""
@@ -27,16 +27,16 @@ Correction = Callable[[Array, Array, Array], Array]
 by which the elastic side is taken to go on in a straight line.
 """
 
-LOWEST, HIGHEST = 0.05, 60.0  # stretch, where the search for a root ends
-DIFFERENCE = 1e-6  # of the first slope
+LOWEST_ROOT, HIGHEST_ROOT = 0.05, 60.0  # stretch: limits of the search for a root
+SLOPE_DIFFERENCE = 1e-6  # of the first slope
 SMALLEST_SLOPE = 0.02  # softened rubber has 0.1 and more
-SETTLED = 3e-8  # last step of the stretch: the error after it is of the order of its square
-SHORTEST = 1e-10  # step of the stretch that rounding does not blur
-SECANTS = 12
-HALVES = 24
-BALANCED = 1e-6  # of the load: what more is left over than this is no balance
-HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
-STEPS = 60
+BALANCE_STEP = 3e-8  # last step of the stretch; the error is then of the order of its square
+SHORTEST_STRETCH_STEP = 1e-10  # smallest step of the stretch that gives a slope despite rounding
+BALANCE_SECANTS = 12
+BALANCE_HALVES = 24
+BALANCED = 1e-6  # largest relative error of the load in balance
+HIGHEST_STRETCH = 4.0  # up to which the elastic side must increase
+START_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def rough_stretch(load: Array) -> Array:
 
 @compiled
 def rough_root(load: Any) -> Any:
-    """The same, for numbers or arrays."""
+    """`_start` for numbers or arrays."""
     above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
     stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
     return stretched / np.cbrt(1.0 - 0.75 * below)
@@ -70,7 +70,7 @@ def rough_root(load: Any) -> Any:
 def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:
     """Stretch at which the elastic side carries the load [-], from a start nearby if there is one.
 
-    Where the elastic side never reaches the load the stretch ends at LOWEST or HIGHEST.
+    Where the elastic side never reaches the load the stretch ends at LOWEST_ROOT or HIGHEST_ROOT.
 
     >>> found = balance(lambda stretch: stretch - stretch**-3, np.array([3.0 - 3.0**-3]))
     >>> found.stretch.round(9).tolist()
@@ -89,20 +89,20 @@ def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Bal
 
 def first_slope(elastic: Elastic, stretch: Array) -> Balanced:
     """A start for the iteration at a stretch, with the slope by a small difference."""
-    rise = elastic(stretch + DIFFERENCE) - elastic(stretch)
-    return Balanced(stretch, np.maximum(rise / DIFFERENCE, SMALLEST_SLOPE))
+    rise = elastic(stretch + SLOPE_DIFFERENCE) - elastic(stretch)
+    return Balanced(stretch, np.maximum(rise / SLOPE_DIFFERENCE, SMALLEST_SLOPE))
 
 
 def iterate(
-    elastic: Elastic, correction: Correction, start: Balanced, settled: float = SETTLED
+    elastic: Elastic, correction: Correction, start: Balanced, settled: float = BALANCE_STEP
 ) -> Balanced:
-    """Where a secant iteration from a start comes to; it ends with a step within `settled`."""
+    """Result of a secant iteration from a start; it ends with a step within `settled`."""
     stretch, slope = start.stretch, start.slope
     stress = elastic(stretch)
-    for _ in range(SECANTS):
+    for _ in range(BALANCE_SECANTS):
         change = correction(stretch, stress, slope)
         # half the way to 0 at most, so that lambda**-3 stays tame
-        moved = np.minimum(np.maximum(stretch + change, 0.5 * stretch), HIGHEST)
+        moved = np.minimum(np.maximum(stretch + change, 0.5 * stretch), HIGHEST_ROOT)
         if np.abs(change).max() <= settled:
             return Balanced(moved, slope)
         stress_before, stress, change = stress, elastic(moved), moved - stretch
@@ -112,22 +112,22 @@ def iterate(
 
 
 def _secant(rise: Array, run: Array, before: Array) -> Array:
-    """Slope over the last step, or the one before it where rounding would blur it."""
-    long = np.abs(run) > SHORTEST
+    """Slope over the last step, or the earlier slope if the step is too small for rounding."""
+    long = np.abs(run) > SHORTEST_STRETCH_STEP
     return np.where(long, np.maximum(rise / np.where(long, run, 1.0), SMALLEST_SLOPE), before)
 
 
 def _bracketed(elastic: Elastic, load: Array) -> Balanced:
-    """As `balance`, for elastic sides on which secants go astray: halves first."""
+    """As `balance`, for elastic sides on which secants do not converge: bisection first."""
     whole = np.zeros_like(elastic(np.maximum(load, 1.0)) + load)
-    low, high = whole + LOWEST, whole + HIGHEST
-    for _ in range(HALVES):
+    low, high = whole + LOWEST_ROOT, whole + HIGHEST_ROOT
+    for _ in range(BALANCE_HALVES):
         middle = 0.5 * (low + high)
         below = elastic(middle) < load
         low, high = np.where(below, middle, low), np.where(below, high, middle)
 
     def correction(stretch: Array, stress: Array, slope: Array) -> Array:
-        """Newton step of the stretch [-], kept between the halves."""
+        """Newton step of the stretch [-], limited to the bracket."""
         return np.clip((load - stress) / slope, low - stretch, high - stretch)
 
     found = iterate(elastic, correction, first_slope(elastic, 0.5 * (low + high)))
@@ -146,7 +146,7 @@ def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shea
     for effect in staged.elastic:
         growing = growing & _in_lanes(np.asarray(effect.allows(shape)))
     before = None
-    for stretch in np.linspace(1.0, HIGHEST_STRETCH, STEPS + 1):
+    for stretch in np.linspace(1.0, HIGHEST_STRETCH, START_STEPS + 1):
         stress = staged.stress(Strain(np.full((1, 1, 1), stretch), mode), shape, 0.0)
         if before is not None:
             growing = growing & _in_lanes(stress > before)
@@ -155,7 +155,7 @@ def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shea
 
 
 def _in_lanes(everywhere: Flags) -> Flags:
-    """Whether it holds at all rows and sections of each lane."""
+    """Whether a condition holds at all rows and sections of each lane."""
     lanes = np.shape(everywhere)[0] if np.ndim(everywhere) == 3 else 1
     return np.all(np.reshape(everywhere, (lanes, -1)), axis=1)
 
@@ -175,7 +175,7 @@ class SteppedBalance:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: at rest without load."""
+        """Reset the memory of the effects: at rest without load."""
         self.staged.reset()
         self.settled = True
         self._last: tuple[Balanced, ...] = ()
@@ -195,7 +195,7 @@ class SteppedBalance:
         return found.stretch
 
     def _start(self) -> Balanced | None:
-        """Where the next balance is sought: on the straight line through the last two."""
+        """Start of the search for the next balance, extrapolated from the last two."""
         if len(self._last) < 2:
             return self._last[0] if self._last else None
         before, last = self._last

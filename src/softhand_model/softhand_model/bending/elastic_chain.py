@@ -1,136 +1,97 @@
-"""The elastic side of one section with the catalogue's elastic effects, compiled.
+"""The elastic side of sections for compiled loops: kernels of effects, one after the other.
 
 What `StagedEffects.stress` and `remember` do for arrays, for the loops that go through whole runs.
-An effect of a user's own has no place in it: models that have one go step by step.
-
-What relaxes or creeps is a sum of lags: each keeps what the stress is ahead of what follows it with
-a time constant tau, d' = -d/tau + Q', and adds its weight times d. So over a step such an effect is
-a straight line over the stress, known before the stretch is sought.
+Models with an elastic effect or a wall that has no kernel go step by step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Indices
+from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.elastic import (
-    GentStiffening,
-    ThickWall,
-    YeohStiffening,
-    fading,
-    locking_factor,
-    thickness,
+from softhand_model.effects.kernel import (
+    MODE_OF,
+    SIZES,
+    Trial,
+    base_stress,
+    call_act,
+    call_begin_step,
 )
-from softhand_model.effects.elastic_memory import (
-    MODES,
-    RATES,
-    WEIGHTS,
-    Creep,
-    Hysteresis,
-    MullinsSoftening,
-    Viscoelasticity,
-    friction,
-    softened,
-)
+from softhand_model.effects.own.guard import EffectError
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
-from softhand_model.effects.structure import SideWallIntegral
-from softhand_model.hand.section import side_wall_integral
-from softhand_model.numerics.arrays import Array, Indices
-from softhand_model.numerics.compiled import compiled
 
-PURE_SHEAR, UNIAXIAL, EQUIBIAXIAL, LINEAR = 0, 1, 2, 3
-MODE_OF = {
-    "pure_shear": PURE_SHEAR,
-    "uniaxial": UNIAXIAL,
-    "equibiaxial": EQUIBIAXIAL,
-    "linear": LINEAR,
-}
-LOCKING, QUADRATIC, THICK, SOFTENED, LAGS, FRICTION, SIDE_WALLS = range(7)
-
-# values of an effect: its parameters; of lags: what counts at once, then weights, then times
-AT_ONCE, WEIGHT, TIME = 0, 1, 1 + MODES
-VALUES = 1 + 2 * MODES
-# state of an effect: of lags a straight line over the stress, the step's duration with what it
-# leaves and lets through of each, the stress and what it is ahead of them; of others two numbers
-SCALE, SHIFT, LASTS, BEFORE, AHEAD, LEFT, SHARE = 0, 1, 2, 3, 4, 4 + MODES, 4 + 2 * MODES
-TURNED, LARGEST = 0, 0
-STATE = 4 + 3 * MODES
-HEIGHT, WIDTH, WALL, SIDE_WALL, RATIO = range(5)
-SIZES = 5
-SAME = 1e-9  # relative difference of two durations that are one
+# columns of `ElasticChain.kernels`: addresses, 0 for none; the rows of values and states, from the
+# first to the one after the last; the row after the last state that belongs to the specimen;
+# whether it is a user's own effect, whose numbers have to be checked
+ACT_ADDRESS, BEGIN_ADDRESS, VALUES, VALUES_END, STATES, STATES_END, KEPT_END, OWN_FLAG = range(8)
+DT, FAILED_FLAG = 0, 1
 
 
 class ElasticChain(NamedTuple):
-    """Elastic effects in their order, in all lanes; the sections of a run are lanes too.
+    """Kernels of n effects in their order, in all lanes; the sections of a run are lanes too.
 
-    kinds (n,); values (n, VALUES, lanes); states (n, STATE, lanes); sizes (5, lanes) of the
-    sections; mode: of their strain.
+    kernels (n, 8): see the columns above. values (k, lanes) and states (m, lanes) of all. rest
+    (m,): states of virgin sections at rest. sizes (5, lanes) of the sections. now (2,): DT [s] of
+    the present step, and FAILED_FLAG: the number, from 1, of an effect whose results were not
+    finite, else 0. mode: of the strain.
     """
 
-    kinds: Indices
+    kernels: Indices
     values: Array
     states: Array
+    rest: Array
     sizes: Array
+    now: Array
     mode: int
+
+    def check(self, effects: Sequence[Effect]) -> None:
+        """Raise EffectError if one of the effects, those of the chain, has failed."""
+        if self.now[FAILED_FLAG]:
+            origin = effects[int(self.now[FAILED_FLAG]) - 1].origin
+            raise EffectError(f"{origin}.kernel: expected finite numbers, got others")
 
 
 def compiled_effects(staged: StagedEffects) -> list[Effect] | None:
-    """The elastic effects and walls in their order; None if one of them is not compiled."""
+    """The elastic effects and walls in their order; None if one of them has no kernel."""
     effects = [*staged.elastic, *staged.walls]
-    return None if any(_kind(effect) is None for effect in effects) else effects
+    return None if any(effect.matching_kernel is None for effect in effects) else effects
 
 
 def elastic_chain(effects: Sequence[Effect], mode: str, sections: int, lanes: int) -> ElasticChain:
-    """The chain of compiled effects for so many sections, each in so many lanes, in a mode of
+    """The chain of effects with kernels for so many sections, each in so many lanes, in a mode of
     `effects.stages.Strain`.
     """
-    every = sections * lanes
-    values = np.zeros((len(effects), VALUES, every))
-    for place, effect in enumerate(effects):
-        for number, column in enumerate(_values_of(effect)):
-            values[place, number] = np.tile(np.broadcast_to(column, lanes), sections)
-    kinds = np.array([_kind(effect) for effect in effects], np.intp)
-    states = np.zeros((len(effects), STATE, every))
-    return ElasticChain(kinds, values, states, np.zeros((SIZES, every)), MODE_OF[mode])
-
-
-def _kind(effect: Effect) -> int | None:
-    """The kind of an effect that acts as one of the catalogue does; None if it is another."""
-    for known, kind in KINDS.items():
-        acts = ("wall_stress",) if kind == SIDE_WALLS else ("stress", "remember")
-        if all(getattr(type(effect), act, None) is getattr(known, act) for act in acts):
-            return kind
-    return None
-
-
-def _values_of(effect: Effect) -> list[Array]:
-    """Columns (lanes or 1,) of an effect's values."""
-    given = [np.ravel(np.asarray(value, float)) for value in effect.values.values()]
-    if isinstance(effect, Viscoelasticity):
-        modulus, time = given
-        unused = [np.zeros(1)] * (MODES - 1)
-        return [np.ones(1), modulus, *unused, time, *unused]
-    if isinstance(effect, Creep):
-        share, onset = given[0] / np.log(10.0), given[1]
-        weights = [share * weight for weight in WEIGHTS]
-        return [1.0 - share * WEIGHTS.sum(), *weights, *(onset / rate for rate in RATES)]
-    return given or [np.zeros(1)]
-
-
-KINDS: Mapping[type[Effect], int] = {
-    GentStiffening: LOCKING,
-    YeohStiffening: QUADRATIC,
-    ThickWall: THICK,
-    MullinsSoftening: SOFTENED,
-    Viscoelasticity: LAGS,
-    Creep: LAGS,
-    Hysteresis: FRICTION,
-    SideWallIntegral: SIDE_WALLS,
-}
+    every, table = sections * lanes, np.zeros((len(effects), OWN_FLAG + 1), np.intp)
+    values: list[Array] = []
+    rest: list[float] = []
+    for row, effect in zip(table, effects, strict=True):
+        kernel = effect.kernel
+        if kernel is None:
+            raise ValueError(f"effect {effect.name}: kernel: expected one, got none")
+        row[ACT_ADDRESS], row[BEGIN_ADDRESS] = kernel.addresses
+        row[OWN_FLAG], row[VALUES], row[STATES] = bool(effect.origin), len(values), len(rest)
+        numbers = effect.kernel_values()
+        values += [np.tile(np.broadcast_to(number, lanes), sections) for number in numbers]
+        rest += getattr(effect, "largest", {}).values()
+        row[KEPT_END] = len(rest)
+        rest += kernel.rest
+        row[VALUES_END], row[STATES_END] = len(values), len(rest)
+    return ElasticChain(
+        table,
+        np.array(values).reshape(-1, every),
+        np.zeros((len(rest), every)),
+        np.array(rest, float),
+        np.zeros((SIZES, every)),
+        np.zeros(2),
+        MODE_OF[mode],
+    )
 
 
 def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array:
@@ -141,162 +102,66 @@ def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array
 
 
 # ---------------------------------------------------------------------- compiled
-@compiled
-def stress_at(stretch: Array, chain: ElasticChain, stress: Array) -> None:
-    """Fill stress (lanes,) with the elastic side [-] at a stretch (lanes,)."""
-    _base_stress(stretch, chain.mode, stress)
-    for place in range(len(chain.kinds)):
-        _act(place, stretch, chain, stress)
-
-
-@compiled
-def _base_stress(stretch: Array, mode: int, stress: Array) -> None:
-    """Stress of the base, as `stages.Strain` has it."""
-    for lane in range(len(stretch)):
-        stress[lane] = _base(stretch[lane], mode)
-
-
-@compiled
-def _base(stretch: float, mode: int) -> float:
-    inverse = 1.0 / stretch
-    if mode == PURE_SHEAR:
-        return stretch - inverse * inverse * inverse
-    if mode == UNIAXIAL:
-        return stretch - inverse * inverse
-    if mode == EQUIBIAXIAL:
-        return stretch - (inverse * inverse) ** 2 * inverse
-    return stretch - 1.0
-
-
-@compiled
-def _invariant(stretch: float, mode: int) -> float:
-    """Invariant J1 [-], as `stages.Strain` has it."""
-    inverse = 1.0 / stretch
-    if mode == PURE_SHEAR:
-        return (stretch - inverse) ** 2
-    if mode == UNIAXIAL:
-        return (stretch - 1.0) ** 2 * (1.0 + 2.0 * inverse)
-    if mode == EQUIBIAXIAL:
-        return (inverse * inverse - 1.0) ** 2 * (1.0 + 2.0 * stretch * stretch)
-    return (stretch - 1.0) ** 2
-
-
-@compiled
-def _act(place: int, stretch: Array, chain: ElasticChain, stress: Array) -> None:
-    """Change stress (lanes,) by one effect."""
-    kind, mode, lanes = chain.kinds[place], chain.mode, range(len(stretch))
-    values, states = chain.values[place], chain.states[place]
-    if kind == LAGS:
-        for lane in lanes:
-            stress[lane] = stress[lane] * states[SCALE, lane] + states[SHIFT, lane]
-    elif kind == FRICTION:
-        for lane in lanes:
-            moved = stretch[lane] - states[BEFORE, lane]
-            turned = friction(moved, states[TURNED, lane], values[1, lane])
-            stress[lane] += values[0, lane] * turned
-    elif kind == SOFTENED:
-        for lane in lanes:
-            below = states[LARGEST, lane] - stretch[lane]
-            if below > 0.0:
-                stress[lane] *= softened(below, values[0, lane], values[1, lane])
-    elif kind == LOCKING:
-        for lane in lanes:
-            stress[lane] *= locking_factor(_invariant(stretch[lane], mode) / values[0, lane])
-    elif kind == QUADRATIC:
-        for lane in lanes:
-            stress[lane] *= 1.0 + 2.0 * values[0, lane] * _invariant(stretch[lane], mode)
-    elif kind == THICK:
-        for lane in lanes:
-            share = thickness(chain.sizes[WALL, lane], chain.sizes[HEIGHT, lane])
-            stress[lane] *= 1.0 + values[0, lane] * share * fading(stretch[lane])
-    else:
-        for lane in lanes:
-            walls = _side_walls(lane, stretch[lane], chain.sizes)
-            stress[lane] = 0.5 * chain.sizes[RATIO, lane] * (stress[lane] + walls)
-
-
-@compiled
-def _side_walls(lane: int, stretch: float, sizes: Array) -> float:
-    height, wall = sizes[HEIGHT, lane], sizes[WALL, lane]
-    share = 2.0 * sizes[SIDE_WALL, lane] / (height * sizes[WIDTH, lane] * wall)
-    return share * side_wall_integral((stretch - 1.0) / height, max(height - wall, 0.0))
+without_allocation = partial(compiled, allocates=False)
 
 
 @compiled
 def rest(chain: ElasticChain) -> None:
-    """Forget everything: a virgin section at rest."""
-    chain.states[:] = 0.0
-    for place in range(len(chain.kinds)):
-        kind = chain.kinds[place]
-        if kind == FRICTION:
-            chain.states[place, BEFORE] = 1.0
-        elif kind == SOFTENED:
-            chain.states[place, LARGEST] = 1.0
-        elif kind == LAGS:
-            chain.states[place, LASTS] = -1.0
+    """Reset to a virgin section at rest."""
+    for row in range(len(chain.rest)):
+        chain.states[row] = chain.rest[row]
 
 
 @compiled
+def carry_over(ends: Array, chain: ElasticChain) -> None:
+    """Take over what belongs to the specimen from the states (m, lanes) in which a run ended."""
+    for place in range(len(chain.kernels)):
+        for row in range(chain.kernels[place, STATES], chain.kernels[place, KEPT_END]):
+            chain.states[row] = ends[row]
+
+
+@without_allocation
 def begin_step(dt: float, chain: ElasticChain) -> None:
-    """Make the chain ready for a step of dt [s]."""
-    for place in range(len(chain.kinds)):
-        if chain.kinds[place] == LAGS:
-            _begin_lags(dt, chain.values[place], chain.states[place])
+    """Prepare the chain for a step of dt [s]."""
+    chain.now[DT] = dt
+    kernels = chain.kernels
+    for place in range(len(kernels)):
+        if kernels[place, BEGIN_ADDRESS] != 0:
+            values = chain.values[kernels[place, VALUES] : kernels[place, VALUES_END]]
+            states = chain.states[kernels[place, STATES] : kernels[place, STATES_END]]
+            call_begin_step(kernels[place, BEGIN_ADDRESS], (dt, values, states))
 
 
-@compiled
-def _begin_lags(dt: float, values: Array, states: Array) -> None:
-    lanes = range(values.shape[1])
-    if abs(dt - states[LASTS, 0]) > SAME * dt:
-        states[LASTS] = dt
-        for lag in range(MODES):
-            for lane in lanes:
-                steps = dt / values[TIME + lag, lane] if values[TIME + lag, lane] > 0.0 else 0.0
-                gone = -np.expm1(-steps)
-                states[LEFT + lag, lane] = 1.0 - gone
-                states[SHARE + lag, lane] = gone / steps if steps > 0.0 else 1.0
-    states[SCALE], states[SHIFT] = values[AT_ONCE], 0.0
-    for lag in range(MODES):
-        if values[TIME + lag, 0] == 0.0:
-            break
-        for lane in lanes:
-            weight, share = values[WEIGHT + lag, lane], states[SHARE + lag, lane]
-            ahead = states[LEFT + lag, lane] * states[AHEAD + lag, lane]
-            states[SCALE, lane] += weight * share
-            states[SHIFT, lane] += weight * (ahead - share * states[BEFORE, lane])
+@without_allocation
+def stress_at(stretch: Array, chain: ElasticChain, stress: Array) -> None:
+    """Fill stress (lanes,) with the elastic side [-] at a stretch (lanes,)."""
+    _act(stretch, False, chain, stress)
 
 
-@compiled
+@without_allocation
 def remember(stretch: Array, chain: ElasticChain, stress: Array) -> None:
-    """Take over the stretch (lanes,) at the end of a step; stress as in `stress_at`."""
-    _base_stress(stretch, chain.mode, stress)
-    for place in range(len(chain.kinds)):
-        kind, states = chain.kinds[place], chain.states[place]
-        if kind == LAGS:
-            _remember_lags(stress, chain.values[place], states)
-        _act(place, stretch, chain, stress)
-        if kind == LAGS:
-            continue
-        if kind == FRICTION:
-            for lane in range(len(stretch)):
-                moved = stretch[lane] - states[BEFORE, lane]
-                turned = friction(moved, states[TURNED, lane], chain.values[place, 1, lane])
-                states[TURNED, lane], states[BEFORE, lane] = turned, stretch[lane]
-        elif kind == SOFTENED:
-            for lane in range(len(stretch)):
-                states[LARGEST, lane] = max(states[LARGEST, lane], stretch[lane])
+    """Update the memory with the stretch (lanes,) at a step's end; stress as in `stress_at`."""
+    _act(stretch, True, chain, stress)
 
 
-@compiled
-def _remember_lags(stress: Array, values: Array, states: Array) -> None:
-    """The line over the stress stays as it was."""
-    lanes = range(len(stress))
-    for lag in range(MODES):
-        if values[TIME + lag, 0] == 0.0:
-            break
-        for lane in lanes:
-            ahead = states[LEFT + lag, lane] * states[AHEAD + lag, lane]
-            moved = states[SHARE + lag, lane] * (stress[lane] - states[BEFORE, lane])
-            states[AHEAD + lag, lane] = ahead + moved
-    for lane in lanes:
-        states[BEFORE, lane] = stress[lane]
+@without_allocation
+def _act(stretch: Array, accepted: bool, chain: ElasticChain, stress: Array) -> None:
+    for lane in range(len(stretch)):
+        stress[lane] = base_stress(stretch[lane], chain.mode)
+    trial = Trial(stretch, chain.now[DT], accepted, chain.mode, chain.sizes)
+    kernels = chain.kernels
+    for place in range(len(kernels)):
+        values = chain.values[kernels[place, VALUES] : kernels[place, VALUES_END]]
+        states = chain.states[kernels[place, STATES] : kernels[place, STATES_END]]
+        call_act(kernels[place, ACT_ADDRESS], (stress, trial, values, states))
+        if kernels[place, OWN_FLAG] and not _finite(stress, stretch):
+            chain.now[FAILED_FLAG] = place + 1
+
+
+@without_allocation
+def _finite(stress: Array, stretch: Array) -> bool:
+    """Whether the stress is finite wherever the stretch is, both (lanes,)."""
+    for lane in range(len(stress)):
+        if np.isfinite(stretch[lane]) and not np.isfinite(stress[lane]):
+            return False
+    return True

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
+from softhand_common.numerics.arrays import Array, Indices
 from softhand_model.bending.balance import (
     Balanced,
     Elastic,
@@ -30,11 +31,10 @@ from softhand_model.bending.balance import (
     rough_stretch,
 )
 from softhand_model.effects.stages import SectionShape
-from softhand_model.numerics.arrays import Array, Indices
 
-SETTLED = 1e-9  # last step of the stretch: with a matrix that stays about as large as the error
-REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew
-LEAST_START = 0.7  # stretch, where the search begins at the least
+LOADED_STEP = 1e-9  # last step of the stretch; with a constant matrix about the error
+MATRIX_STEPS = 7  # steps of an iteration after which its matrix is updated
+LEAST_START = 0.7  # smallest stretch at which the search begins
 
 
 def running_integral(edges: Array, points: int) -> Array:
@@ -58,7 +58,7 @@ def running_integral(edges: Array, points: int) -> Array:
 
 @dataclass(frozen=True)
 class Weight:
-    """The weight of fingers: what it does to the balance of their sections.
+    """The weight of fingers and its effect on the balance of their sections.
 
     per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base, negative where
     it stands on it. reach (1, rows, sections) [m]: from each section to the tip; weights the same:
@@ -111,14 +111,14 @@ class WeightSolver:
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
-            elif steps % REFRESHED == REFRESHED - 1:
+            elif steps % MATRIX_STEPS == MATRIX_STEPS - 1:
                 self._inverse = self._inverted(angle, slope)
             steps += 1
             return np.matmul(self._inverse, (load - moment - stress)[..., None])[..., 0]
 
         if start is None:
             start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale))
-        return iterate(elastic, correction, start, SETTLED)
+        return iterate(elastic, correction, start, LOADED_STEP)
 
     def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
         """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
@@ -160,7 +160,7 @@ class Blocked:
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
     def by_force(self, shape: SectionShape) -> tuple[Array, Array]:
-        """What a unit force takes off the load [1/N], and deflection of the tip per stretch [m]."""
+        """Reduction of the load per force [1/N], and deflection of the tip per stretch [m]."""
         return shape.ratio * self.reach / _stiffness(
             shape
         ), self.weights * self.reach / shape.height
@@ -220,14 +220,14 @@ class BlockedSolver:
         return iterate(elastic, correction, start)
 
     def _moment_at(self, stretch: Array) -> Array:
-        """What a unit force takes off the load [-] at a stretch."""
+        """Reduction of the load [-] per unit force at a stretch."""
         if self._factor is None or self._free is None:
             return self._moment
         free = (self._free.stretch - 1.0) / self._height
         return self._moment / self._factor((stretch - 1.0) / self._height, free)
 
     def _rough(self, load: Array) -> Array:
-        """Stretch of a beam of even stiffness: back at its base, forth at its tip."""
+        """Stretch of a beam of uniform stiffness: reduced at its base, increased at its tip."""
         place = self._blocked.reach / _total(self._blocked.weights)
         free = rough_stretch(load + 0.0 * self._moment) - 1.0
         return np.maximum(1.0 + free * (1.0 - 1.5 * place), LEAST_START)

@@ -8,32 +8,31 @@ from __future__ import annotations
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags, Indices
+from softhand_common.numerics.compiled import compiled
 from softhand_model.bending.balance import (
-    DIFFERENCE,
-    HIGHEST,
-    LOWEST,
-    SECANTS,
-    SETTLED,
-    SHORTEST,
+    BALANCE_SECANTS,
+    BALANCE_STEP,
+    HIGHEST_ROOT,
+    LOWEST_ROOT,
+    SHORTEST_STRETCH_STEP,
+    SLOPE_DIFFERENCE,
     SMALLEST_SLOPE,
     rough_root,
 )
 from softhand_model.bending.elastic_chain import (
-    LARGEST,
-    SOFTENED,
     ElasticChain,
     begin_step,
+    carry_over,
     remember,
     rest,
     stress_at,
 )
-from softhand_model.numerics.arrays import Array, Flags, Indices
-from softhand_model.numerics.compiled import compiled
 
-LONG = 1e12  # [s] after which everything has settled
-HALVES = 60  # of the range of stretches, where secants go astray
+LONG = 1e12  # [s] after which all transients have ended
+LOOP_HALVES = 60  # bisections of the range of stretches when secants do not converge
 # numbers (lanes,) of one section while its balance is sought
-LOAD, STRETCH, SLOPE, STRESS, MOVED, AFTER = range(6)
+LOAD, STRETCH_ROW, SLOPE, STRESS, MOVED_ROW, AFTER_ROW = range(6)
 WORK = 6
 
 
@@ -55,15 +54,15 @@ def march(
         _first(load[starts[run]], steady[run], chain, work)
         if steady[run]:
             _balance(chain, work)
-            remember(work[STRETCH], chain, work[STRESS])
+            remember(work[STRETCH_ROW], chain, work[STRESS])
         for row in range(starts[run], starts[run + 1]):
             begin_step(dt[row], chain)
             _ahead(load[row], work)
             _balance(chain, work)
-            remember(work[STRETCH], chain, work[STRESS])
+            remember(work[STRETCH_ROW], chain, work[STRESS])
             for lane in range(load.shape[1]):
-                found[row, lane] = work[STRETCH, lane]
-        ends[run] = chain.states[:, LARGEST]
+                found[row, lane] = work[STRETCH_ROW, lane]
+        ends[run] = chain.states
 
 
 @compiled
@@ -82,13 +81,13 @@ def march_at_once(
             work = np.empty((WORK, len(part)))
             _first(part, True, chain, work)
             _balance(chain, work)
-            found[first:last] = work[STRETCH].reshape(found[first:last].shape)
+            found[first:last] = work[STRETCH_ROW].reshape(found[first:last].shape)
 
 
 @compiled
 def _kept(before: Indices, chain: ElasticChain) -> Array:
-    """Room for what runs end with (runs, n, lanes)."""
-    return np.ones((len(before), len(chain.kinds), chain.values.shape[2]))
+    """Array for the states (runs, m, lanes) at the end of runs."""
+    return np.empty((len(before), *chain.states.shape))
 
 
 @compiled
@@ -97,48 +96,46 @@ def _start(run: int, before: Indices, ends: Array, sizes: Array, chain: ElasticC
     chain.sizes[:] = sizes[run]
     rest(chain)
     if before[run] >= 0:
-        for place in range(len(chain.kinds)):
-            if chain.kinds[place] == SOFTENED:
-                chain.states[place, LARGEST] = ends[before[run], place]
+        carry_over(ends[before[run]], chain)
 
 
 @compiled
 def _first(load: Array, steady: bool, chain: ElasticChain, work: Array) -> None:
-    """Where the first balance of a run is sought: at rest, or under its load for long."""
+    """Start of the search for the first balance of a run: at rest, or under its load for long."""
     begin_step(LONG if steady else 0.0, chain)
     for lane in range(len(load)):
         work[LOAD, lane] = load[lane] if steady else 0.0
-        work[STRETCH, lane] = rough_root(work[LOAD, lane])
-        work[MOVED, lane] = work[STRETCH, lane] + DIFFERENCE
-    stress_at(work[STRETCH], chain, work[STRESS])
-    stress_at(work[MOVED], chain, work[AFTER])
+        work[STRETCH_ROW, lane] = rough_root(work[LOAD, lane])
+        work[MOVED_ROW, lane] = work[STRETCH_ROW, lane] + SLOPE_DIFFERENCE
+    stress_at(work[STRETCH_ROW], chain, work[STRESS])
+    stress_at(work[MOVED_ROW], chain, work[AFTER_ROW])
     for lane in range(len(load)):
-        rise = work[AFTER, lane] - work[STRESS, lane]
-        work[SLOPE, lane] = max(rise / DIFFERENCE, SMALLEST_SLOPE)
+        rise = work[AFTER_ROW, lane] - work[STRESS, lane]
+        work[SLOPE, lane] = max(rise / SLOPE_DIFFERENCE, SMALLEST_SLOPE)
 
 
 @compiled
 def _ahead(load: Array, work: Array) -> None:
-    """Start of the search for the next balance: on a straight line from the last one."""
+    """Start of the search for the next balance, extrapolated linearly from the last one."""
     for lane in range(len(load)):
-        stretch = work[STRETCH, lane]
+        stretch = work[STRETCH_ROW, lane]
         moved = stretch + (load[lane] - work[LOAD, lane]) / work[SLOPE, lane]
-        work[STRETCH, lane] = max(moved, 0.5 * stretch)
+        work[STRETCH_ROW, lane] = max(moved, 0.5 * stretch)
         work[LOAD, lane] = load[lane]
 
 
 @compiled
 def _balance(chain: ElasticChain, work: Array) -> None:
-    """Move the stretch to where it balances the load, as `balance.balance` does."""
-    stretch, slope, stress = work[STRETCH], work[SLOPE], work[STRESS]
-    load, moved, after = work[LOAD], work[MOVED], work[AFTER]
+    """Find the stretch that balances the load, as `balance.balance` does."""
+    stretch, slope, stress = work[STRETCH_ROW], work[SLOPE], work[STRESS]
+    load, moved, after = work[LOAD], work[MOVED_ROW], work[AFTER_ROW]
     stress_at(stretch, chain, stress)
-    for _ in range(SECANTS):
+    for _ in range(BALANCE_SECANTS):
         far = 0
         for lane in range(len(load)):
             change = (load[lane] - stress[lane]) / slope[lane]
-            moved[lane] = min(max(stretch[lane] + change, 0.5 * stretch[lane]), HIGHEST)
-            far += abs(change) > SETTLED
+            moved[lane] = min(max(stretch[lane] + change, 0.5 * stretch[lane]), HIGHEST_ROOT)
+            far += abs(change) > BALANCE_STEP
         if far == 0:
             for lane in range(len(load)):
                 stretch[lane] = moved[lane]
@@ -152,19 +149,19 @@ def _balance(chain: ElasticChain, work: Array) -> None:
 def _take_secants(work: Array) -> None:
     """Slopes over the last move, and the stretch after it."""
     for lane in range(work.shape[1]):
-        run = work[MOVED, lane] - work[STRETCH, lane]
-        long = abs(run) > SHORTEST
-        secant = (work[AFTER, lane] - work[STRESS, lane]) / (run if long else 1.0)
+        run = work[MOVED_ROW, lane] - work[STRETCH_ROW, lane]
+        long = abs(run) > SHORTEST_STRETCH_STEP
+        secant = (work[AFTER_ROW, lane] - work[STRESS, lane]) / (run if long else 1.0)
         work[SLOPE, lane] = max(secant, SMALLEST_SLOPE) if long else work[SLOPE, lane]
-        work[STRETCH, lane], work[STRESS, lane] = work[MOVED, lane], work[AFTER, lane]
+        work[STRETCH_ROW, lane], work[STRESS, lane] = work[MOVED_ROW, lane], work[AFTER_ROW, lane]
 
 
 @compiled
 def _halve(chain: ElasticChain, work: Array) -> None:
-    """The same by halves of the range, where secants go astray."""
-    middle, low, high = work[STRETCH], work[MOVED].copy(), work[SLOPE].copy()
-    low[:], high[:] = LOWEST, HIGHEST
-    for _ in range(HALVES):
+    """The same by bisection of the range, when secants do not converge."""
+    middle, low, high = work[STRETCH_ROW], work[MOVED_ROW].copy(), work[SLOPE].copy()
+    low[:], high[:] = LOWEST_ROOT, HIGHEST_ROOT
+    for _ in range(LOOP_HALVES):
         for lane in range(len(low)):
             middle[lane] = 0.5 * (low[lane] + high[lane])
         stress_at(middle, chain, work[STRESS])
@@ -196,7 +193,7 @@ def follow(
         for row in range(starts[run], starts[run + 1]):
             begin_step(dt[row], chain)
             remember(stretch[row], chain, found[row])
-        ends[run] = chain.states[:, LARGEST]
+        ends[run] = chain.states
 
 
 # ---------------------------------------------------------------------- blocked tips
@@ -221,14 +218,14 @@ def march_blocked(
         _first(load[starts[run]], steady[run], chain, work)
         if steady[run]:
             _block(moment[run], deflection[run], compliance, chain, work, force[starts[run]])
-            remember(work[STRETCH], chain, work[STRESS])
+            remember(work[STRETCH_ROW], chain, work[STRESS])
         for row in range(starts[run], starts[run + 1]):
             begin_step(dt[row], chain)
             for lane in range(load.shape[1]):
                 work[LOAD, lane] = load[row, lane]
             _block(moment[run], deflection[run], compliance, chain, work, force[row])
-            remember(work[STRETCH], chain, work[STRESS])
-        ends[run] = chain.states[:, LARGEST]
+            remember(work[STRETCH_ROW], chain, work[STRESS])
+        ends[run] = chain.states
 
 
 @compiled
@@ -240,12 +237,12 @@ def _block(
     work: Array,
     force: Array,
 ) -> None:
-    """Move the stretch to where it balances load and force, as `BlockedSolver` does."""
-    stretch, slope, stress = work[STRETCH], work[SLOPE], work[STRESS]
-    load, moved, after = work[LOAD], work[MOVED], work[AFTER]
+    """Find the stretch that balances load and force, as `BlockedSolver` does."""
+    stretch, slope, stress = work[STRETCH_ROW], work[SLOPE], work[STRESS]
+    load, moved, after = work[LOAD], work[MOVED_ROW], work[AFTER_ROW]
     give, lanes = np.empty(len(force)), range(len(force))
     stress_at(stretch, chain, stress)
-    for _ in range(SECANTS):
+    for _ in range(BALANCE_SECANTS):
         for lane in lanes:
             force[lane], give[lane] = 0.0, compliance[lane]
         for first in range(0, len(load), len(force)):
@@ -261,8 +258,8 @@ def _block(
             for lane in lanes:
                 at = first + lane
                 change = (load[at] - stress[at] - moment[at] * force[lane]) / slope[at]
-                moved[at] = min(max(stretch[at] + change, 0.5 * stretch[at]), HIGHEST)
-                far += abs(change) > SETTLED
+                moved[at] = min(max(stretch[at] + change, 0.5 * stretch[at]), HIGHEST_ROOT)
+                far += abs(change) > BALANCE_STEP
         if far == 0:
             for lane in range(len(load)):
                 stretch[lane] = moved[lane]

@@ -1,4 +1,4 @@
-"""Stretch of sections through whole runs, compiled: what `SteppedBalance` does step by step.
+"""Stretch of sections through whole runs, compiled: the results of `SteppedBalance`.
 
 All trial values, runs and sections go through one loop, run after run, so that what a specimen
 keeps is known at the start of its next run. Arrays are (lanes, rows, sections) as in
@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags, Indices
 from softhand_model.bending.elastic_chain import (
     ElasticChain,
     compiled_effects,
@@ -26,9 +27,8 @@ from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
-from softhand_model.numerics.arrays import Array, Flags, Indices
 
-AT_ONCE = 500  # numbers of a kind, so that they stay in the nearest memory
+NUMBERS_AT_ONCE = 500  # numbers of each quantity at a time, so that they fit into the cache
 
 
 @dataclass(frozen=True)
@@ -103,9 +103,10 @@ def stretch_in_runs(
     if any(effect.has_memory for effect in effects):
         march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
     else:
-        rows = max(AT_ONCE // found.shape[1], 1)
+        rows = max(NUMBERS_AT_ONCE // found.shape[1], 1)
         many = given.in_rows(rows)
         march_at_once(given.input, many.chain, many.sizes, runs.starts, rows, found)
+    given.chain.check(effects)
     return given.back(found)
 
 
@@ -116,6 +117,7 @@ def stress_in_runs(
     given = _InLoops.of(effects, stretch, shape, runs, mode)
     found = np.empty_like(given.input)
     follow(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    given.chain.check(effects)
     return given.back(found)
 
 
@@ -134,11 +136,12 @@ def force_in_runs(
     force = np.empty((load.shape[1], given.lanes))
     springs = moment, deflection, compliance
     march_blocked(*given[1:], *springs, runs.starts, runs.dt, runs.steady, runs.before, force)
+    given.chain.check(effects)
     return force.T[:, :, None]
 
 
 class _InLoops(NamedTuple):
-    """What loops take: input (rows, sections*lanes), chain, sizes (runs, 5, sections*lanes)."""
+    """Input of the loops: (rows, sections*lanes), chain, sizes (runs, 5, sections*lanes)."""
 
     lanes: int
     input: Array
@@ -155,7 +158,7 @@ class _InLoops(NamedTuple):
         mode: str,
         lanes: int = 1,
     ) -> _InLoops:
-        """Of what is given (lanes, rows, sections)."""
+        """From an input (lanes, rows, sections)."""
         sections = given.shape[2]
         lanes = max([lanes, len(given), *(np.size(v) for e in effects for v in e.values.values())])
         return cls(
@@ -166,7 +169,7 @@ class _InLoops(NamedTuple):
         )
 
     def in_rows(self, rows: int) -> _InLoops:
-        """The same for so many rows, side by side."""
+        """The same for parts of the rows, side by side."""
         chain = self.chain._replace(
             values=np.tile(self.chain.values, rows),
             states=np.tile(self.chain.states, rows),
@@ -175,12 +178,14 @@ class _InLoops(NamedTuple):
         return self._replace(chain=chain, sizes=np.tile(self.sizes, rows))
 
     def back(self, found: Array) -> Array:
-        """What was found, as (lanes, rows, sections)."""
+        """A result as (lanes, rows, sections)."""
         sections = found.shape[1] // self.lanes
         return np.moveaxis(found.reshape(len(found), sections, self.lanes), -1, 0)
 
 
 def _lanes_last(values: Array, shape: tuple[int, ...]) -> Array:
-    """Values (lanes, rows, sections) as (rows, sections*lanes)."""
+    """Values (lanes, rows, sections) as (rows, sections*lanes): a copy, as kernels are compiled for
+    arrays that can be written.
+    """
     moved = np.moveaxis(np.broadcast_to(values, shape), 0, -1)
-    return np.ascontiguousarray(moved).reshape(shape[1], -1)
+    return np.array(moved, float, order="C").reshape(shape[1], -1)

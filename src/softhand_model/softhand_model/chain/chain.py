@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.free_response import (
     RestTable,
     SegmentResponse,
@@ -19,15 +20,14 @@ from softhand_model.chain.free_response import (
     tabulates,
 )
 from softhand_model.chain.joint_map import angle_maps, volume_gains
-from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
+from softhand_model.chain.segments import BEND_AXIS, LATERAL_AXIS, TWIST_AXIS, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
-from softhand_model.numerics.arrays import Array
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
-    """Rotation vectors (n, 3) [rad] of a rest from which unchanged springs pull as changed ones do.
+    """Rotation vectors (n, 3) [rad] of a rest from which original springs act like changed ones.
 
     rest, actual (n, 3) [rad]: of the free and the actual joint. factor (n, 3) [-] on the stiffness
     about each axis; coupling (n, 2) [-]: of lateral bending and twist, over the stiffness about x
@@ -43,13 +43,13 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     turned = Rotation.from_rotvec(actual)
     away = (Rotation.from_rotvec(rest).inv() * turned).as_rotvec()
     pull = factor * away
-    pull[:, LATERAL] += coupling[:, 0] * away[:, TWIST]
-    pull[:, TWIST] += coupling[:, 1] * away[:, LATERAL]
+    pull[:, LATERAL_AXIS] += coupling[:, 0] * away[:, TWIST_AXIS]
+    pull[:, TWIST_AXIS] += coupling[:, 1] * away[:, LATERAL_AXIS]
     return np.asarray((turned * Rotation.from_rotvec(pull).inv()).as_rotvec(), float)
 
 
 def discretise(description: ChainDescription, segments: int, model: Model) -> ChainModel:
-    """Cut a chain into `segments` segments an actuator, under a model.
+    """Cut a chain into `segments` segments per actuator, under a model.
 
     Raises ValueError for fewer than one segment or a base other than `pneuflex`.
 
@@ -124,7 +124,7 @@ class ChainModel:
     def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
         """Derivative (actuators, n) [rad/Pa] of `rest_rotation` about y at pressures [Pa]."""
         pairs = zip(self._tables, pressures, strict=True)
-        return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
+        return np.array([table.slope(pressure)[BEND_AXIS::3] for table, pressure in pairs])
 
     def volume(self, bend: Array) -> Array:
         """Air volume (actuators,) [m3] of chamber and supply tube.
@@ -141,7 +141,7 @@ class ChainModel:
         actual: Array,
         temperature: float = ROOM_TEMPERATURE,
     ) -> Array:
-        """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
+        """Advance the effects' memory by dt [s]; returns rest rotations (n, 3) [rad].
 
         pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
         temperature in [K]. What effects do to the springs shows as `moved_rest`.
@@ -153,13 +153,13 @@ class ChainModel:
         coupling = np.zeros((self._shape[0], 2))
         joints = slice(self._struts, None)
         of_actuators = [
-            response.springs(actual[joints, BEND], rest[joints, BEND], temperature)
+            response.springs(actual[joints, BEND_AXIS], rest[joints, BEND_AXIS], temperature)
             for response in self._responses
         ]
         factor[joints] = np.mean([factors for factors, _ in of_actuators], axis=0)
         stiffness = self.segments.stiffness[joints]
         coupled = np.mean([coupled for _, coupled in of_actuators])
-        coupling[joints] = coupled * stiffness[:, [BEND]] / stiffness[:, [0, 2]]
+        coupling[joints] = coupled * stiffness[:, [BEND_AXIS]] / stiffness[:, [0, 2]]
         return moved_rest(rest, actual, factor, coupling)
 
     def free_rotation(
@@ -181,6 +181,6 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def reset(self) -> None:
-        """Forget the effects' memory: at rest at zero pressure."""
+        """Reset the effects' memory: at rest at zero pressure."""
         for response in self._responses:
             response.reset()

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.bending.balance import SteppedBalance, free_curvature
-from softhand_model.chain.segments import BEND
+from softhand_model.chain.segments import BEND_AXIS
 from softhand_model.effects.catalogue import effect_classes
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides
@@ -21,13 +22,12 @@ from softhand_model.effects.stages import (
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import Model
-from softhand_model.numerics.arrays import Array
 
-INTERVALS = 1024
+REST_INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
 BENDING_FREELY = ("wall_stress", "act_on_curvature")
-HOLDING = ("stiffness_factor", "bend_twist_coupling")
-NEARBY = 10.0  # [Pa] on either side, between which the slope under effects is taken
+STIFFNESS_HOOKS = ("stiffness_factor", "bend_twist_coupling")
+NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a difference
 
 
 class RestTable:
@@ -38,9 +38,9 @@ class RestTable:
     (n,). Between its points the error is below 1e-8 of the value. Suction counts as no pressure;
     beyond the table it goes on in a straight line, as kappa(p) does.
 
-    step [Pa]: width of an interval; cubic (INTERVALS + 1, 4, m): coefficients of 1, t, t**2, t**3
-    with t the pressure in an interval over its width. response: under effects that `tabulates` is
-    right for, else None.
+    step [Pa]: width of an interval; cubic (REST_INTERVALS + 1, 4, m): coefficients of 1, t, t**2
+    and t**3 with t the pressure in an interval over its width. response: with effects that
+    `tabulates` accepts, else None.
     """
 
     def __init__(
@@ -51,8 +51,8 @@ class RestTable:
         response: SegmentResponse | None = None,
     ) -> None:
         highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
-        self.step = highest / INTERVALS
-        pressures = np.linspace(0.0, highest, INTERVALS + 1)
+        self.step = highest / REST_INTERVALS
+        pressures = np.linspace(0.0, highest, REST_INTERVALS + 1)
         found = (
             segment_angles(actuator, segments, pressures)
             if response is None
@@ -62,7 +62,7 @@ class RestTable:
         self.cubic = hermite(value, slope * self.step)
 
     def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
-        """Itself: a table never changes, and snapshots of a simulation copy the models."""
+        """The same object: tables are constant, and snapshots of a simulation copy the models."""
         return self
 
     def value(self, pressure: float) -> Array:
@@ -77,7 +77,7 @@ class RestTable:
 
     def _place(self, pressure: float) -> tuple[int, float]:
         relative = max(float(pressure), 0.0) / self.step
-        index = min(int(relative), INTERVALS)
+        index = min(int(relative), REST_INTERVALS)
         return index, relative - index
 
 
@@ -125,7 +125,7 @@ class SegmentResponse:
         self._stepped = SteppedBalance(StagedEffects(model.effects))
 
     def reset(self) -> None:
-        """Forget everything: at rest at zero pressure."""
+        """Reset the memory: at rest at zero pressure."""
         self._stepped.reset()
 
     def angles(self, dt: float, pressure: Array | float, temperature: Array | float) -> Array:
@@ -157,14 +157,14 @@ class SegmentResponse:
     def springs(
         self, bend: Array, rest: Array, temperature: Array | float
     ) -> tuple[Array, Array | float]:
-        """What effects do to the joints' springs: factors (n, 3) [-] on the stiffness about x, y
+        """Effects on the joints' springs: factors (n, 3) [-] on the stiffness about x, y
         and z, and the coupling [-] of lateral bending and twist.
 
         bend, rest (n,) [rad]: actual and free bend of the joints; temperature in [K].
         """
         staged = self._stepped.staged
         factor = np.full((*np.shape(bend), 3), staged.modulus_factor(np.asarray(temperature)))
-        factor[..., BEND] *= staged.stiffness_factor(bend, rest)
+        factor[..., BEND_AXIS] *= staged.stiffness_factor(bend, rest)
         return factor, staged.bend_twist_coupling()
 
 
@@ -184,7 +184,7 @@ def _acts(effect: Effect) -> bool:
     if isinstance(effect, LoadEffect):
         return overrides(effect, LoadEffect, "act_on_load", "modulus_factor")
     if isinstance(effect, StructureEffect):
-        return overrides(effect, StructureEffect, *BENDING_FREELY, *HOLDING)
+        return overrides(effect, StructureEffect, *BENDING_FREELY, *STIFFNESS_HOOKS)
     return isinstance(effect, InputEffect | ElasticEffect)
 
 
@@ -192,5 +192,5 @@ def _is_smooth(effect: Effect) -> bool:
     if effect.has_memory or type(effect) is not effect_classes().get(effect.name):
         return False
     if isinstance(effect, StructureEffect):
-        return not overrides(effect, StructureEffect, *HOLDING)
+        return not overrides(effect, StructureEffect, *STIFFNESS_HOOKS)
     return isinstance(effect, ElasticEffect)

@@ -24,14 +24,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.chain.segments import BEND, SegmentChain
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import rotate
+from softhand_model.chain.segments import BEND_AXIS, SegmentChain
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.rotations import rotate
 
-GAUSS_POINTS = 6
+ARC_GAUSS_POINTS = 6
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class ParallelArcs:
         return self.side * np.array([-0.5, 0.5]) * gap / self.radii
 
     def twist_rate(self, at: Array, start: Array, stop: Array) -> Array:
-        """Twist rate t [-] at arc angles `at` [rad] for b_o - b_i = 1 from `start` to `stop`."""
+        """Twist rate t [-] at angles `at` [rad] for b_o - b_i = 1 between `start` and `stop`."""
         tilt = self.tilt
         return (self._green(at, stop) - self._green(at, start)) / (tilt[1] - tilt[0])
 
@@ -86,7 +86,7 @@ def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
     step = arcs.angle / segments
     start, stop = edges[:-1], edges[1:]
     at_edges = arcs.twist_rate(edges[:, None], start, stop) / step
-    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    points, weights = np.polynomial.legendre.leggauss(ARC_GAUSS_POINTS)
     inside = (start[:, None] + step / 2.0 * (points + 1.0))[..., None]
     twist = np.einsum("p,ipk->ik", weights / 2.0, arcs.twist_rate(inside, start, stop))
     bend = -float(arcs.weights @ arcs.tilt) * np.diff(at_edges, axis=0)
@@ -115,7 +115,7 @@ def _shares(parts: list[Actuator], segments: int) -> Array:
 
     One passive layer bends all alike, so the sum of their moments B_j*(kappa - kappa_j) is 0.
     """
-    stiffness = np.array([THESIS.stiffness(part, segments)[:, BEND] for part in parts])
+    stiffness = np.array([THESIS.stiffness(part, segments)[:, BEND_AXIS] for part in parts])
     return stiffness / stiffness.sum(axis=0)
 
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import about_x
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.rotations import about_x
 
-LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
+LATERAL_AXIS, BEND_AXIS, TWIST_AXIS = range(3)  # axes x, y, z of a joint
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class SegmentChain:
 def cut_chain(
     description: ChainDescription, segments: int, springs: SpringModel = THESIS
 ) -> SegmentChain:
-    """Segments of a chain, `segments` to an actuator and one more joint for its strut."""
+    """Segments of a chain, `segments` per actuator, and one more joint for its strut."""
     parts = list(description.actuators.values())
     if description.turn:
         chain = _arc(description, parts, segments, springs)
@@ -82,7 +82,7 @@ def _springs(
 
 
 def _about_middle(weight: Array, place: Array) -> Array:
-    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle; 0 for none."""
+    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their mean; 0 for none."""
     total = weight.sum(axis=0)
     middle = np.sum(weight * place, axis=0) / np.where(total > 0.0, total, 1.0)
     return np.asarray(np.sum(weight * (place - middle) ** 2, axis=0))

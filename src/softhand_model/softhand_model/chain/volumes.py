@@ -1,5 +1,5 @@
 """Volumes of a hand's channels: in free posture over pressure, and as what the channels of the
-pretended bench fill: bottles, or actuators that bend and are pushed.
+simulated box fill: bottles, or actuators that bend and are pushed.
 """
 
 from __future__ import annotations
@@ -9,20 +9,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT, hermite
-from softhand_model.chain.segments import BEND
+from softhand_model.chain.segments import BEND_AXIS
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
-from softhand_model.numerics.arrays import Array
 
-SEGMENTS = 5  # an actuator, as the simulator has by default
-INTERVALS = 128
+VOLUME_SEGMENTS = 5  # per actuator, the simulator's default
+VOLUME_INTERVALS = 128
 
 
 class FreeVolumes:
-    """Air volumes of a hand that nothing touches, weight left out, tabulated over the pressures.
+    """Air volumes of a hand without contact and weight, tabulated over the pressures.
 
     Each chamber follows the free curvature of its sections (eq. 3.33) by `dV/dkappa = z h**2/2`
     (eq. 3.17), the rubber of the side walls taken off and the tubes added. Two parallel arcs bend
@@ -39,12 +39,12 @@ class FreeVolumes:
         ValueError: fewer than one segment.
     """
 
-    def __init__(self, hand: HandDescription, segments: int = SEGMENTS) -> None:
+    def __init__(self, hand: HandDescription, segments: int = VOLUME_SEGMENTS) -> None:
         n = len(hand.channels)
         self.rest: Array = np.asarray(hand.rest_volumes())
-        self._step: Array = HIGHEST_OVER_LIMIT * hand.max_pressures() / INTERVALS
-        pressures = np.arange(INTERVALS + 1)[:, None] * self._step
-        value, slope = np.zeros((2, INTERVALS + 1, n, n))  # pressure, source, volume of
+        self._step: Array = HIGHEST_OVER_LIMIT * hand.max_pressures() / VOLUME_INTERVALS
+        pressures = np.arange(VOLUME_INTERVALS + 1)[:, None] * self._step
+        value, slope = np.zeros((2, VOLUME_INTERVALS + 1, n, n))  # pressure, source, volume of
         for chain in hand.chains:
             _add_chain(hand, discretise(chain, segments, Model()), pressures, value, slope)
         self._cubic = hermite(value, slope * self._step[:, None])
@@ -75,14 +75,14 @@ class FreeVolumes:
     def _place(self, gauge: Array) -> tuple[Array, Array]:
         """Cubics (source, 4, volume of) and positions (source, 1) in their intervals."""
         relative = np.maximum(gauge, 0.0) / self._step
-        index = np.minimum(relative.astype(np.intp), INTERVALS)
+        index = np.minimum(relative.astype(np.intp), VOLUME_INTERVALS)
         return self._cubic[index, self._source], (relative - index)[:, None]
 
 
 def _add_chain(
     hand: HandDescription, chain: ChainModel, pressures: Array, value: Array, slope: Array
 ) -> None:
-    """Add what the pressures (k, n) [Pa] in a chain's chambers do to the volumes (k, n, n)."""
+    """Add changes of volumes (k, n, n) by the pressures (k, n) [Pa] in a chain's chambers."""
     channels = [hand.channel_of(name) for name in chain.description.actuators]
     for actuator, source in enumerate(channels):
         bend, bend_slope = _bends(chain, actuator, pressures[:, source])
@@ -94,8 +94,8 @@ def _add_chain(
 def _bends(chain: ChainModel, actuator: int, pressures: Array) -> tuple[Array, Array]:
     """Rotations (k, joints) [rad] by one chamber's pressures (k,) [Pa], and derivatives."""
     table = chain.rest_tables[actuator]
-    value = [table.value(pressure)[BEND::3] for pressure in pressures]
-    slope = [table.slope(pressure)[BEND::3] for pressure in pressures]
+    value = [table.value(pressure)[BEND_AXIS::3] for pressure in pressures]
+    slope = [table.slope(pressure)[BEND_AXIS::3] for pressure in pressures]
     return np.array(value), np.array(slope)
 
 
@@ -117,7 +117,7 @@ class Bottles:
         self._volumes = np.array(volumes, dtype=float)
 
     def volumes(self, pressures_abs: Array) -> Array:
-        """Volumes (n,) [m3], whatever the absolute pressures (n,) [Pa]."""
+        """Volumes (n,) [m3], independent of the absolute pressures (n,) [Pa]."""
         return self._volumes
 
 
@@ -149,7 +149,7 @@ class FreeActuators:
         self._load: Array = np.zeros(len(hand.channels))
 
     def set_load(self, pressures: ArrayLike) -> None:
-        """Push with loads (n,) [Pa] from now on; 0 lets go.
+        """Set external loads (n,) [Pa]; 0 for none.
 
         Raises:
             ValueError: wrong shape, or a load that is negative or not finite.

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.stages import Memory
-from softhand_model.numerics.arrays import Array
 
 
 def smooth_curve(knots: Sequence[float], values: Mapping[str, Any], place: Array | float) -> Array:

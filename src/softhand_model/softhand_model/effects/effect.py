@@ -11,7 +11,9 @@ from typing import Any, ClassVar, Self, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.documents.quoted import quoted, shortened
+from softhand_common.documents.quoted import quoted, shortened
+from softhand_common.numerics.arrays import Array
+from softhand_model.effects.kernel import Kernel
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
@@ -40,6 +42,8 @@ def unseen_when_stretched(reason: str) -> dict[str, str]:
 
 
 NO_PRESSURE: Mapping[str, str] = unseen_when_stretched("the stretch is imposed: no pressure acts")
+
+OF_KERNEL = ("stress", "remember", "wall_stress")  # methods whose work a kernel does
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,12 @@ class Effect:
     searches it only where a stretch is imposed and only after these have fallen short.
     fewest_runs: of a set in which it can be told from what the input does.
     not_simulated: why the simulator refuses it; empty where it acts.
+    kernel: the compiled form of an elastic effect or a wall, with which the lab is fast; a subclass
+    with methods of its own needs one of its own, too (`matching_kernel`).
+    origin: file and class of a user's own effect, for messages; empty of a built-in one.
+    cause: the class of causes it belongs to, such as "lag",
+    and member: which of them it is, such as "tube". Effects of one class often explain a set alike,
+    and the lab then names the class. Empty: a class of its own.
     """
 
     name: ClassVar[str] = ""
@@ -140,6 +150,10 @@ class Effect:
     refines: ClassVar[tuple[str, ...]] = ()
     fewest_runs: ClassVar[int] = 1
     not_simulated: ClassVar[str] = ""
+    kernel: ClassVar[Kernel | None] = None
+    origin: ClassVar[str] = ""
+    cause: ClassVar[str] = ""
+    member: ClassVar[str] = ""
 
     around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
@@ -170,6 +184,20 @@ class Effect:
             if parameter.name in values
         }
         return effect
+
+    @property
+    def matching_kernel(self) -> Kernel | None:
+        """The kernel, if it does what the methods do: it is of their class, or of one below."""
+        for owner in type(self).__mro__:
+            if "kernel" in vars(owner):
+                return self.kernel
+            if any(method in vars(owner) for method in OF_KERNEL):
+                return None
+        return None
+
+    def kernel_values(self) -> list[Array]:
+        """Rows of values for the kernel, arrays (lanes or 1,): the parameters in their order."""
+        return [np.ravel(np.asarray(value, float)) for value in self.values.values()]
 
     def __init_subclass__(cls) -> None:
         """Refuse a class that names no stage of the list or an unknown experiment."""

@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags
+from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import (
     BENDING,
     RUBBER,
@@ -14,13 +16,26 @@ from softhand_model.effects.effect import (
     Parameter,
     unseen_when_stretched,
 )
+from softhand_model.effects.kernel import HEIGHT, WALL, Kernel, Trial, invariant
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
-from softhand_model.numerics.arrays import Array, Flags
-from softhand_model.numerics.compiled import compiled
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
 STRETCH_SCALE = 0.25  # over which the excess fades
 LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
+
+
+@compiled
+def locking_factor(share: Any) -> Any:
+    """Gent's factor [-] at a share of the invariant at which the rubber locks."""
+    below = 1.0 / (1.0 - np.minimum(share, ALMOST))
+    return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2
+
+
+@compiled
+def _gent(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    for lane in range(len(stress)):
+        share = invariant(trial.stretch[lane], trial.mode) / values[0, lane]
+        stress[lane] *= locking_factor(share)
 
 
 class GentStiffening(ElasticEffect):
@@ -31,6 +46,7 @@ class GentStiffening(ElasticEffect):
     """
 
     name = "gent_stiffening"
+    cause, member = "stiffening", "Gent"
     experiments = RUBBER
     parameters = (
         Parameter(
@@ -46,6 +62,7 @@ class GentStiffening(ElasticEffect):
     confounded_with: ClassVar[Mapping[str, str]] = {
         "yeoh_stiffening": "the same to first order, c2 = 1/(2*jm): only large strain tells"
     }
+    kernel = Kernel(_gent)
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -55,10 +72,9 @@ class GentStiffening(ElasticEffect):
 
 
 @compiled
-def locking_factor(share: Any) -> Any:
-    """Gent's factor [-] at a share of the invariant at which the rubber locks."""
-    below = 1.0 / (1.0 - np.minimum(share, ALMOST))
-    return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2
+def _yeoh(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    for lane in range(len(stress)):
+        stress[lane] *= 1.0 + 2.0 * values[0, lane] * invariant(trial.stretch[lane], trial.mode)
 
 
 class YeohStiffening(ElasticEffect):
@@ -68,6 +84,7 @@ class YeohStiffening(ElasticEffect):
     """
 
     name = "yeoh_stiffening"
+    cause, member = "stiffening", "Yeoh"
     experiments = RUBBER
     parameters = (
         Parameter(
@@ -83,6 +100,7 @@ class YeohStiffening(ElasticEffect):
     confounded_with: ClassVar[Mapping[str, str]] = {
         "gent_stiffening": "the same to first order, jm = 1/(2*c2): only large strain tells"
     }
+    kernel = Kernel(_yeoh)
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -100,6 +118,7 @@ class YeohThirdOrder(ElasticEffect):
     """
 
     name = "yeoh_third_order"
+    cause, member = "stiffening", "Yeoh of third order"
     experiments = RUBBER
     refines = ("yeoh_stiffening", "gent_stiffening")
     rank = 1  # behind the factors, so that both terms of Yeoh add up
@@ -135,6 +154,7 @@ class ArrudaBoyce(ElasticEffect):
     """
 
     name = "arruda_boyce"
+    cause, member = "stiffening", "Arruda-Boyce"
     experiments = RUBBER
     refines = ("gent_stiffening", "yeoh_stiffening")
     parameters = (
@@ -184,6 +204,7 @@ class Ogden(ElasticEffect):
     """
 
     name = "ogden"
+    cause, member = "stiffening", "Ogden"
     experiments = RUBBER
     bases = frozenset({"pneuflex"})
     refines = ("yeoh_stiffening", "gent_stiffening", "mooney_rivlin")
@@ -257,8 +278,7 @@ class SecondInvariant(ElasticEffect):
     the squared logarithms of the principal stretches))/(1 + r).
 
     Entangled chains confine each other as in a tube, which stiffens the rubber at small strain more
-    than at large, while Mooney's term grows without end in equibiaxial tension. This is the limit
-    b -> 0 of the tube's energy, the sum of the stretches**-b, for which b is between 0 and 1 (M.
+    than at large. It is the limit b -> 0 of the tube's energy, the sum of the stretches**-b (M.
     Kaliske, G. Heinrich, Rubber Chem. Technol. 72, 1999); b = 2 is `mooney_rivlin`. Factor
     (1 + r*t)/(1 + r), t the factor of `ogden` at the exponent 0. In bending it softens.
     """
@@ -291,11 +311,30 @@ class SecondInvariant(ElasticEffect):
         return stress * ((1.0 + ratio * power_stress(strain, 0.0)) / (1.0 + ratio))
 
 
+@compiled
+def thickness(wall: Any, height: Any) -> Any:
+    """Square of the wall's share of half the height [-], at most 1."""
+    return np.minimum(2.0 * wall / height, 1.0) ** 2
+
+
+@compiled
+def fading(stretch: Any) -> Any:
+    """Share [-] of a thick wall's excess that is left at a stretch."""
+    return np.exp((1.0 - stretch) / STRETCH_SCALE)
+
+
+@compiled
+def _thick_wall(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    for lane in range(len(stress)):
+        share = thickness(trial.sizes[WALL, lane], trial.sizes[HEIGHT, lane])
+        stress[lane] *= 1.0 + values[0, lane] * share * fading(trial.stretch[lane])
+
+
 class ThickWall(ElasticEffect):
     """Empirical: factor 1 + gain*min(2*d/h, 1)**2*exp(-(lambda - 1)/0.25).
 
-    A thick wall is stiffer at small bending than the membrane of eq. 3.21: another guess at the
-    riddle of section 5.2.2 (`section_rounding`). gain*(2*d/h)**2 must not exceed 3.
+    A thick wall is stiffer at small bending than the membrane of eq. 3.21; a guess at the finger of
+    section 5.2.2, as `section_rounding` is. gain*(2*d/h)**2 must not exceed 3.
     """
 
     name = "thick_wall"
@@ -319,6 +358,7 @@ class ThickWall(ElasticEffect):
         "section_rounding": "alike on one wall thickness: specimens of several tell them apart",
         "actuation_nonlinearity": "alike on one wall thickness",
     }
+    kernel = Kernel(_thick_wall)
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -332,15 +372,3 @@ class ThickWall(ElasticEffect):
 
     def _excess(self, shape: SectionShape) -> Array:
         return self.values["gain"] * thickness.py_func(shape.wall, shape.height)
-
-
-@compiled
-def thickness(wall: Any, height: Any) -> Any:
-    """Square of the wall's share of half the height [-], at most 1."""
-    return np.minimum(2.0 * wall / height, 1.0) ** 2
-
-
-@compiled
-def fading(stretch: Any) -> Any:
-    """Share [-] of a thick wall's excess that is left at a stretch."""
-    return np.exp((1.0 - stretch) / STRETCH_SCALE)

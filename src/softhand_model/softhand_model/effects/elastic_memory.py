@@ -7,10 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import RUBBER, Parameter
+from softhand_model.effects.kernel import Kernel, Trial
+from softhand_model.effects.lags import lags_kernel
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain, decay
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.compiled import compiled
 
 MODES, DECADES = 10, 5.0  # lags of creep, and the decades of time over which they are spread
 # rates v of these lags over that of the onset, and their shares exp(-v) of the logarithm's width
@@ -18,12 +20,31 @@ RATES = np.geomspace(10.0 ** (0.5 - DECADES), 10.0**0.5, MODES)
 WEIGHTS = np.exp(-RATES) * np.log(RATES[1] / RATES[0])
 
 
+@compiled
+def softened(below: Any, softening: Any, scale: Any) -> Any:
+    """Factor [-] so far below the largest stretch."""
+    return 1.0 + softening * np.expm1(-below / scale)
+
+
+LARGEST = 0  # row of its state
+
+
+@compiled
+def _soften(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    for lane in range(len(stress)):
+        stretch = trial.stretch[lane]
+        below = state[LARGEST, lane] - stretch
+        if below > 0.0:
+            stress[lane] *= softened(below, values[0, lane], values[1, lane])
+        elif trial.accepted:
+            state[LARGEST, lane] = stretch
+
+
 class MullinsSoftening(ElasticEffect):
     """Below the largest stretch so far: factor 1 - softening*(1 - exp(-(lam_max -
     lambda)/stretch_scale)).
 
-    Named after L. Mullins; the thesis has elastic rubber only. The largest stretch belongs to the
-    specimen, not to the run.
+    The largest stretch belongs to the specimen, not to the run. (L. Mullins.)
     """
 
     name = "mullins_softening"
@@ -53,6 +74,7 @@ class MullinsSoftening(ElasticEffect):
     }
     has_memory = True
     largest: ClassVar[Mapping[str, float]] = {"largest_stretch": 1.0}
+    kernel = Kernel(_soften)
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -70,21 +92,15 @@ class MullinsSoftening(ElasticEffect):
         memory["largest_stretch"] = np.maximum(strain.stretch, before)
 
 
-@compiled
-def softened(below: Any, softening: Any, scale: Any) -> Any:
-    """Factor [-] so far below the largest stretch."""
-    return 1.0 + softening * np.expm1(-below / scale)
-
-
 class Viscoelasticity(ElasticEffect):
     """Standard linear solid: nu' = -nu/tau + g*Q', added to the elastic stress Q.
 
     The shear modulus is the relaxed one; at once the rubber is 1 + g times as stiff. Q is the
-    stress after the stiffening factors. Exact for a stress that changes in a straight line over a
-    step. (Zener's model; the thesis has elastic rubber only.)
+    stress after the stiffening factors. Exact for a stress that is linear over a step. (Zener.)
     """
 
     name = "viscoelasticity"
+    cause, member = "relaxation", "one relaxation time"
     experiments = RUBBER
     parameters = (
         Parameter(
@@ -112,7 +128,13 @@ class Viscoelasticity(ElasticEffect):
     }
     has_memory = True
     adds = True
+    kernel = lags_kernel(1)
     _decay: tuple[Array | float, Array, Array] | None = None
+
+    def kernel_values(self) -> list[Array]:
+        """What counts at once, weight and time constant [s] of the lag."""
+        modulus, time = super().kernel_values()
+        return [np.ones(1), modulus, time]
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -138,13 +160,13 @@ class Creep(ElasticEffect):
     """Logarithmic creep: the modulus falls by `rate` of itself with every decade of time.
 
     The stress is Q(t) - rate*int(log10(1 + (t - u)/onset_time)*dQ(u)), Boltzmann's superposition;
-    Q is that after the stiffening factors, G the modulus at once. As log(1 + x) is the integral
-    over v of (1 - exp(-x*v))*exp(-v)/v, it is a sum of lags, evenly spread over the logarithm of
-    time: MODES of them, over DECADES from the onset on. Under a constant load the stretch grows
-    without end, where `viscoelasticity` comes to rest.
+    Q is that after the stiffening factors, G the modulus at once. log(1 + x), the integral over v
+    of (1 - exp(-x*v))*exp(-v)/v, is computed as a sum of MODES lags over DECADES of time. Under a
+    constant load the stretch grows without end, where `viscoelasticity` comes to rest.
     """
 
     name = "creep"
+    cause, member = "relaxation", "many relaxation times"
     experiments = RUBBER
     parameters = (
         Parameter(
@@ -175,7 +197,15 @@ class Creep(ElasticEffect):
     endless = True
     adds = True
     rank = 0
+    kernel = lags_kernel(MODES)
     _decay: tuple[Array | float, Array, Array] | None = None
+
+    def kernel_values(self) -> list[Array]:
+        """What counts at once, weights and time constants [s] of the lags."""
+        rate, onset = super().kernel_values()
+        share = rate / np.log(10.0)
+        weights = [share * weight for weight in WEIGHTS]
+        return [1.0 - share * WEIGHTS.sum(), *weights, *(onset / rate for rate in RATES)]
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -202,11 +232,31 @@ class Creep(ElasticEffect):
         return now - share * (now - then) + left * (follows - then)
 
 
+@compiled
+def friction(moved: Any, turned: Any, scale: Any) -> Any:
+    """Friction w [-] after a motion, given that before it."""
+    towards = np.sign(moved)
+    return towards + (turned - towards) * np.exp(-np.abs(moved) / scale)
+
+
+TURNED, BEFORE = 0, 1  # rows of its state: w and the stretch
+
+
+@compiled
+def _rub(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    for lane in range(len(stress)):
+        stretch = trial.stretch[lane]
+        turned = friction(stretch - state[BEFORE, lane], state[TURNED, lane], values[1, lane])
+        stress[lane] += values[0, lane] * turned
+        if trial.accepted:
+            state[TURNED, lane], state[BEFORE, lane] = turned, stretch
+
+
 class Hysteresis(ElasticEffect):
     """Rate-independent: s_c*w added, dw = (sign(dlambda) - w)*abs(dlambda)/stretch_scale.
 
-    The model of Duhem and Dahl, exact for any step in one direction: w goes to the sign of the
-    motion over a stretch of stretch_scale. Section 5.2.4 sees 1 to 2 mm of it at the tip.
+    The model of Duhem and Dahl, exact for any step in one direction. Section 5.2.4 sees 1 to 2 mm
+    of it at the tip.
     """
 
     name = "hysteresis"
@@ -239,6 +289,7 @@ class Hysteresis(ElasticEffect):
     has_memory = True
     adds = True
     rank = 1
+    kernel = Kernel(_rub, rest=(0.0, 1.0))
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -255,10 +306,3 @@ class Hysteresis(ElasticEffect):
     def _turned(self, stretch: Array, memory: Memory) -> Array:
         turned, before = memory.get("state", (0.0, 1.0))
         return np.asarray(friction.py_func(stretch - before, turned, self.values["stretch_scale"]))
-
-
-@compiled
-def friction(moved: Any, turned: Any, scale: Any) -> Any:
-    """Friction w [-] after a motion, given that before it."""
-    towards = np.sign(moved)
-    return towards + (turned - towards) * np.exp(-np.abs(moved) / scale)

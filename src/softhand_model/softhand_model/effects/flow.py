@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Parameter
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import AMBIENT_PRESSURE
-from softhand_model.numerics.arrays import Array
 
 Described = tuple[str, tuple[float, float]]
 """Description and usual range of a parameter."""
@@ -30,9 +30,9 @@ def _each_way(
 class InjectorFlow(FlowEffect):
     """Choked and unchoked flow through a small orifice: c2*int(p_in*Psi(p_out/p_in)) dt (eq. 4.1).
 
-    It takes the place of the naive term c*p_in*duration, of which it is the refinement: while the
-    flow is choked Psi is constant, and the two are collinear. c2 [kg/(s Pa)] is the conductance of
-    choke and valve in series (`gas.orifice_conductance`), a value a direction.
+    Replaces the naive term c*p_in*duration, with which it is collinear while the flow is choked.
+    c2 [kg/(s Pa)] is the conductance of choke and valve in series (`gas.orifice_conductance`), one
+    value for each direction.
     """
 
     name = "injector_flow"
@@ -57,9 +57,8 @@ class InjectorFlow(FlowEffect):
 class LineFriction(FlowEffect):
     """Flow against the viscous friction of the walls: c1*int(p_in - p_out) dt (eq. 4.1).
 
-    c1 [kg/(s Pa)] has a value a direction. The thesis adds it to the flow through the choke though
-    the two resistances lie in series, so beside `injector_flow` a c1 below zero makes sense: the
-    tube takes away what the choke alone would pass.
+    The thesis adds it to the flow through the choke although both resistances lie in series. So a
+    negative c1 beside `injector_flow` makes sense: the tube reduces what the choke would pass.
     """
 
     name = "line_friction"
@@ -141,9 +140,8 @@ class PulseBias(FlowEffect):
 class ValveDelay(FlowEffect):
     """The valve opens later than it closes: duration -> max(0, duration - delay).
 
-    The integrals of friction and injector shrink in proportion. delay [s] is the one of opening
-    less the one of closing, 20 to 40 ms each (section 4.3); a valve that closes more slowly than it
-    opens has one below zero.
+    The integrals of friction and injector shrink in proportion. The delay [s] is that of opening
+    less that of closing, 20 to 40 ms each (section 4.3); negative if the valve closes more slowly.
     """
 
     name = "valve_delay"
@@ -174,8 +172,8 @@ class Leakage(FlowEffect):
     """Air that leaks from the channel during a pulse: mass - conductance*(p_channel - p_ambient)
     *duration.
 
-    p_channel is p_out inflating and p_in deflating, at switch-on; conductance in [kg/(s Pa)], that
-    of a laminar gap; p_ambient is 101.3 kPa. The simulator's channels leak between pulses, too.
+    p_channel [Pa] is p_out inflating and p_in deflating, at switch-on; p_ambient is 101.3 kPa; the
+    conductance is that of a laminar gap. The simulator's channels leak between pulses, too.
     """
 
     name = "leakage"
@@ -207,8 +205,8 @@ class Leakage(FlowEffect):
 class SupplyDroop(FlowEffect):
     """Inflating, the supply falls with the mean flow: p_in -> p_in - resistance*mass/duration.
 
-    resistance [Pa s/kg]. The mass is the pulse's own, so the equation is implicit; the integrals
-    are measured, with what the supply did, and stay.
+    The mass [kg] is the pulse's own, so the equation is implicit. The integrals are measured, with
+    the supply as it was, and are not changed.
     """
 
     name = "supply_droop"

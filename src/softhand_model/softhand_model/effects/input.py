@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter, unseen_when_stretched
 from softhand_model.effects.stages import InputEffect, Memory, lagged
-from softhand_model.numerics.arrays import Array
 
 
 class PressureOffset(InputEffect):
@@ -19,6 +19,7 @@ class PressureOffset(InputEffect):
     """
 
     name = "pressure_offset"
+    cause, member = "offset", "pressure"
     experiments = BENDING
     parameters = (
         Parameter("offset", "Pa", -50e3, 50e3, "reading at no pressure", (-4e3, 4e3), neutral=0.0),
@@ -39,11 +40,12 @@ class PressureOffset(InputEffect):
 class PressureGain(InputEffect):
     """The pressure sensor's scale is off: p_read = gain*p (after `pressure_offset`).
 
-    In bending gain and shear modulus are one: the load holds p/G. Only a gain that the calibration
-    of G cannot take up shows there, or forces against a gauge.
+    Bending depends on p/G, so there it shows only beyond what the calibration of G can take up, or
+    in forces against a gauge.
     """
 
     name = "pressure_gain"
+    cause, member = "gain", "pressure sensor"
     experiments = BENDING
     parameters = (
         Parameter("gain", "", 0.2, 5.0, "reading over pressure", (0.7, 1.4), neutral=1.0),
@@ -64,11 +66,12 @@ class PressureGain(InputEffect):
 class TubeLag(InputEffect):
     """The chamber follows the sensor through the tube: time_constant*p' = p_read - p.
 
-    First order, in place of the flow itself (`pneumatics.plant` has that); exact for readings that
-    change in a straight line between samples.
+    First order, in place of the flow itself (`pneumatics.plant`); exact for readings that are
+    linear between samples.
     """
 
     name = "tube_lag"
+    cause, member = "lag", "tube"
     experiments = BENDING
     parameters = (
         Parameter(
@@ -99,6 +102,7 @@ class DeadZone(InputEffect):
     """The first pressure does nothing: p -> max(0, p - threshold)."""
 
     name = "dead_zone"
+    cause, member = "offset", "dead zone"
     experiments = BENDING
     parameters = (
         Parameter(
@@ -127,12 +131,12 @@ class ClockOffset(InputEffect):
     """Output and pressure were recorded by two clocks: what shows at t is what p(t - delay) does,
     delay = offset + drift*(t - start of the run).
 
-    A video that runs 0.3 s late has an offset of 0.3 s, one that runs early one below 0. Between
-    samples the pressure bends as those beside say, for clocks as for lags; a run that does not
-    start steady was at 0 before.
+    A video that runs 0.3 s late has an offset of 0.3 s. Between samples the pressure is
+    interpolated; a run that does not start steady is taken to have been at 0 before.
     """
 
     name = "clock_offset"
+    cause, member = "lag", "clock"
     experiments = frozenset({"free_bending", "blocked_tip"})
     parameters = (
         Parameter(

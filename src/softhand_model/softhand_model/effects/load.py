@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import (
     BENDING,
     NO_PRESSURE,
@@ -15,7 +16,6 @@ from softhand_model.effects.effect import (
     unseen_when_stretched,
 )
 from softhand_model.effects.stages import LoadEffect, SectionShape
-from softhand_model.numerics.arrays import Array
 
 REFERENCE = 293.15  # [K] at which specimens' moduli are given
 STANDARD_GRAVITY = 9.80665  # [m/s2]
@@ -52,9 +52,8 @@ class TemperatureModulus(LoadEffect):
 class SectionRounding(LoadEffect):
     """Empirical: load s*(1 - gain*exp(-max(p, 0)/pressure_scale)).
 
-    At low pressure the section rounds instead of bending the finger. One guess at why the thesis's
-    actuator with a wall of 5.5 mm is stiffer at low pressure; it leaves the cause open (section
-    5.2.2).
+    At low pressure the section rounds instead of bending the finger; a guess at why the thesis's
+    actuator with a wall of 5.5 mm is stiffer at low pressure (section 5.2.2).
     """
 
     name = "section_rounding"
@@ -95,9 +94,8 @@ class SectionRounding(LoadEffect):
 class ChamberContact(LoadEffect):
     """Neighbouring chambers touch and push one another: s*(1 + gain*max(p - onset, 0)/onset).
 
-    Empirical, for bellows and pleated actuators: walls that swell touch from some pressure on, and
-    the area on which they push grows in proportion to what is above it. gain: by which the load has
-    grown at twice that pressure.
+    Empirical, for bellows and pleated actuators: swelling walls touch above a pressure, and the
+    area on which they push grows in proportion to the excess.
     """
 
     name = "chamber_contact"
@@ -140,10 +138,9 @@ class ChamberContact(LoadEffect):
 class Ballooning(LoadEffect):
     """Chambers swell at a pressure: s*(1 + gain*r**n/(1 + r**n)), r = max(p, 0)/onset.
 
-    Empirical: a thin wall of rubber gives way near a pressure, as a balloon does, and stops where
-    it meets its neighbour or its fibres. The load rises from s to (1 + gain)*s about the onset, the
-    more suddenly the larger the sharpness n. It has no memory: walls that snap through and come
-    back at a lower pressure are told by what is left over.
+    Empirical: a thin wall yields near a pressure, as a balloon does, and stops at its neighbour or
+    its fibres. The load rises from s to (1 + gain)*s about the onset, with sharpness n. It has no
+    memory: walls that return at a lower pressure than they snapped through are not covered.
     """
 
     name = "ballooning"
@@ -188,11 +185,12 @@ class Ballooning(LoadEffect):
 class Ageing(LoadEffect):
     """The rubber ages from run to run: G*(1 + per_run*n) in a specimen's n-th run, from 0.
 
-    Cured on or worn out: runs go by their order in the set, each specimen's own; `virgin: true`
-    starts at 0 again. Never below a hundredth of G. Simulator and monitor are at the first run.
+    Runs count in the order of the set, for each specimen; `virgin: true` starts at 0 again. Never
+    below a hundredth of G. Simulator and monitor are at the first run.
     """
 
     name = "ageing"
+    cause, member = "drift", "rubber"
     experiments = RUBBER
     axes = ("run_order",)
     fewest_runs = 2
@@ -223,8 +221,8 @@ class Ageing(LoadEffect):
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
-    The simulator lets the physics engine pull at the segments; free bending takes the moment of
-    what lies beyond x in the deformed shape, positive when it straightens (`loaded_finger.Weight`).
+    In the simulator the physics engine pulls at the segments; free bending takes the moment of what
+    lies beyond x in the deformed shape, positive when it straightens (`loaded_finger.Weight`).
     """
 
     name = "gravity"

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, STRETCHED, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
@@ -17,7 +18,6 @@ from softhand_model.effects.stages import (
     Strain,
     lagged,
 )
-from softhand_model.numerics.arrays import Array
 
 ONE_SENSOR = STRETCHED | {"free_bending", "blocked_tip"}
 THREE_SENSORS: Mapping[str, str] = {"base_torque": "three torques have three sensors"}
@@ -31,6 +31,7 @@ class AngleOffset(OutputEffect):
     """The tip's angle reads too much or too little everywhere: y_read = y + offset."""
 
     name = "angle_offset"
+    cause, member = "offset", "angle"
     experiments = frozenset({"free_bending"})
     quantity = "tip_angle"
     parameters = (
@@ -55,6 +56,7 @@ class ForceOffset(OutputEffect):
     """The gauge reads too much or too little everywhere: y_read = y + offset."""
 
     name = "force_offset"
+    cause, member = "offset", "force"
     experiments = frozenset({"blocked_tip"})
     quantity = "tip_force"
     parameters = (
@@ -76,11 +78,12 @@ class ForceOffset(OutputEffect):
 class AngleSensorLag(OutputEffect):
     """The angle's reading follows the tip: time_constant*y_read' = y - y_read.
 
-    A filter in the sensor or in the camera's tracking; exact for angles that change in a straight
-    line between samples.
+    A filter in the sensor or in the camera's tracking; exact for angles that are linear between
+    samples.
     """
 
     name = "angle_sensor_lag"
+    cause, member = "lag", "sensor"
     experiments = frozenset({"free_bending"})
     quantity = "tip_angle"
     parameters = (
@@ -111,9 +114,8 @@ class AngleSensorLag(OutputEffect):
 class CameraPerspective(OutputEffect):
     """A camera that looks at the finger aslant: tan(y_read) = foreshortening*tan(y).
 
-    It sees what is across the straight finger foreshortened, by the cosine of its tilt, or what is
-    along it (then the factor is above 1). Right angles stay what they are; small ones change like
-    the modulus. From afar: that near things look larger is left out.
+    The factor is the cosine of the camera's tilt across the straight finger; a tilt along it makes
+    it larger than 1. Right angles stay, small ones change as with the modulus. Distance is ignored.
     """
 
     name = "camera_perspective"
@@ -152,13 +154,13 @@ class CameraPerspective(OutputEffect):
 class SensorDrift(OutputEffect):
     """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*tau*(1 - exp(-t/tau)).
 
-    tau = settling_time, t: since the run began, n: runs of the session before it. A sensor that
-    warms up comes to rest, a drift that goes on has a tau far beyond the runs. What drifts on
-    between runs is in per_run; a sensor that is tared before each has none. Simulator and monitor
-    are in the first run since their reset.
+    tau = settling_time, t [s] since the run began, n runs of the session before it. A drift that
+    goes on has a tau far beyond the runs; a sensor that is tared before each run has no per_run.
+    Simulator and monitor are in the first run since their reset.
     """
 
     name = "sensor_drift"
+    cause, member = "drift", "sensor"
     experiments = ONE_SENSOR
     quantity = MEASURED
     axes = ("session",)
@@ -271,12 +273,10 @@ def _ramp(index: int, low: float, high: float) -> Parameter:
 class Discrepancy(ElasticEffect):
     """A generic term, not physics: factor exp(a1*r1 + ... + a7*r7) on the elastic side.
 
-    Each r rises from 0 to 1 between two neighbours of the stretches 1, 1.05, 1.12, 1.22, 1.36,
-    1.55, 2 and 3, in a straight line over log(lambda), and keeps its value beyond: between them the
-    factor is a power of the stretch. It says how much stiffer or softer the actuator is than the
-    model at which stretch, not why, and holds only for inputs like those that it was fitted to.
-    What has not been stretched so far keeps the factor of the largest stretch that was. Bounds keep
-    the elastic side growing.
+    Each r rises from 0 to 1, linear in log(lambda), between two neighbours of the stretches 1,
+    1.05, 1.12, 1.22, 1.36, 1.55, 2 and 3. The factor says at which stretch the actuator is stiffer
+    or softer than the model, not why, and holds only for inputs like those of the fit. Stretches
+    that did not occur keep the factor of the largest one. Bounds keep the elastic side growing.
     """
 
     name = "discrepancy"

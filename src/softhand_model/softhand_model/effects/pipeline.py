@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import STAGES, Effect
 from softhand_model.effects.stages import (
     ElasticEffect,
@@ -21,7 +22,6 @@ from softhand_model.effects.stages import (
     Strain,
     StructureEffect,
 )
-from softhand_model.numerics.arrays import Array
 
 Kind = TypeVar("Kind", bound=Effect)
 Ordered = TypeVar("Ordered", bound=Effect | type[Effect])

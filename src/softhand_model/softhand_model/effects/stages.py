@@ -18,8 +18,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags, Indices
 from softhand_model.effects.effect import Effect
-from softhand_model.numerics.arrays import Array, Flags, Indices
 
 Memory = dict[str, Any]
 

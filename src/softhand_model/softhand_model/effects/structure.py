@@ -7,17 +7,30 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import (
     BENDING,
     NO_PRESSURE,
     Parameter,
     unseen_when_stretched,
 )
+from softhand_model.effects.kernel import HEIGHT, RATIO, SIDE_WALL, WALL, WIDTH, Kernel, Trial
 from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
 from softhand_model.hand import section
-from softhand_model.numerics.arrays import Array
 
 UNCHANGED = 1e-7  # of the force: less is rounding, not motion
+
+
+@compiled
+def _side_walls(stress: Array, trial: Trial, values: Array, state: Array) -> None:
+    sizes = trial.sizes
+    for lane in range(len(stress)):
+        height, wall = sizes[HEIGHT, lane], sizes[WALL, lane]
+        share = 2.0 * sizes[SIDE_WALL, lane] / (height * sizes[WIDTH, lane] * wall)
+        curvature, inner = (trial.stretch[lane] - 1.0) / height, max(height - wall, 0.0)
+        term = share * section.side_wall_integral(curvature, inner)
+        stress[lane] = 0.5 * sizes[RATIO, lane] * (stress[lane] + term)
 
 
 class SideWallIntegral(StructureEffect):
@@ -28,6 +41,7 @@ class SideWallIntegral(StructureEffect):
     """
 
     name = "side_wall_integral"
+    cause, member = "gain", "side walls"
     experiments = BENDING
     unseen_in: ClassVar[Mapping[str, str]] = unseen_when_stretched(
         "a strip in tension has no side walls"
@@ -36,6 +50,7 @@ class SideWallIntegral(StructureEffect):
         "modulus_scale": "nearly a factor of 0.78 on it",
         "pressure_gain": "nearly a factor of 1.28 on the pressure",
     }
+    kernel = Kernel(_side_walls)
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
         """Elastic side [-] with the integral in place of the factor."""
@@ -47,12 +62,11 @@ class SideWallIntegral(StructureEffect):
 
 
 class ActuationNonlinearity(StructureEffect):
-    """Free curvature by eq. 5.2 and 5.3 with a and p0 of one's own instead of the exact form.
+    """Free curvature by eq. 5.2 and 5.3 with fitted a and p0 instead of the exact form.
 
     kappa = p*ratio/(8*G*d)*(1/sqrt(a) + p/sqrt(p**2/(a - 1) + (a - 1)*p0**2)): the thesis's remedy
-    for its actuator with the 5.5 mm wall, where a larger a mends the curve (section 5.2.2). What
-    acts on load and elastic side does not act on it. A blocked tip has no free curvature but with
-    linear springs.
+    for its actuator with the 5.5 mm wall (section 5.2.2). Effects on load and elastic side do not
+    act on it. A blocked tip has a free curvature only with linear springs.
     """
 
     name = "actuation_nonlinearity"
@@ -99,8 +113,8 @@ class ActuationNonlinearity(StructureEffect):
 class PassiveLayerSlack(StructureEffect):
     """Stiffness times ratio where the curvature is below the free one.
 
-    A passive layer that carries no tension lets go when the finger is straightened; the thesis
-    suspects it behind a torque that is overestimated in one direction only (section 5.2.4).
+    A passive layer without tension slackens when the finger is straightened; the thesis suspects
+    it behind a torque that is overestimated in one direction only (section 5.2.4).
     """
 
     name = "passive_layer_slack"
@@ -133,9 +147,9 @@ class BendTwistCoupling(StructureEffect):
     """Lateral bending (about x) and twist (about z) of a joint are coupled: the off-diagonal of its
     stiffness is k45 times that in bending.
 
-    abs(k45) < sqrt(k_lateral*k_torsion)/B, which is 1 where all three axes have the same stiffness,
-    or the springs would give way. The thesis leaves the couplings out "for want of a model" (5.1.1)
-    and finds its twist torque wrong (section 5.2.4).
+    abs(k45) < sqrt(k_lateral*k_torsion)/B, which is 1 where all three axes are equally stiff, or
+    the springs would be unstable. The thesis leaves couplings out (5.1.1) and finds its twist
+    torque wrong (section 5.2.4).
     """
 
     name = "bend_twist_coupling"

@@ -1,4 +1,4 @@
-"""From the base of a chain to its tip, joint after joint, under a wrench at the base, compiled.
+"""Compiled integration of a chain from its base to its tip under a wrench at the base.
 
 The rotation of a joint follows from the wrench and from the joints before it.
 """
@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_model.chain.segments import SegmentChain
-from softhand_model.equilibrium.joint_balance import SpringArrays, compliance, joint_rotation
-from softhand_model.equilibrium.joint_springs import JointSprings
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.compiled import compiled
-from softhand_model.numerics.triples import (
-    IDENTITY,
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.triples import (
+    IDENTITY_MATRIX,
     Matrix,
     Vector,
     about_y,
@@ -30,9 +27,14 @@ from softhand_model.numerics.triples import (
     turned,
     vector_at,
 )
+from softhand_model.chain.segments import SegmentChain
+from softhand_model.equilibrium.joint_balance import SpringArrays, compliance, joint_rotation
+from softhand_model.equilibrium.joint_springs import JointSprings
 
-SPIN, SHIFT, MOMENT = range(3)  # what changes with the wrench: orientation, place, moment
-CHANGES = (3, 6, 3)  # shape: what, by which component of the wrench at the base, the vector
+SPIN, POSITION_CHANGE, MOMENT = range(
+    3
+)  # quantities that depend on the wrench: orientation, position, moment
+CHANGES = (3, 6, 3)  # shape: quantity, component of the wrench at the base, vector
 
 
 class Links(NamedTuple):
@@ -79,7 +81,7 @@ def march(
     by the wrench. The force changes as the one at the base does.
     """
     force, moment = (wrench[0], wrench[1], wrench[2]), (wrench[3], wrench[4], wrench[5])
-    place, turn = (0.0, 0.0, 0.0), IDENTITY
+    place, turn = (0.0, 0.0, 0.0), IDENTITY_MATRIX
     if sloped:
         _begin(change)
     for joint in range(len(links.mass)):
@@ -118,18 +120,18 @@ def _begin(change: Array) -> None:
 
 @compiled
 def _advance(change: Array, reach: Vector) -> None:
-    """Go on along the link."""
+    """Continue along a link."""
     for by in range(6):
-        _add(change, SHIFT, by, cross(_of(change, SPIN, by), reach))
+        _add(change, POSITION_CHANGE, by, cross(_of(change, SPIN, by), reach))
 
 
 @compiled
 def _bend(change: Array, outward: Matrix, place: Vector, force: Vector, moment: Vector) -> None:
-    """Pass a joint that turns by `outward` times what the moment that it carries changes by."""
+    """Pass a joint whose rotation changes by `outward` times the change of its moment."""
     x, y, z = place
     by_force = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))  # -place x unit vector
     for by in range(6):
-        more = minus(_of(change, MOMENT, by), cross(_of(change, SHIFT, by), force))
+        more = minus(_of(change, MOMENT, by), cross(_of(change, POSITION_CHANGE, by), force))
         more = minus(more, cross(_of(change, SPIN, by), moment))
         if by < 3:
             more = plus(more, by_force[by])
@@ -138,9 +140,9 @@ def _bend(change: Array, outward: Matrix, place: Vector, force: Vector, moment: 
 
 @compiled
 def _unload(change: Array, arm: Vector, weight: Vector) -> None:
-    """Leave a link behind, whose weight acts at an arm from its joint."""
+    """Subtract the weight of a link, which acts with an arm about its joint."""
     for by in range(6):
-        moved = plus(_of(change, SHIFT, by), cross(_of(change, SPIN, by), arm))
+        moved = plus(_of(change, POSITION_CHANGE, by), cross(_of(change, SPIN, by), arm))
         _add(change, MOMENT, by, cross(weight, moved))
 
 

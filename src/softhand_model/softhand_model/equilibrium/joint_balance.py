@@ -1,14 +1,13 @@
-"""How far one joint turns under a moment, compiled: see `joint_springs`."""
+"""Rotation of a joint under a moment, compiled: see `joint_springs`."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from softhand_model.hand.joint_stiffness import rubber_terms
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.compiled import compiled
-from softhand_model.numerics.triples import (
-    IDENTITY,
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.triples import (
+    IDENTITY_MATRIX,
     Matrix,
     Vector,
     coefficients,
@@ -24,20 +23,21 @@ from softhand_model.numerics.triples import (
     transposed,
     turned,
 )
+from softhand_model.hand.joint_stiffness import rubber_terms
 
-STEPS = 30
-TOLERANCE = 1e-13  # of the rotation [rad]
-REACH = 2.0  # [rad] from rest, up to which a factor is tabulated; farther out it stays
-NODES = 41  # of its table on either side
-BELOW, ABOVE = 0, 1  # sides of the rest
+JOINT_STEPS = 30
+JOINT_TOLERANCE = 1e-13  # of the rotation [rad]
+TABLE_REACH = 2.0  # [rad] from rest, up to which a factor is tabulated; beyond it is constant
+TABLE_NODES = 41  # of its table on either side
+BELOW_REST, ABOVE_REST = 0, 1  # sides of the rest
 
 
 class SpringArrays(NamedTuple):
-    """Springs at n points as compiled kernels take them: see `JointSprings`.
+    """Springs at n points for compiled kernels: see `JointSprings`.
 
     stiffness, sine, cosine, rest (joints, n), the former of the rest; sideways (joints, 2),
-    stretching (joints,), coupling (n,); factor (n, joints, 2, NODES): on the stiffness at even
-    distances from the rest, below and above it; of no points, if there is none.
+    stretching (joints,), coupling (n,); factor (n, joints, 2, TABLE_NODES) on the stiffness, at
+    equal distances from the rest, below and above it; without a factor of no points.
     """
 
     isotropic: bool
@@ -63,15 +63,15 @@ def joint_rotation(springs: SpringArrays, joint: int, point: int, moment: Vector
         return turn
     lateral, twist = springs.sideways[joint, 0], springs.sideways[joint, 1]
     turn = (turn[0] / lateral, turn[1], turn[2] / twist)
-    per_residual, fresh, before = IDENTITY, False, 1.0
-    for _ in range(STEPS):
+    per_residual, fresh, before = IDENTITY_MATRIX, False, 1.0
+    for _ in range(JOINT_STEPS):
         residual = minus(_elastic(springs, joint, point, turn), pulled(turn, moment))
         if not fresh:
             per_residual, fresh = inverse(_slope(springs, joint, point, turn, moment)), True
         step = turned(per_residual, residual)
         turn = minus(turn, step)
         size = largest(step)
-        if size * min(size / before, 1.0) < TOLERANCE:  # what the next step would be
+        if size * min(size / before, 1.0) < JOINT_TOLERANCE:  # what the next step would be
             break
         fresh = size <= 0.1 * before
         before = size
@@ -126,7 +126,9 @@ def bending(springs: SpringArrays, joint: int, point: int, bend: float) -> tuple
         moment, tangent = (here - there) / (2.0 * gain), 0.5 * slope
     if len(springs.factor) == 0:
         return moment, tangent
-    factor, rise = _factor(springs.factor[point, joint, ABOVE if bend >= 0.0 else BELOW], bend)
+    factor, rise = _factor(
+        springs.factor[point, joint, ABOVE_REST if bend >= 0.0 else BELOW_REST], bend
+    )
     return moment * factor, tangent * factor + moment * rise
 
 
@@ -135,16 +137,16 @@ def _factor(table: Array, bend: float) -> tuple[float, float]:
     """Factor [-] at a bend [rad] from rest and its slope [1/rad], by the cubic through four nodes
     of its side.
     """
-    place = min(abs(bend) / REACH, 1.0) * (NODES - 1)
-    if not place < NODES - 1:  # or not a number
-        return table[NODES - 1], 0.0
-    first = min(max(int(place) - 1, 0), NODES - 4)
+    place = min(abs(bend) / TABLE_REACH, 1.0) * (TABLE_NODES - 1)
+    if not place < TABLE_NODES - 1:  # or not a number
+        return table[TABLE_NODES - 1], 0.0
+    first = min(max(int(place) - 1, 0), TABLE_NODES - 4)
     a, b, c, d = table[first], table[first + 1], table[first + 2], table[first + 3]
     s = place - first
     linear, square, cube = b - a, 0.5 * (c - 2.0 * b + a), (d - 3.0 * c + 3.0 * b - a) / 6.0
     factor = a + s * (linear + (s - 1.0) * (square + (s - 2.0) * cube))
     rise = linear + (2.0 * s - 1.0) * square + (3.0 * s * s - 6.0 * s + 2.0) * cube
-    return factor, rise * (NODES - 1) / REACH * (1.0 if bend >= 0.0 else -1.0)
+    return factor, rise * (TABLE_NODES - 1) / TABLE_REACH * (1.0 if bend >= 0.0 else -1.0)
 
 
 @compiled
@@ -172,6 +174,6 @@ def pulled_slope(turn: Vector, moment: Vector) -> Matrix:
 
 @compiled
 def _row(row: int, e: Vector, m: Vector, across: Vector) -> Vector:
-    """A row of what is of the second order in the rotation."""
+    """A row of the terms of second order in the rotation."""
     by_moment, by_turn = e[row] / 6.0, across[row] / 12.0 - m[row] / 3.0
     return plus(scaled(by_moment, m), scaled(by_turn, e))

@@ -1,4 +1,4 @@
-"""Springs in the joints of a chain, as they are given and as the compiled search takes them."""
+"""Springs in the joints of a chain, for users and for the compiled search."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Indices
 from softhand_model.chain.segments import SegmentChain
-from softhand_model.equilibrium.joint_balance import NODES, REACH, SpringArrays
-from softhand_model.numerics.arrays import Array, Indices
+from softhand_model.equilibrium.joint_balance import TABLE_NODES, TABLE_REACH, SpringArrays
 
 Factor = Callable[[Array, Array, Indices], Array]
 """Factor (n,) [-] on the stiffness in bending, given actual and free bend (n,) [rad] and which
 points they belong to.
 """
 
-AT_REST = 1e-9  # [rad]: nearer there is none
+AT_REST = 1e-9  # [rad]: smaller rotations are zero
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class JointSprings:
     over that in bending, 1 if absent; stretching (joints,) [1/rad]: of rubber in bending
     (`joint_stiffness`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
     and twist about z over the stiffness; factor: on the stiffness about y; points (n,): what the
-    factor is told of the points.
+    factor gets of the points.
     The energy of a joint is that of its rotation vector against the rest, e*K*e/2 where the springs
     are linear.
     """
@@ -72,12 +72,14 @@ class JointSprings:
             _or(self.sideways, np.ones((joints, 2))),
             _or(self.stretching, np.zeros(joints)),
             _or(self.coupling, np.zeros(points)),
-            np.empty((0, joints, 2, NODES)) if self.factor is None else self._table(self.factor),
+            np.empty((0, joints, 2, TABLE_NODES))
+            if self.factor is None
+            else self._table(self.factor),
         )
 
     def _table(self, factor: Factor) -> Array:
-        """Factors (n, joints, 2, NODES) [-] below and above the rest."""
-        distance = np.linspace(0.0, REACH, NODES)
+        """Table of the factors (n, joints, 2, TABLE_NODES) [-] below and above the rest."""
+        distance = np.linspace(0.0, TABLE_REACH, TABLE_NODES)
         distance[0] = AT_REST
         off = np.stack([-distance, distance])
         rest = np.broadcast_to(self.rest.T[:, :, None, None], (*self.rest.T.shape, *off.shape))
@@ -91,7 +93,7 @@ def _or(given: Array | None, neutral: Array) -> Array:
 
 
 def plain(array: Array) -> Array:
-    """The array as compiled kernels have it: contiguous and writable."""
+    """The array for compiled kernels: contiguous and writable."""
     return np.require(array, float, ["C", "W"])
 
 

@@ -1,4 +1,4 @@
-"""Equilibrium of a finger in its bending plane, solved without any time step.
+"""Equilibrium of a finger in its bending plane, without time steps.
 
 It shares no code with the simulator and serves as its oracle: n joints about y with linear or exact
 springs, weight, and a frictionless stop at the tip. Points and forces are (x, z) in the frame of
@@ -13,18 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.joint_stiffness import rubber_stress
-from softhand_model.numerics.arrays import Array
 
 LOAD_STEPS = 20
-NEWTON_STEPS = 100
-LARGEST_STEP = 0.5  # [rad or N]
-DIFFERENCE = 1e-6
-TOLERANCE = 1e-13  # largest moment out of balance [N m]
-STOP_SCALE = 100.0  # weighs a metre of gap like so many radians in the solver
+PLANAR_NEWTON_STEPS = 100
+LARGEST_PLANAR_STEP = 0.5  # [rad or N]
+PLANAR_DIFFERENCE = 1e-6
+MOMENT_TOLERANCE = 1e-13  # largest moment out of balance [N m]
+STOP_SCALE = 100.0  # weight of a gap [m] against angles [rad] in the solver
 
 Springs = Callable[[Array, float], Array]
 """Bending moment (n,) [N m] of the joints at angles (n,) [rad] and a share of the load [-]."""
@@ -108,7 +108,7 @@ def equilibrium(
     gravity: ArrayLike = (0.0, 0.0),
     stop: Stop | None = None,
 ) -> Equilibrium:
-    """Where the finger rests when load and gravity (2,) [m/s2] have grown from nothing.
+    """Equilibrium of the finger, followed while load and gravity (2,) [m/s2] grow from zero.
 
     Raises RuntimeError when no equilibrium is found on the way.
 
@@ -174,25 +174,28 @@ def _against_stop(
 
 
 def _solve(function: Callable[[Array], Array], start: Array) -> Array:
-    """Root by Newton with central differences, its steps cut to LARGEST_STEP.
+    """Root by Newton with central differences, with steps limited to LARGEST_PLANAR_STEP.
 
     (MINPACK's hybrid method stalls where the last solution is zero but for rounding.)
     """
     unknown = np.array(start, float)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(PLANAR_NEWTON_STEPS):
         residual = function(unknown)
-        if np.abs(residual).max() <= TOLERANCE:
+        if np.abs(residual).max() <= MOMENT_TOLERANCE:
             return unknown
         step = np.linalg.solve(_jacobian(function, unknown), residual)
-        unknown -= step * min(1.0, LARGEST_STEP / np.abs(step).max())
+        unknown -= step * min(1.0, LARGEST_PLANAR_STEP / np.abs(step).max())
     worst = float(np.abs(function(unknown)).max())
     raise RuntimeError(f"no static equilibrium: {worst:.2g} N m out of balance")
 
 
 def _jacobian(function: Callable[[Array], Array], unknown: Array) -> Array:
-    shifts = DIFFERENCE * np.eye(len(unknown))
+    shifts = PLANAR_DIFFERENCE * np.eye(len(unknown))
     return np.stack(
-        [(function(unknown + s) - function(unknown - s)) / (2.0 * DIFFERENCE) for s in shifts],
+        [
+            (function(unknown + s) - function(unknown - s)) / (2.0 * PLANAR_DIFFERENCE)
+            for s in shifts
+        ],
         axis=1,
     )
 

@@ -10,11 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_model.equilibrium.chain_march import CHANGES, SHIFT, SPIN, Links, march
-from softhand_model.equilibrium.joint_balance import SpringArrays
-from softhand_model.numerics.arrays import Array, Flags
-from softhand_model.numerics.compiled import compiled
-from softhand_model.numerics.triples import (
+from softhand_common.numerics.arrays import Array, Flags
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.triples import (
     Matrix,
     Vector,
     cross,
@@ -28,23 +26,27 @@ from softhand_model.numerics.triples import (
     transposed,
     vector_at,
 )
+from softhand_model.equilibrium.chain_march import CHANGES, POSITION_CHANGE, SPIN, Links, march
+from softhand_model.equilibrium.joint_balance import SpringArrays
 
 CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
 STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
 YIELD = 0.01  # [lengths of the chain], with the cube of the force
-LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
-TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
-REACHED = 1e-9  # the same of a pose where rounding stops the iteration
-STEPS = 80
-LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
+LARGEST_FORCE = (
+    60.0  # [B/L**2]; larger ones belong to equilibria that pull the tip out of its clamp
+)
+POSE_TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
+REACHED_POSE = 1e-9  # likewise, for a pose at which rounding ends the iteration
+SHOOTING_STEPS = 80
+LARGEST_WRENCH_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
 SHORTEST_SHARE = 1e-3  # of a Newton step
 LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
-ROUNDING = 1e-15  # of the tip's pose
-CHORDS = 8  # steps with a slope from elsewhere before it is given up
-CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
-SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
+POSE_ROUNDING = 1e-15  # of the tip's pose
+CHORDS = 8  # steps with a slope of another point before it is discarded
+CHORD_PROGRESS = 0.3  # factor by which each step must reduce the distance of the tip
+SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps in turn, for poses that are hard to find
 LARGEST_CURL = 4.0 * np.pi  # [rad] of the free chain
-AMBIGUOUS = 0.6  # [rad]: a rotation less far than this is not taken to go the other way round
+AMBIGUOUS = 0.6  # [rad] by which a rotation must differ from half a turn to have a clear direction
 
 
 class HeldPoints(NamedTuple):
@@ -65,7 +67,7 @@ class HeldPoints(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Room for what one point needs: see `march` and the functions below."""
+    """Work arrays for one point: see `march` and the functions below."""
 
     wrench: Array
     change: Array
@@ -78,7 +80,7 @@ class Room(NamedTuple):
 
 @compiled
 def room() -> Room:
-    """Room for any point."""
+    """Work arrays for any point."""
     return Room(
         np.empty(6),
         np.empty(CHANGES),
@@ -162,7 +164,7 @@ def _put_moment(held: HeldPoints, point: int, turn: Vector, wrench: Array) -> No
 
 @compiled
 def _miss(held: HeldPoints, point: int, wrench: Array, rooms: Room) -> float:
-    """Square of the way [m2] between the tip of the weightless chain and where it is held."""
+    """Squared distance [m2] between the tip of the weightless chain and its held position."""
     place, _ = _weightless(held, point, wrench, rooms)
     way = minus(place, vector_at(held.position, point))
     return dot(way, way)
@@ -223,7 +225,7 @@ def _fill_slope(
         # half of the logarithm's slope, which is the identity where the error has gone
         turned = minus(spin, scaled(0.5, cross(error, spin)))
         for axis in range(3):
-            slope[axis, by] = change[SHIFT, by, axis] / held.length
+            slope[axis, by] = change[POSITION_CHANGE, by, axis] / held.length
             if by < 3:
                 slope[axis, by] += 2.0 * YIELD * relative[axis] * relative[by] / strong
             slope[3 + axis, by] = turned[axis]
@@ -234,7 +236,7 @@ def _fill_slope(
 
 @compiled
 def _by_chords(held: HeldPoints, point: int, wrench: Array, chord: Array, rooms: Room) -> bool:
-    """Settle in a few steps with the given chord, or leave wrench and chord as they were.
+    """Converge in a few steps with the given chord, or leave wrench and chord unchanged.
 
     Each step mends the chord with what it has achieved (Broyden). The last step is not looked at
     any more: the one before it has shown what a step achieves.
@@ -250,7 +252,7 @@ def _by_chords(held: HeldPoints, point: int, wrench: Array, chord: Array, rooms:
         for component in range(6):
             before[component] = gap[component] - before[component]
         _mend(slope, rooms.step, before)
-        if size * min(size / max(size_before, ROUNDING), 1.0) < TOLERANCE:
+        if size * min(size / max(size_before, POSE_ROUNDING), 1.0) < POSE_TOLERANCE:
             _follow(slope, gap, -1.0, rooms.step)
             tried += rooms.step
             chord[:] = slope
@@ -265,7 +267,7 @@ def _by_chords(held: HeldPoints, point: int, wrench: Array, chord: Array, rooms:
 
 @compiled
 def _follow(chord: Array, gap: Array, sign: float, step: Array) -> None:
-    """Fill the step (6,) to which a chord leads a gap."""
+    """Fill the step (6,) of a chord for a gap."""
     for row in range(6):
         step[row] = 0.0
         for column in range(6):
@@ -274,7 +276,7 @@ def _follow(chord: Array, gap: Array, sign: float, step: Array) -> None:
 
 @compiled
 def _mend(chord: Array, step: Array, rise: Array) -> None:
-    """Turn a chord (6, 6) so that it leads a rise (6,) of the gap back to the step (6,) before it.
+    """Update a chord (6, 6) such that it maps a change (6,) of the gap to the last step (6,).
 
     It stays as it is where that would turn it too far.
     """
@@ -302,10 +304,10 @@ def _is_credible(wrench: Array) -> bool:
 def _by_newton(
     held: HeldPoints, point: int, wrench: Array, chord: Array, softness: float, rooms: Room
 ) -> bool:
-    """Settle by damped Newton: a step that does not bring the tip nearer is taken back and cut."""
+    """Converge by damped Newton: a step that does not reduce the gap is shortened."""
     tried, step, best, share = rooms.tried, rooms.step, np.inf, 1.0
     step[:] = 0.0
-    for _ in range(STEPS):
+    for _ in range(SHOOTING_STEPS):
         for component in range(6):
             tried[component] = wrench[component] - share * step[component]
         size = _gap(held, point, tried, softness, True, rooms)
@@ -314,22 +316,22 @@ def _by_newton(
             wrench[:] = tried
             invert(rooms.slope, chord)
             _follow(chord, rooms.gap, 1.0, step)
-            longest = LARGEST_STEP
+            longest = LARGEST_WRENCH_STEP
             for component in range(6):
                 longest = max(longest, abs(step[component]))
-            step *= LARGEST_STEP / longest
+            step *= LARGEST_WRENCH_STEP / longest
         else:
             share *= 0.25
-        if not (best > TOLERANCE and share > SHORTEST_SHARE):
+        if not (best > POSE_TOLERANCE and share > SHORTEST_SHARE):
             break
-    return _is_credible(wrench) and best <= REACHED
+    return _is_credible(wrench) and best <= REACHED_POSE
 
 
 @compiled
 def _by_tightening(
     held: HeldPoints, point: int, start: Array, wrench: Array, chord: Array, rooms: Room
 ) -> bool:
-    """Settle from a first guess (6,), with a soft clamp that is tightened."""
+    """Converge from a first guess (6,) with a soft clamp that is made stiffer."""
     there, slope = start.copy(), chord.copy()
     for softness in SOFTER:
         if not _by_newton(held, point, there, slope, softness, rooms):
@@ -340,7 +342,7 @@ def _by_tightening(
 
 @compiled
 def invert(matrix: Array, inverse: Array) -> None:
-    """Fill the inverse of a square matrix, by Gauss and Jordan with pivots of its columns."""
+    """Fill the inverse of a square matrix by Gauss-Jordan elimination with column pivots."""
     left, size = matrix.copy(), len(matrix)
     inverse[:] = np.eye(size)
     for column in range(size):

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.chain_march import straight_links
 from softhand_model.equilibrium.joint_springs import JointSprings, plain
 from softhand_model.equilibrium.shooting import HeldPoints, settle, turn_tips
-from softhand_model.numerics.arrays import Array, Flags, Indices
 
 __all__ = ["BaseLoad", "HeldChain", "Hold"]
 
-AT_ONCE = 1000  # points, so that memory stays bounded
+POINTS_AT_ONCE = 1000  # points, so that memory stays bounded
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class BaseLoad:
 
     @classmethod
     def unknown(cls, points: int) -> BaseLoad:
-        """Loads of so many points that are yet to be found."""
+        """Loads of points that are not computed yet."""
         return cls(
             np.empty((6, points)),
             np.empty(points, bool),
@@ -106,14 +106,14 @@ class HeldChain:
         self._unit = np.repeat([force, force * self._length], 3)
 
     def base_load(self, hold: Hold, like: BaseLoad | None = None) -> BaseLoad:
-        """What the chain exerts on its base in equilibrium, at every point.
+        """Load of the chain on its base in equilibrium, at every point.
 
         like: loads of similar holds, point by point, from which the search begins.
         """
         points = hold.position.shape[1]
         found = BaseLoad.unknown(points)
-        for first in range(0, points, AT_ONCE):
-            part = np.arange(first, min(first + AT_ONCE, points))
+        for first in range(0, points, POINTS_AT_ONCE):
+            part = np.arange(first, min(first + POINTS_AT_ONCE, points))
             found.put(part, self._base_load(hold.take(part), like and like.take(part)))
         return found
 
@@ -135,7 +135,7 @@ class HeldChain:
         )
 
     def _held(self, hold: Hold) -> HeldPoints:
-        """What compiled code takes."""
+        """The arrays for compiled code."""
         springs = hold.springs.arrays()
         least = np.minimum(springs.sideways.min(axis=1), 1.0)[:, None] * springs.stiffness
         gravity = np.empty((3, 0)) if hold.gravity is None else plain(hold.gravity)

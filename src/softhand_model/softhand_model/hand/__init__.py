@@ -1,1 +1,1 @@
-"""What a hand is made of: rubber, sections, actuators, joints and the hand's file."""
+"""Parts of a hand: rubber, sections, actuators, joints; and the hand's file."""

@@ -1,4 +1,4 @@
-"""A PneuFlex actuator: its profiles along x and what follows from them (chapter 3)."""
+"""A PneuFlex actuator: its profiles along x and derived quantities (chapter 3)."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.documents.quoted import shortened
-from softhand_model.documents.yaml_document import Bounds, Node, data_file, read_document
+from softhand_common.documents.quoted import shortened
+from softhand_common.documents.yaml_document import Bounds, Node, read_document
+from softhand_common.numerics.arrays import Array
+from softhand_model.data_files import data_file
 from softhand_model.hand import plausible, section
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
-from softhand_model.numerics.arrays import Array
 
 FORMAT = "softhand-actuators/1"
-GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9
+PANEL_GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9
 PANELS = 8
 PANELS_PER_SEGMENT = 2
 STATION_TOLERANCE = 0.01  # of the length, for the last x of a profile: arcs have no round length
-REQUIRED = ("height", "width", "wall", "side_wall", "max_pressure")
-OPTIONAL = (
+REQUIRED_KEYS = ("height", "width", "wall", "side_wall", "max_pressure")
+OPTIONAL_KEYS = (
     "length",
     "circumference",
     "arc_radius",
@@ -33,15 +34,15 @@ OPTIONAL = (
     "density",
 )
 
-TAPER_ROOT = Bounds(0.1, 100.0, "")
+TAPER_ROOT_BOUNDS = Bounds(0.1, 100.0, "")
 PROFILES = {
-    "height": plausible.SECTION,
-    "width": plausible.SECTION,
-    "wall": plausible.WALL,
-    "side_wall": plausible.SIDE_WALL,
+    "height": plausible.SECTION_SIZE,
+    "width": plausible.SECTION_SIZE,
+    "wall": plausible.WALL_THICKNESS,
+    "side_wall": plausible.SIDE_WALL_THICKNESS,
 }
-BOUNDS = {
-    "max_pressure": plausible.PRESSURE,
+ACTUATOR_BOUNDS = {
+    "max_pressure": plausible.LIMIT_PRESSURE,
     "supply_volume": plausible.SUPPLY_VOLUME,
     "shear_modulus": plausible.SHEAR_MODULUS,
     "density": plausible.DENSITY,
@@ -93,7 +94,7 @@ class Actuator:
         return self.side_wall_ratio(x) * rule
 
     def free_curvature(self, pressure: ArrayLike, x: ArrayLike) -> Array:
-        """Exact curvature [1/m] without load at a gauge pressure [Pa]; suction counts as none.
+        """Exact curvature [1/m] without load at a gauge pressure [Pa]; 0 for negative pressures.
 
         >>> finger = load_actuator("P10.finger")
         >>> round(float(finger.free_curvature(30e3, 0.0)), 2)
@@ -162,7 +163,7 @@ class Actuator:
         self, start: float = 0.0, stop: float | None = None, panels: int = PANELS
     ) -> tuple[Array, Array]:
         """Gauss points x [m] and weights [m] between two positions [m] of the actuator."""
-        points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        points, weights = np.polynomial.legendre.leggauss(PANEL_GAUSS_POINTS)
         edges = np.linspace(start, self.length if stop is None else stop, panels + 1)
         half = np.diff(edges)[:, None] / 2.0
         x = edges[:-1, None] + half * (points + 1.0)
@@ -200,7 +201,7 @@ def actuator_names() -> list[str]:
 
 
 def own_actuators(node: Node) -> dict[str, Actuator]:
-    """Actuators by name that a document of the user's own describes, with the keys of
+    """Actuators by name of a user's document, with the keys of
     data/actuators.yaml; `shear_modulus` and `density` where they are not of its rubber.
 
     Raises DocumentError naming file, key, expected and got, also for a name that is shipped.
@@ -246,11 +247,13 @@ def _load_all(path: Path) -> tuple[float, float, dict[str, Actuator]]:
 
 
 def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator:
-    fields = node.fields(REQUIRED, OPTIONAL)
+    fields = node.fields(REQUIRED_KEYS, OPTIONAL_KEYS)
     length, radius, angle = _length(node, fields)
     sizes = {key: read_profile(fields[key], length, bounds) for key, bounds in PROFILES.items()}
     around = fields.get("circumference")
-    given = {key: fields[key].within(bounds) for key, bounds in BOUNDS.items() if key in fields}
+    given = {
+        key: fields[key].within(bounds) for key, bounds in ACTUATOR_BOUNDS.items() if key in fields
+    }
     actuator = Actuator(
         name,
         length,
@@ -298,7 +301,7 @@ def _mass(node: Node, fields: dict[str, Node], density: float, volume: float) ->
 
 
 def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, float | None]:
-    """Length [m], and radius [m] and angle [rad] of an arc: either is given."""
+    """Length [m], and radius [m] and angle [rad] of an arc; one of both is given."""
     arc = [key for key in ("arc_radius", "arc_angle") if key in fields]
     if ("length" in fields) == bool(arc) or len(arc) == 1:
         got = ", ".join(key for key in ["length", *arc] if key in fields)
@@ -313,7 +316,7 @@ def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, f
 
 
 def read_profile(
-    node: Node, length: float, bounds: Bounds = plausible.SECTION, unit: str = "m"
+    node: Node, length: float, bounds: Bounds = plausible.SECTION_SIZE, unit: str = "m"
 ) -> Profile:
     """A profile over a length [m], or in another unit, from YAML: a number, a list of [x, value],
     or {maximum, taper, root}; values and maximum within bounds.
@@ -324,7 +327,7 @@ def read_profile(
             taper["maximum"].within(bounds),
             length,
             taper["taper"].number(0.0, 1.0),
-            taper["root"].within(TAPER_ROOT),
+            taper["root"].within(TAPER_ROOT_BOUNDS),
         )
     if isinstance(node.value, list):
         return _table(node, length, bounds, unit)

@@ -14,19 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand_model.documents.quoted import listed, shortened
-from softhand_model.documents.yaml_document import (
-    Bounds,
-    Node,
-    find_document,
-    read_document,
-    shipped_names,
-)
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import Bounds, Node, read_document
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import from_rpy, rotate
+from softhand_model.data_files import find_document, shipped_names
 from softhand_model.hand import plausible
 from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.hand.palm_sheet import PalmSheet
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.rotations import from_rpy, rotate
 
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
@@ -294,7 +289,7 @@ def _pitch_bounds(parts: list[Actuator]) -> Bounds:
     """Distances [m] of the middles, from where two actuators touch at their widest."""
     x = np.append(parts[0].quadrature()[0], [0.0, parts[0].length])
     least = round(float(np.max(np.mean([part.width(x) for part in parts], axis=0))), 9)
-    return Bounds(least, plausible.SECTION.high, "m")
+    return Bounds(least, plausible.SECTION_SIZE.high, "m")
 
 
 def _web(node: Node, most: float) -> Web:
@@ -303,7 +298,7 @@ def _web(node: Node, most: float) -> Web:
 
 
 def _refuse_stray_webs(node: Node, chains: dict[str, ChainDescription]) -> None:
-    """Refuse a web that joins more chains than lie side by side and have one like it."""
+    """Refuse a web that joins more chains than are side by side with a like web."""
     for name, chain in chains.items():
         count = _webbed_neighbours(chain, list(chains.values()))
         if chain.web is not None and count % chain.web.chains:
@@ -337,8 +332,8 @@ def _mount(node: Node, parents: list[str]) -> Mount:
 def _pose(fields: dict[str, Node]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Position (3,) [m] and roll, pitch, yaw (3,) [rad]."""
     return (
-        fields["position"].vector(bounds=plausible.OFFSET),
-        fields["rpy"].vector(bounds=plausible.ANGLE),
+        fields["position"].vector(bounds=plausible.POSITION_RANGE),
+        fields["rpy"].vector(bounds=plausible.ANGLE_RANGE),
     )
 
 
@@ -350,8 +345,8 @@ def _strut(node: Node) -> Strut:
 def _plate(node: Node) -> Plate:
     fields = node.fields(["size", "position"])
     return Plate(
-        fields["size"].vector(bounds=plausible.PLATE),
-        fields["position"].vector(bounds=plausible.OFFSET),
+        fields["size"].vector(bounds=plausible.PLATE_SIZE),
+        fields["position"].vector(bounds=plausible.POSITION_RANGE),
     )
 
 

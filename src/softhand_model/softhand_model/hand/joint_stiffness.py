@@ -46,15 +46,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.documents.yaml_document import Node
+from softhand_common.documents.yaml_document import Node
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.section import arrays
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.compiled import compiled
 
-RULE, CURVATURE = "rule", "curvature"
-SECTION = "section"
-LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
+BY_RULE, BY_CURVATURE = "rule", "curvature"
+BY_SECTION = "section"
+LEAST_STRETCH = 0.7  # below, the rubber is extrapolated linearly, without buckling
 
 
 def lateral_second_moment(
@@ -144,7 +144,7 @@ class SpringModel:
     [3.57, 21.17, 3.01]
     """
 
-    bending: str = RULE
+    bending: str = BY_RULE
     lateral: float | str = 1.0
     twist: float | str = 1.0
 
@@ -156,7 +156,7 @@ class SpringModel:
         edge, x = actuator.length / segments, _middles(actuator, segments)
         bending, walls = actuator.stiffness(x), actuator.sides(x)
         lateral, twist = (
-            derived(*walls, modulus) if kind == SECTION else float(kind) * bending
+            derived(*walls, modulus) if kind == BY_SECTION else float(kind) * bending
             for kind, derived, modulus in (
                 (self.lateral, lateral_stiffness, self._modulus(actuator)),
                 (self.twist, twist_stiffness, actuator.shear_modulus),
@@ -169,20 +169,20 @@ class SpringModel:
         several in a chain resists lateral bending about the chain's middle; 0 unless `lateral` is
         of the section.
         """
-        if self.lateral != SECTION:
+        if self.lateral != BY_SECTION:
             return np.zeros(segments)
         area = wall_area(*actuator.sides(_middles(actuator, segments)))
         return np.asarray(self._modulus(actuator) * area * segments / actuator.length)
 
     def _modulus(self, actuator: Actuator) -> float:
         """Modulus [Pa] of the walls along the actuator: as straight springs in bending have it."""
-        return (2.0 if self.bending == RULE else 4.0) * actuator.shear_modulus
+        return (2.0 if self.bending == BY_RULE else 4.0) * actuator.shear_modulus
 
     def stretching(self, actuator: Actuator, segments: int) -> Array:
         """Stretch (n,) [1/rad] of the top with the bend of each segment's joint, h over the
         segment's length (eq. 3.13); 0 for linear springs.
         """
-        if self.bending == RULE:
+        if self.bending == BY_RULE:
             return np.zeros(segments)
         edge = actuator.length / segments
         return np.asarray(actuator.height(_middles(actuator, segments)) / edge)
@@ -218,7 +218,7 @@ def rubber_terms(stretch: Any) -> Any:
 def read_springs(node: Node) -> SpringModel:
     """Springs of a model file: {bending, lateral, twist}, all optional."""
     fields = node.fields([], ["bending", "lateral", "twist"])
-    bending = fields["bending"].choice([RULE, CURVATURE]) if "bending" in fields else RULE
+    bending = fields["bending"].choice([BY_RULE, BY_CURVATURE]) if "bending" in fields else BY_RULE
     lateral, twist = (
         _sideways(fields[key]) if key in fields else 1.0 for key in ("lateral", "twist")
     )
@@ -226,6 +226,6 @@ def read_springs(node: Node) -> SpringModel:
 
 
 def _sideways(node: Node) -> float | str:
-    if isinstance(node.value, str) and node.value != SECTION:
-        raise node.error(f"a number above 0 or {SECTION}")
-    return SECTION if node.value == SECTION else node.number(above=0.0, high=1e3)
+    if isinstance(node.value, str) and node.value != BY_SECTION:
+        raise node.error(f"a number above 0 or {BY_SECTION}")
+    return BY_SECTION if node.value == BY_SECTION else node.number(above=0.0, high=1e3)

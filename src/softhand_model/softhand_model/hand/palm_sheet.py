@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.numerics.arrays import Array
+from softhand_common.numerics.arrays import Array
 
-GAUSS_POINTS = 24
+ARCH_GAUSS_POINTS = 24
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class PalmSheet:
         return self.radius * (1.0 - float(np.cos(self.angle / 2.0)))
 
     def stiffness(self) -> float:
-        """Force on the crown's line over its sinking [N/m].
+        """Stiffness of the crown line [N/m]: force over deflection.
 
         >>> sheet = PalmSheet(0.1, 0.08, 0.005, 600e3, np.pi, (0, 0, 0), (0, 0, 0))
         >>> round(sheet.stiffness())
@@ -66,7 +66,7 @@ class PalmSheet:
 
 
 def arch_compliance(angle: float) -> float:
-    """Sinking of the crown of a clamped circular arch in units of P*R**3/(E*I) [-], inextensible.
+    """Deflection of the crown of a clamped inextensible circular arch in units of P*R**3/(E*I) [-].
 
     Args:
         angle: of the whole arch [rad], at most pi.
@@ -74,7 +74,7 @@ def arch_compliance(angle: float) -> float:
     >>> round(arch_compliance(np.pi), 5)
     0.01166
     """
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(ARCH_GAUSS_POINTS)
     phi, weight = angle / 4.0 * (nodes + 1.0), angle / 4.0 * weights
     free = np.stack([np.ones_like(phi), 1.0 - np.cos(phi)])
     loaded = -np.sin(phi) / 2.0

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.numerics.arrays import Array
+from softhand_common.numerics.arrays import Array
 
 
 class Profile(Protocol):

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.documents.yaml_document import Node, data_file, read_document
+from softhand_common.documents.yaml_document import Node, read_document
+from softhand_common.numerics.arrays import Array
+from softhand_model.data_files import data_file
 from softhand_model.hand import plausible
-from softhand_model.hand.section import NEWTON_STEPS
-from softhand_model.numerics.arrays import Array
+from softhand_model.hand.section import SECTION_NEWTON_STEPS
 
 FORMAT = "softhand-rubbers/1"
 USEFUL_STRETCH = (0.3, 0.5)  # stretch in use over the largest one (section 3.3.3)
@@ -148,7 +149,7 @@ def deformed_depth(depth: ArrayLike, bend: ArrayLike) -> Array:
     depth, bend = np.broadcast_arrays(np.asarray(depth, float), np.asarray(bend, float))
     kept = (1.0 - depth) ** 2 / 2.0 + bend / 3.0
     u = np.ones_like(kept)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(SECTION_NEWTON_STEPS):
         u = u - (u**2 / 2.0 + bend * u**3 / 3.0 - kept) / (u + bend * u**2)
     return 1.0 - u
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.compiled import compiled
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
 
-NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
+SECTION_NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
 PRINTED_SLOPE_RATIO = 4.0  # a of eq. 5.5
 PRINTED_TRANSITION = 0.90  # factor of p0 in eq. 5.6
 
@@ -85,7 +85,7 @@ def free_stretch(load: ArrayLike) -> Array:
     """
     s = np.asarray(load, float)
     stretch = np.maximum(1.0, s)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(SECTION_NEWTON_STEPS):
         # the quartic over lambda**2, so that large loads stay in range
         step = (stretch * (stretch - s) - stretch**-2.0) / (4.0 * stretch - 3.0 * s)
         stretch = stretch - step

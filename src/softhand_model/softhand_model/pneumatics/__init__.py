@@ -1,4 +1,4 @@
-"""The pretended pneumatic box: compressor, valves, chokes, tubes, sensors and their faults."""
+"""The simulated pneumatic box: compressor, valves, chokes, tubes, sensors and their faults."""
 
 from softhand_model.pneumatics.leaks_and_faults import Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics

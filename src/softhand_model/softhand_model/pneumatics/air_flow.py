@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Spools
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import CRITICAL_RATIO, GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from softhand_model.numerics.arrays import Array, Spools
-from softhand_model.numerics.compiled import compiled
 
-IN, OUT = 0, 1  # rows of the arrays over flow paths
-ROOT = 1 / HEAT_CAPACITY_RATIO
-EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
-TINY = float(np.finfo(float).tiny)
+INLET, OUTLET = 0, 1  # rows of the arrays over flow paths
+RATIO_EXPONENT = 1 / HEAT_CAPACITY_RATIO
+FLOW_EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+SMALLEST_FLOAT = float(np.finfo(float).tiny)
 HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
 
 
@@ -64,12 +64,12 @@ def series_flow(high: float, low: float, orifice: float, line: float) -> float:
         line: conductance of `softhand_model.gas.line_conductance` [kg/(s Pa2)].
     """
     ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
-    root = ratio**ROOT
-    psi = math.sqrt(EXPONENT * root * (root - ratio))
+    root = ratio**RATIO_EXPONENT
+    psi = math.sqrt(FLOW_EXPONENT * root * (root - ratio))
     by_orifice = orifice * high * psi
     by_line = line * (high * high - low * low)
     total = by_orifice + math.sqrt(by_orifice * by_orifice + 4.0 * by_line * by_line)
-    return 2.0 * by_orifice * by_line / max(total, TINY)
+    return 2.0 * by_orifice * by_line / max(total, SMALLEST_FLOAT)
 
 
 @compiled
@@ -105,7 +105,7 @@ def move_air(
         pressure, net = air[i] / capacity[i], 0.0
         received[i] = 0.0
         for path in range(2):
-            opened = state[i] > 0 if path == IN else state[i] < 0
+            opened = state[i] > 0 if path == INLET else state[i] < 0
             through = 0.0
             if opened:
                 through = outer[path] * dead_capacity - dead[path, i]
@@ -123,7 +123,7 @@ def move_air(
                 through += moved
             else:
                 dead[path, i] -= moved
-            if path == IN:
+            if path == INLET:
                 inflow[i] += through
                 taken += through
             else:

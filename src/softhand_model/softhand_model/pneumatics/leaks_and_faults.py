@@ -1,4 +1,4 @@
-"""Leaks, relief valves, and faults of the bench that a safe driver has to survive."""
+"""Leaks, relief valves, and faults of the box that a safe driver must handle."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_common.numerics.arrays import Array, Spools
 from softhand_model.gas import orifice_conductance, psi
-from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Pneumatics
 
 BURST_DIAMETER = 1e-3  # [m]
@@ -54,7 +54,7 @@ class Escapes:
         return orifice_conductance(area, self._temperature)
 
     def relieved(self, dt: float, pressure_abs: Array, capacity: Array) -> Array:
-        """Air that the relief valves let off in `dt` [s].
+        """Air that leaves through the relief valves in `dt` [s].
 
         Args:
             dt: step [s].
@@ -70,7 +70,7 @@ class Escapes:
         return np.minimum(flow * dt, excess * capacity)
 
     def leaked(self, dt: float, pressure_abs: Array, capacity: Array, holes: Array) -> Array:
-        """Air that leaks and burst tubes let off in `dt` [s]; below ambient it comes in.
+        """Air that leaves through leaks and burst tubes in `dt` [s]; negative below ambient.
 
         Args:
             dt: step [s].
@@ -99,7 +99,7 @@ def _checked_pressures(pressures: ArrayLike, channels: int) -> Array:
 
 
 class Faults:
-    """What is broken on a plant; all is well at the start and after `clear`.
+    """Faults of a plant; there are none at the start and after `clear`.
 
     Channels are given by name or index, sensors by index in the order of the readings (the last
     one is the supply's). The plant asks for the effect in each of its steps.
@@ -115,12 +115,12 @@ class Faults:
         self.reset()
 
     def reset(self) -> None:
-        """Repair everything, and forget the last readings."""
+        """Remove all faults and the stored readings."""
         self._last: Array | None = None
         self.clear()
 
     def clear(self) -> None:
-        """Repair everything."""
+        """Remove all faults."""
         self._stuck: dict[int, int] = {}
         self._sensors: dict[int, float | None] = {}
         self.holes: Array = np.zeros(len(self._channels))  # diameters [m]
@@ -128,7 +128,7 @@ class Faults:
         self.supply_bleed = 0.0  # diameter of the reservoir's hole, 0 with a sound supply [m]
 
     def stick_valve(self, channel: int | str, state: int) -> None:
-        """Hold a spool at `state` at once: +1 inflating, -1 deflating, 0 closed.
+        """Hold a spool at `state` from now on: +1 inflating, -1 deflating, 0 closed.
 
         Raises:
             ValueError: another state, or no such channel.
@@ -147,7 +147,7 @@ class Faults:
         self.burst_any = True
 
     def stick_sensor(self, index: int) -> None:
-        """Freeze a reading at its last value, or at the first one still to come.
+        """Freeze a reading at its last value, or at the next one if there is none.
 
         Raises:
             ValueError: no such sensor.
@@ -156,7 +156,7 @@ class Faults:
         self._sensors[index] = None if self._last is None else float(self._last[index])
 
     def lose_sensor(self, index: int) -> None:
-        """Let a reading be NaN, as from a broken wire.
+        """Make a reading NaN, as from a broken wire.
 
         Raises:
             ValueError: no such sensor.
@@ -173,7 +173,7 @@ class Faults:
         self.supply_bleed = _checked_diameter(diameter)
 
     def spools(self, states: Spools) -> Spools:
-        """States (n,) of the spools, those that are stuck where they are stuck."""
+        """States (n,) of the spools, including stuck ones."""
         if not self._stuck:
             return states
         held = states.copy()
@@ -182,7 +182,7 @@ class Faults:
         return held
 
     def readings(self, fresh: Array) -> Array:
-        """Readings (n + 1,) [Pa] as the sensors give them, out of those of sound sensors."""
+        """Readings (n + 1,) [Pa] with faults, from those of working sensors."""
         for index, value in self._sensors.items():
             if value is None:
                 self._sensors[index] = float(fresh[index])
@@ -196,7 +196,7 @@ class Faults:
         return copy.deepcopy(vars(self))
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go back to what `save` returned."""
+        """Restore what `save` returned."""
         vars(self).update(copy.deepcopy(saved))
 
     def _index(self, channel: int | str) -> int:

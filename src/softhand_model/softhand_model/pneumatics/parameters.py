@@ -1,4 +1,4 @@
-"""Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
+"""Constants of the simulated Pneumaticbox, read from one YAML file and checked."""
 
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.documents.yaml_document import Bounds, Node, data_file, read_document
-from softhand_model.numerics.arrays import Array
+from softhand_common.documents.yaml_document import Bounds, Node, read_document
+from softhand_common.numerics.arrays import Array
+from softhand_model.data_files import data_file
 
 FORMAT = "softhand-pneumatics/1"
 Range = tuple[float, float]
@@ -53,7 +54,7 @@ class Supply:
 
 @dataclass(frozen=True)
 class Compressor:
-    """What feeds the regulator: tank [m3], gauge pressures [Pa] at which it starts and stops.
+    """The compressor before the regulator: tank [m3], gauge pressures [Pa] of its start and stop.
 
     `delivery` [kg/s] while it runs; `passed` is the share of a change of the tank's pressure that
     the regulator passes on [-].
@@ -75,7 +76,7 @@ class Leak:
 
 @dataclass(frozen=True)
 class Gas:
-    """Air in the channels: time in which it takes on the walls' temperature [s], 0 at once.
+    """Air in the channels: time constant to the temperature of the walls [s], 0 for isothermal.
 
     The time is that of a channel of `thermal_volume` [m3]. In smaller ones of the same shape the
     way to the walls is shorter: by conduction the time goes with the square of their size. With a
@@ -154,7 +155,7 @@ class Pneumatics:
     supply_sensor: Sensor
 
 
-SECTIONS: dict[str, type] = {
+PNEUMATICS_PARTS: dict[str, type] = {
     "valve": Valve,
     "choke": Choke,
     "line": Line,
@@ -168,12 +169,12 @@ SECTIONS: dict[str, type] = {
 }
 MAY_BE_ZERO = {"delay_jitter", "noise", "accuracy", "droop", "conductance"}
 MAY_BE_ZERO |= {"thermal_time_constant", "thermal_volume"}
-DELAY, SIZE = Bounds(0.0, 1.0, "s"), Bounds(1e-5, 0.1, "m")
-PRESSURE = Bounds(1e3, 1e8, "Pa")
-BOUNDS = {
-    **dict.fromkeys(("opening_delay", "closing_delay", "delay_jitter"), DELAY),
-    **dict.fromkeys(("diameter", "inlet_diameter", "outlet_diameter"), SIZE),
-    **dict.fromkeys(("pressure", "cut_in", "cut_out", "range"), PRESSURE),
+DELAY_BOUNDS, DIAMETER_BOUNDS = Bounds(0.0, 1.0, "s"), Bounds(1e-5, 0.1, "m")
+SUPPLY_BOUNDS = Bounds(1e3, 1e8, "Pa")
+PNEUMATICS_BOUNDS = {
+    **dict.fromkeys(("opening_delay", "closing_delay", "delay_jitter"), DELAY_BOUNDS),
+    **dict.fromkeys(("diameter", "inlet_diameter", "outlet_diameter"), DIAMETER_BOUNDS),
+    **dict.fromkeys(("pressure", "cut_in", "cut_out", "range"), SUPPLY_BOUNDS),
     **dict.fromkeys(("dead_volume", "volume", "tank_volume"), Bounds(1e-10, 10.0, "m3")),
     "discharge_coefficient": Bounds(0.01, 2.0, ""),
     "length": Bounds(1e-3, 1e3, "m"),
@@ -191,7 +192,7 @@ BOUNDS = {
     "time_constant": Bounds(1e-9, 10.0, "s"),
 }  # what each constant can be; wider than any box
 MOST_SEED = 2**63 - 1
-AMBIENT, TEMPERATURE = Bounds(1e4, 2e5, "Pa"), Bounds(200.0, 500.0, "K")
+AMBIENT_BOUNDS, TEMPERATURE_BOUNDS = Bounds(1e4, 2e5, "Pa"), Bounds(200.0, 500.0, "K")
 
 
 PRESETS = {"pneumaticbox": "pneumatics.yaml", "ideal": "pneumatics_ideal.yaml"}
@@ -218,13 +219,13 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     given = DEFAULT if path is None else str(path)
     source = data_file(PRESETS[given]) if given in PRESETS else Path(given)
     scalars = ("box_seed", "ambient_pressure", "temperature")
-    content = read_document(source, FORMAT).fields(["format", *scalars, *SECTIONS])
-    sections = {key: _section(content[key], kind) for key, kind in SECTIONS.items()}
+    content = read_document(source, FORMAT).fields(["format", *scalars, *PNEUMATICS_PARTS])
+    sections = {key: _section(content[key], kind) for key, kind in PNEUMATICS_PARTS.items()}
     _check_compressor(content["compressor"], sections["compressor"])
     return Pneumatics(
         box_seed=content["box_seed"].whole(0, MOST_SEED),
-        ambient_pressure=content["ambient_pressure"].within(AMBIENT),
-        temperature=content["temperature"].within(TEMPERATURE),
+        ambient_pressure=content["ambient_pressure"].within(AMBIENT_BOUNDS),
+        temperature=content["temperature"].within(TEMPERATURE_BOUNDS),
         **sections,
     )
 
@@ -242,13 +243,13 @@ def _section(node: Node, kind: type) -> Any:
 
 
 def _scalar(name: str, node: Node) -> float:
-    if name in BOUNDS:
-        return node.within(BOUNDS[name])
+    if name in PNEUMATICS_BOUNDS:
+        return node.within(PNEUMATICS_BOUNDS[name])
     return node.number(low=0.0) if name in MAY_BE_ZERO else node.positive()
 
 
 def _range(name: str, node: Node) -> Range:
-    low, high = node.vector(2, BOUNDS.get(name))
+    low, high = node.vector(2, PNEUMATICS_BOUNDS.get(name))
     if name in MAY_BE_ZERO and not 0 <= low <= high:
         raise node.error("[smallest, largest] of at least 0")
     if name not in MAY_BE_ZERO and not 0 < low <= high:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_common.numerics.arrays import Array, Spools
 from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
-from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
 from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
@@ -20,7 +20,7 @@ from softhand_model.pneumatics.valves import Valves, checked_valves
 
 SLOTS = 8  # channels of one Pneumaticbox
 LONGEST_SUBSTEP = 1e-3  # [s]
-SHORTEST_SUBSTEP = 1e-6  # to which the moments are kept when spools move [s]
+SHORTEST_SUBSTEP = 1e-6  # resolution of the times at which spools move [s]
 
 
 class PneumaticPlant:
@@ -99,7 +99,7 @@ class PneumaticPlant:
         self._supply = AirSupply(p)
 
     def reset(self, volumes: ArrayLike | None = None) -> None:
-        """Go back to time zero: all sound, valves closed, air at ambient pressure, fresh noise.
+        """Reset to time zero: no faults, closed valves, air at ambient pressure, new noise.
 
         Args:
             volumes: rest volumes (n,) [m3]; None keeps those of before.
@@ -131,7 +131,7 @@ class PneumaticPlant:
         self._sensors.filtered[-1] = self._supply.pressure
 
     def set_supply(self, pressure: float) -> None:
-        """Turn the regulator of the supply to a gauge `pressure` [Pa]."""
+        """Set the regulator of the supply to a gauge `pressure` [Pa]."""
         self._supply.set(pressure)
 
     def rest_mass(self, volumes: ArrayLike) -> Array:
@@ -147,7 +147,7 @@ class PneumaticPlant:
         return np.asarray(self.parameters.ambient_pressure * capacity)
 
     def fill(self, mass: ArrayLike) -> None:
-        """Put a total `mass` (n,) [kg] behind the valves, evened out and at room temperature."""
+        """Set the total `mass` (n,) [kg] behind the valves, in balance and at room temperature."""
         if self._heat is not None:
             self._heat.temperature[:] = self.parameters.temperature
         pressure = np.asarray(mass, dtype=float) / (
@@ -178,7 +178,7 @@ class PneumaticPlant:
 
     @property
     def relieved(self) -> Array:
-        """Air that relief valves have let off since the start (n,) [kg]."""
+        """Air lost through relief valves since the start (n,) [kg]."""
         return self._relieved.copy()
 
     @property
@@ -195,7 +195,7 @@ class PneumaticPlant:
 
     @property
     def wall_heat(self) -> Array:
-        """Heat that the walls of the actuators have taken since the start (n,) [J]."""
+        """Heat absorbed by the walls of the actuators since the start (n,) [J]."""
         return np.zeros(len(self.channels)) if self._heat is None else self._heat.heat.copy()
 
     @property
@@ -210,7 +210,7 @@ class PneumaticPlant:
 
     @property
     def valve_states(self) -> Spools:
-        """Where the spools are: +1 inflating, -1 deflating, 0 closed (n,)."""
+        """Positions of the spools: +1 inflating, -1 deflating, 0 closed (n,)."""
         return self.faults.spools(self._valves.state).copy()
 
     @property
@@ -252,7 +252,10 @@ class PneumaticPlant:
     def _checked_volumes(self, volumes: ArrayLike) -> Array:
         given = np.asarray(volumes, dtype=float)
         if given.shape != (len(self.channels),):
-            raise ValueError(f"volumes must have shape ({len(self.channels)},), got {given.shape}")
+            raise ValueError(
+                f"volumes must have shape ({len(self.channels)},), one for each channel, "
+                f"got {given.shape}"
+            )
         if not given.min() > 0:
             raise ValueError(f"volumes must be above 0 m3, got {given.tolist()}")
         return given
@@ -347,7 +350,7 @@ class PneumaticPlant:
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go back to what `save` returned; the run then repeats bit for bit."""
+        """Restore what `save` returned; the run then repeats bit for bit."""
         self.time = saved["time"]
         self._supply.restore(saved["supply"])
         self._leaked, self._relieved = (array.copy() for array in saved["escaped"])

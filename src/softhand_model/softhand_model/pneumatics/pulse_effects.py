@@ -1,4 +1,4 @@
-"""The flow effects of a model file in the plant: what they make of each pulse of a valve."""
+"""The flow effects of a model file in the plant, applied to each pulse of a valve."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array, Spools
 from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import CHOKED_PSI, psi
-from softhand_model.numerics.arrays import Array, Spools
-from softhand_model.pneumatics.air_flow import IN, OUT, Contents
+from softhand_model.pneumatics.air_flow import INLET, OUTLET, Contents
 
-FASTEST = 5.0  # flow that effects may add, over the choked one of the open path
+LARGEST_FLOW_RATIO = 5.0  # largest flow added by effects, over the choked flow of the open path
 
 
 class PulseEffects:
-    """The pulses under way in the channels of a plant, and the air that flow effects add to them.
+    """The running pulses in the channels of a plant, and the air that flow effects add to them.
 
     A pulse lasts as long as its spool is open. What the plant's own valve has moved in it so far
     stands in place of the naive term `c*p_in*duration`; the other columns are those of the lab:
     pressures at switch-on, duration and integrals so far. What the effects make of the pulse,
     beyond what the valve moves, flows in the same step, so that at the end of a pulse the channel
     has what the effects predict for it. No step takes a channel above the supply or below the
-    surroundings for their sake, or adds more than `FASTEST` times what the open path can pass (the
-    mean flow of a pulse that has only begun, with its dead volume just filled, means little);
-    what is held back so follows later in the pulse.
+    surroundings for their sake, or adds more than `LARGEST_FLOW_RATIO` times the flow that the open
+    path can pass (the mean flow at the very start of a pulse is not meaningful); the remaining air
+    follows later in the pulse.
 
     Args:
         effects: flow effects of a model file.
@@ -46,7 +46,7 @@ class PulseEffects:
         self._added: Array = np.zeros(channels)  # to the channel, in the pulse so far [kg]
 
     def reset(self) -> None:
-        """Forget the pulses under way: all valves are closed."""
+        """Reset: all valves are closed."""
         self._spools[:], self._columns[:], self._added[:] = 0, 0.0, 0.0
 
     def leaked(self, dt: float, spools: Spools, pressure_abs: Array, capacity: Array) -> Array:
@@ -76,7 +76,7 @@ class PulseEffects:
         contents: Contents,
         capacity: Array,
     ) -> float:
-        """Add to what the valves have moved in `dt` [s] what the effects make of it.
+        """Add the air of the effects to that of the valves in `dt` [s].
 
         Args:
             dt: step [s].
@@ -101,8 +101,8 @@ class PulseEffects:
         flows = np.array([np.ones_like(p_in), p_in - p_out, p_in * psi(p_out / p_in)])
         self._columns[[0, 3, 4]] += dt * flows
         self._columns[5] += np.where(inflating, inflow, outflow)
-        path = np.where(inflating, self._conductance[IN], self._conductance[OUT])
-        most = FASTEST * dt * CHOKED_PSI * path * p_in
+        path = np.where(inflating, self._conductance[INLET], self._conductance[OUTLET])
+        most = LARGEST_FLOW_RATIO * dt * CHOKED_PSI * path * p_in
         wanted = np.clip(self._predicted_excess() - self._added, -most, most)
         air = contents.air
         low = np.minimum(air, self._ambient * capacity)
@@ -127,7 +127,7 @@ class PulseEffects:
             self._spools = spools.copy()
 
     def _predicted_excess(self) -> Array:
-        """Air (n,) [kg] that open channels have to have beyond what their valves have moved."""
+        """Air (n,) [kg] in open channels by the effects, in excess of that moved by the valves."""
         is_open = self._spools != 0
         inflating = self._spools[None, is_open] > 0
         excess = np.zeros(len(is_open))
@@ -140,7 +140,7 @@ class PulseEffects:
         return excess
 
     def _check(self, values: Array, what: str) -> None:
-        """Refuse what an effect of a user's own may give."""
+        """Refuse values that a user's effect may wrongly return."""
         if not np.isfinite(values).all():
             names = ", ".join(effect.name for effect in self.effects)
             raise ValueError(
@@ -152,6 +152,6 @@ class PulseEffects:
         return self._spools.copy(), self._columns.copy(), self._added.copy()
 
     def restore(self, saved: tuple[Spools, Array, Array]) -> None:
-        """Go back to what `save` returned."""
+        """Restore what `save` returned."""
         spools, columns, added = saved
         self._spools, self._columns, self._added = spools.copy(), columns.copy(), added.copy()

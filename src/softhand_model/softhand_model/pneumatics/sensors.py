@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.numerics.arrays import Array
+from softhand_common.numerics.arrays import Array
 from softhand_model.pneumatics.parameters import Sensor
 
-OFFSET_SHARE = 0.7  # of the accuracy class; the rest is gain, so that both together keep the class
+OFFSET_SHARE = (
+    0.7  # of the accuracy class; the rest is the gain error, so that the sum is within the class
+)
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Where the air comes from: compressor and tank, regulator, reservoir of the box."""
+"""Air supply: compressor and tank, regulator, reservoir of the box."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class AirSupply:
         self.pressure = self.setpoint
 
     def set(self, pressure: float) -> None:
-        """Turn the regulator to a gauge `pressure` [Pa]."""
+        """Set the regulator to a gauge `pressure` [Pa]."""
         self.setpoint = pressure + self._ambient
 
     def step(self, dt: float, taken: float) -> None:
-        """Let `dt` [s] pass in which the box has `taken` air [kg] from the reservoir."""
+        """Simulate `dt` [s] in which the box has `taken` air [kg] from the reservoir."""
         self.pressure -= taken / self._capacity
         lost = self._passed * (self._cut_out - self.tank_pressure)
         target = min(self.setpoint - lost, self.tank_pressure)
@@ -58,7 +58,7 @@ class AirSupply:
         self._run_compressor(dt, max(change, 0.0) * self._capacity)
 
     def bleed(self, dt: float, taken: float, diameter: float) -> None:
-        """The same with the regulator shut and a hole of `diameter` [m] in the reservoir."""
+        """The same with a closed regulator and a hole of `diameter` [m] in the reservoir."""
         self.pressure -= taken / self._capacity
         area = np.pi / 4 * diameter**2
         flow = float(orifice_flow(self.pressure, self._ambient, area, self._temperature))
@@ -79,5 +79,5 @@ class AirSupply:
         return self.pressure, self.setpoint, self.tank_pressure, self.compressor_runs
 
     def restore(self, saved: tuple[float, float, float, bool]) -> None:
-        """Go back to what `save` returned."""
+        """Restore what `save` returned."""
         self.pressure, self.setpoint, self.tank_pressure, self.compressor_runs = saved

@@ -1,14 +1,14 @@
-"""Slow 5/3 valves (section 4.3), and outlets that open when the driver falls silent."""
+"""Slow 5/3 valves (section 4.3), and outlets that open when commands stop."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.numerics.arrays import Array, Spools
+from softhand_common.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Range, Valve
 
-SILENCE_LIMIT = 0.25  # of the plant's own time [s]
+PLANT_SILENCE_LIMIT = 0.25  # of the plant's own time [s]
 
 
 class Valves:
@@ -37,7 +37,7 @@ class Valves:
         self.reset(channels)
 
     def reset(self, channels: int) -> None:
-        """Close all spools, with no command under way."""
+        """Close all spools and drop pending commands."""
         self.state: Spools = np.zeros(channels, dtype=np.int8)
         self._command: Spools = np.zeros(channels, dtype=np.int8)
         self._opens: Array = np.full(channels, np.inf)
@@ -68,7 +68,7 @@ class Valves:
         return np.asarray(np.clip(delay + drawn, *bounds))
 
     def advance(self, time: float) -> Spools:
-        """Move the spools to where they are at `time` [s] and return their states (channels,)."""
+        """Move the spools up to `time` [s] and return their states (channels,)."""
         if time < self.next_change:
             return self.state
         leaves = (self.state != self._command) & (self.state != 0) & (time >= self._closes)
@@ -92,7 +92,7 @@ class Valves:
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go back to what `save` returned."""
+        """Restore what `save` returned."""
         self.state = saved["state"].copy()
         self._command = saved["command"].copy()
         self._opens = saved["opens"].copy()
@@ -101,7 +101,7 @@ class Valves:
 
 
 class CommandWatch:
-    """Holds the last valve command and opens every outlet when none has come for a while.
+    """Holds the last valve command and opens every outlet after a time without commands.
 
     Valves without a driver must not stay as they are: a driver that died with an inlet open
     would burst the hand. Every command counts as a sign of life, also one that changes nothing.
@@ -113,7 +113,7 @@ class CommandWatch:
     """
 
     def __init__(
-        self, channels: int, time: float = 0.0, silence_limit: float = SILENCE_LIMIT
+        self, channels: int, time: float = 0.0, silence_limit: float = PLANT_SILENCE_LIMIT
     ) -> None:
         """Start with closed valves.
 
@@ -132,12 +132,12 @@ class CommandWatch:
         self.reset(time)
 
     def reset(self, time: float) -> None:
-        """Close the valves and start counting the silence at `time` [s]."""
+        """Close the valves and restart the time without commands at `time` [s]."""
         self._last = time
         self._valves: Spools = np.zeros_like(self._vent)
 
     def receive(self, time: float, valves: ArrayLike) -> None:
-        """Take a command at the plant's `time` [s]: +1 inflate, -1 deflate, 0 closed per channel.
+        """Set a command at the plant's `time` [s]: +1 inflate, -1 deflate, 0 closed per channel.
 
         Raises:
             ValueError: wrong number of channels, or another value than -1, 0, 1.
@@ -146,11 +146,11 @@ class CommandWatch:
         self._last = time
 
     def silent(self, time: float) -> bool:
-        """Tell whether the driver has been silent for longer than the limit at `time` [s]."""
+        """Whether at `time` [s] there was no command for longer than the limit."""
         return time - self._last > self.silence_limit + 1e-9
 
     def valves(self, time: float) -> Spools:
-        """Valves to apply at `time` [s]: the last command, or all outlets open after silence."""
+        """Valves at `time` [s]: the last command, or all outlets open without commands."""
         return self._vent if self.silent(time) else self._valves
 
 

@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 from wired_box import AnalogTree, RememberedLines, hardware_file
 
 from pneumaticbox_driver.backends.hardware.__main__ import main
+from pneumaticbox_driver.backends.hardware.hardware_file import HardwareError
 
 
 @pytest.fixture
@@ -74,6 +76,43 @@ def test_vent_opens_outlets_even_when_the_converter_is_gone(tmp_path, box):
     assert main([path, "vent", "1", "3"], box) == 0
     assert [i for i, active in enumerate(box.lines.active) if active] == [1, 5]
     assert box.lines.released
+
+
+def test_vent_keeps_the_lines_for_the_vent_time(tmp_path, tree):
+    times = []
+
+    class TimedLines(RememberedLines):
+        def switch(self, active):
+            super().switch(active)
+            times.append(time.monotonic())
+
+        def release(self):
+            super().release()
+            times.append(time.monotonic())
+
+    change = {"vent_time": 0.3}
+    path = str(hardware_file(tmp_path, tree.root, lambda document: document.update(change)))
+    assert main([path, "vent", "1"], TimedLines) == 0
+    switched, released = times
+    assert released - switched >= 0.3
+
+
+def test_vent_keeps_the_lines_for_the_vent_time_when_some_cannot_be_switched(tmp_path, tree):
+    begun = time.monotonic()
+    released = []
+
+    class HalfGone(RememberedLines):
+        def switch(self, active):
+            super().switch(active)
+            raise HardwareError("/dev/gpiochip2: expected to set lines [3]")
+
+        def release(self):
+            released.append(time.monotonic())
+
+    change = {"vent_time": 0.3}
+    path = str(hardware_file(tmp_path, tree.root, lambda document: document.update(change)))
+    assert main([path, "vent", "1"], HalfGone) == 2
+    assert released[0] - begun >= 0.3
 
 
 def test_what_cannot_be_done_is_said(path, box, capsys):

@@ -5,11 +5,13 @@ import sys
 from dataclasses import fields
 
 import gpiod_stand_in
+import numpy as np
 import pytest
 from gpiod_stand_in import FakeChip, Gpiod
 
 from pneumaticbox_driver.backends.hardware.hardware_file import Coil, HardwareError
 from pneumaticbox_driver.backends.hardware.lines import CONSUMER, GpioLines
+from pneumaticbox_driver.backends.hardware.opening import LinuxBoard
 
 ONE, TWO = "/dev/gpiochip1", "/dev/gpiochip2"
 
@@ -54,6 +56,23 @@ def test_a_chip_that_fails_does_not_keep_the_others_from_being_set(chips):
     with pytest.raises(HardwareError, match=r"gpiochip1: expected to set lines \[12\], got Input"):
         lines.switch({0: True, 1: True})
     assert chips[TWO].levels == {3: True}
+
+
+def test_a_chip_that_is_gone_keeps_no_outlet_of_the_others_shut(chips):
+    # inflate and deflate of outlets 1 and 2, each on its chip, and of outlet 3, on both
+    coils = [coil(12), coil(13), coil(2, TWO), coil(3, TWO), coil(14), coil(4, TWO)]
+    board = LinuxBoard(GpioLines(coils), None, [1, 2, 3])
+    board.set_valves(np.array([1, 1, 1]))
+    chips[ONE].broken = True
+    for _ in range(2):
+        with pytest.raises(HardwareError, match="gpiochip1: expected to set lines"):
+            board.set_valves(np.array([-1, -1, -1]))
+        assert chips[TWO].levels == {2: False, 3: True, 4: False}
+        assert chips[ONE].levels == {12: True, 13: False, 14: True}
+    chips[ONE].broken = False
+    board.set_valves(np.array([-1, -1, -1]))
+    assert chips[TWO].levels == {2: False, 3: True, 4: True}
+    assert chips[ONE].levels == {12: False, 13: True, 14: False}
 
 
 @pytest.mark.parametrize(

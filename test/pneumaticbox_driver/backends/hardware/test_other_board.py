@@ -1,72 +1,173 @@
-"""The board of one's own of docs/use/hardware.md: its text is run, against a microcontroller."""
+"""The shipped examples of a board of one's own, on a simulated board with faults of its own."""
 
-import socketserver
-import textwrap
+import os
 import threading
-from pathlib import Path
+import time
 
 import numpy as np
 import pytest
+from board_process import EXAMPLES, LINKS, BoardProcess
+from valve_board import FAULTS
 
-from pneumaticbox_driver.backends.hardware.opening import open_bench
+from pneumaticbox_driver.backends.hardware.__main__ import main
+from pneumaticbox_driver.backends.hardware.opening import open_rig
 
-PAGE = Path(__file__).parents[4] / "docs" / "use" / "hardware.md"
-
-
-def shown(first_line):
-    """The indented text of the page that begins with this line."""
-    lines = PAGE.read_text(encoding="utf-8").splitlines()
-    start = next(i for i, line in enumerate(lines) if line.startswith(f"    {first_line}"))
-    end = next(i for i in range(start, len(lines)) if lines[i] and not lines[i].startswith(" "))
-    return textwrap.dedent("\n".join(lines[start:end]))
+AMBIENT = 101_325.0
+CLOSED, OPEN = [0, 0], [-1, -1]
+# faults of the readings alone, which the box recognises: the board does what it should
+OF_SENSORS = {"nan", "frozen", "huge"}
 
 
-class Microcontroller(socketserver.StreamRequestHandler):
-    def handle(self):
-        for line in self.rfile:
-            words = line.decode().split()
-            if words[0] == "valves":
-                self.server.told.append(words[1:])
-                answer = self.server.answer
-            else:
-                answer = "1000 2000 3000 300000"
-            self.wfile.write(f"{answer}\n".encode())
+@pytest.fixture(params=LINKS)
+def board(request, tmp_path):
+    with BoardProcess(request.param, tmp_path) as board:
+        yield board
 
 
 @pytest.fixture
-def controller():
-    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Microcontroller) as server:
-        server.told, server.answer, server.daemon_threads = [], "ok", True
-        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-        thread.start()
-        yield server
-        server.shutdown()
-        thread.join()
+def bench(board, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    with open_rig(board.hardware_file, [2, 1], AMBIENT, allow_board_module=True) as bench:
+        yield bench
 
 
-@pytest.fixture
-def path(tmp_path, monkeypatch, controller):
-    patient = shown('"""my_board.py').replace("timeout=0.1", "timeout=10.0")  # on a busy machine
-    (tmp_path / "my_board.py").write_text(patient)
-    monkeypatch.syspath_prepend(tmp_path)
-    text = shown("format: pneumaticbox-hardware/1")
-    text = text.replace("192.168.7.2", "127.0.0.1").replace("2.0", "0.0")
-    path = tmp_path / "hardware.yaml"
-    path.write_text(text.replace("4000", str(controller.server_address[1])))
-    return path
+def use(bench, valves, done):
+    """Read and command, whatever errors there are, until `done` of the last pressures; None before
+    the first. An error may be of a busy machine that kept the board waiting.
+
+    The last pressures, and the errors.
+    """
+    errors, pressures = set(), None
+    end = time.monotonic() + 20.0
+    while not done(pressures):
+        assert time.monotonic() < end, errors
+        for call in (lambda: bench.read(), lambda: bench.command(valves)):
+            try:
+                found = call()
+                pressures = pressures if found is None else found
+            except (ValueError, OSError) as error:
+                errors.add(str(error))
+        time.sleep(0.002)
+    return pressures, errors
 
 
-def test_the_example_switches_reads_and_vents_at_the_end(path, controller):
-    with open_bench(path, [3, 1], ambient=1e5, allow_board_module=True) as bench:
-        bench.command([1, -1])
-        np.testing.assert_allclose(bench.read(), [103e3, 101e3, 400e3])
+def was_read(pressures):
+    return pressures is not None
+
+
+def test_the_example_switches_reads_and_vents_at_the_end(board, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    with open_rig(board.hardware_file, [2, 1], AMBIENT, allow_board_module=True) as bench:
+        pressures, _ = use(bench, CLOSED, was_read)
+        np.testing.assert_allclose(pressures, AMBIENT + np.array([0.0, 0.0, 300e3]), atol=3e3)
         assert np.isfinite(bench.time)
-    assert controller.told == [["3:+0", "1:+0"], ["3:+1", "1:-1"], ["3:-1", "1:-1"]]
+        # outlet 2 inflates, as the first channel is that of outlet 2
+        use(bench, [1, 0], lambda _: board.last("told").words == ("2:1", "1:0"))
+    assert board.wait("told", ("2:-1", "1:-1"))
 
 
-def test_a_refusal_by_the_board_ends_in_an_error(path, controller):
-    with open_bench(path, [1], allow_board_module=True) as bench:
-        controller.answer = "busy"
-        with pytest.raises(OSError, match="did not take the valves"):
-            bench.command([1])
-        controller.answer = "ok"
+def test_the_simulated_board_fills_and_empties_by_its_physics(board, bench):
+    pressures, _ = use(bench, [1, 0], lambda p: was_read(p) and p[0] > AMBIENT + 20e3)
+    assert pressures[1] < AMBIENT + 1e3  # the other channel has kept its air
+    use(bench, [-1, 0], lambda p: was_read(p) and p[0] < AMBIENT + 2e3)
+
+
+@pytest.mark.parametrize("fault", sorted(set(FAULTS) - OF_SENSORS))
+def test_a_board_that_fails_is_an_error_and_comes_back_by_itself(board, bench, fault):
+    use(bench, [1, 0], lambda _: board.inflating)
+    begun = board.switch(fault)
+    end = time.monotonic() + 10.0
+    while True:
+        try:
+            bench.read()
+        except (ValueError, OSError):
+            break
+        assert time.monotonic() < end
+    use(bench, OPEN, lambda _: board.opened is not None and board.opened > begun)
+    board.switch("none")
+    use(bench, OPEN, was_read)
+    use(bench, [1, 0], lambda _: board.inflating)
+
+
+@pytest.mark.parametrize("fault", sorted(OF_SENSORS))
+def test_what_a_sensor_tells_is_passed_on_for_the_box_to_judge(board, bench, fault):
+    before, _ = use(bench, CLOSED, was_read)
+    board.switch(fault)
+    after, _ = use(bench, CLOSED, was_read)
+    if fault == "frozen":
+        np.testing.assert_array_equal(use(bench, CLOSED, was_read)[0], after)
+    else:
+        assert not 0.0 < after[1] < 10e6  # of outlet 1
+        np.testing.assert_allclose(after[[0, 2]], before[[0, 2]], atol=5e3)
+
+
+def test_a_board_left_alone_opens_its_outlets_by_its_watchdog(board, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from text_board import NetworkBoard, SerialBoard
+
+    kind = SerialBoard if "path" in board.settings else NetworkBoard
+    alone = kind((1, 2), AMBIENT, **board.settings)
+    alone.set_valves(np.array([1, 0]))
+    end = time.monotonic() + 5.0
+    while board.last("watchdog") is None:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert board.last("watchdog").time - board.last("told").time >= 0.25
+    alone.close()
+
+
+def test_a_board_that_answers_nothing_is_vented_by_hand_all_the_same(board, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    import text_board
+
+    monkeypatch.setattr(text_board, "START_LIMIT", 0.2)
+    board.switch("silent")
+    words = [str(board.hardware_file), "--allow-board-module", "vent", "1", "2"]
+    assert main(words) == 0, capsys.readouterr().err
+    board.wait("told", ("1:-1", "2:-1"))
+
+
+def test_a_line_that_cannot_be_closed_does_not_hold_up_the_valves(board, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    import text_board
+
+    kind = text_board.SerialBoard if "path" in board.settings else text_board.NetworkBoard
+    stuck = kind((1, 2), AMBIENT, **board.settings)
+    closing, freed = threading.Event(), threading.Event()
+
+    def close(link, close=os.close):
+        closing.set()
+        freed.wait(60.0)
+        close(link)
+
+    monkeypatch.setattr(text_board.os, "close", close)
+    closer = threading.Thread(target=stuck.close)
+    closer.start()
+    assert closing.wait(60.0)
+    errors = []
+
+    def switch():
+        try:
+            stuck.set_valves(np.array([-1, -1]))
+        except OSError as error:
+            errors.append(str(error))
+
+    switcher = threading.Thread(target=switch)
+    switcher.start()
+    switcher.join(20.0)
+    told = list(errors)
+    freed.set()
+    for thread in (closer, switcher):
+        thread.join()
+    assert told == ["the board is not connected"]
+
+
+def test_a_board_that_is_not_there_is_an_error_that_moves_nothing(board, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    import text_board
+
+    monkeypatch.setattr(text_board, "START_LIMIT", 0.2)
+    board.switch("silent")
+    with pytest.raises(OSError, match="the board does not answer"):
+        open_rig(board.hardware_file, [1], AMBIENT, allow_board_module=True)
+    assert board.last("told") is None

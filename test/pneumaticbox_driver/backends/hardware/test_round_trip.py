@@ -5,7 +5,9 @@ import pytest
 from bottle_rig import BottleRig
 from wired_box import AnalogTree, RememberedLines, hardware_file
 
-from pneumaticbox_driver.backends.hardware.opening import open_bench
+from pneumaticbox_driver.backends.hardware.hardware_file import read_hardware
+from pneumaticbox_driver.backends.hardware.opening import open_board
+from pneumaticbox_driver.backends.hardware.rig import HardwareRig
 from softhand_model.gas import AMBIENT_PRESSURE
 
 MG = 1e-6
@@ -27,7 +29,8 @@ class WiredRig(BottleRig):
         self.tree = AnalogTree(folder / "sysfs")
         n = len(self.names)
         path = hardware_file(folder, self.tree.root)
-        self.bench = open_bench(path, range(1, n + 1), make_lines=self._connect)
+        # without the bench, whose limits are of real time
+        self.board = open_board(read_hardware(path), range(1, n + 1), make_lines=self._connect)
         self.cut = False  # whether the wire of the first sensor is cut
 
     def _connect(self, coils):
@@ -39,15 +42,15 @@ class WiredRig(BottleRig):
         readings = counts(self.plant.read())
         for number, raw in zip((*range(len(self.names)), 6), readings, strict=True):
             self.tree.put(number, 0 if self.cut and number == 0 else raw)
-        valves = self.box.on_sample(self.plant.time, self.bench.read())
-        self.bench.command(valves)
+        _, pressures = self.board.read()
+        self.board.set_valves(self.box.on_sample(self.plant.time, pressures))
 
 
 @pytest.fixture
 def rig(tmp_path):
     rig = WiredRig(tmp_path, channels=2, compliance=0.8, seed=4)
     yield rig.started()
-    rig.bench.close()
+    rig.board.close()
 
 
 def test_targets_of_mass_are_reached_up_and_down(rig):
@@ -72,5 +75,5 @@ def test_a_wire_that_is_cut_vents_everything_and_says_which(rig):
 def test_when_the_driver_ends_the_bottles_are_left_venting(rig):
     rig.command(20 * MG, 20 * MG)
     rig.run(2.0)
-    rig.bench.close()
+    HardwareRig(rig.board, 2, vent_time=0.0).close()
     assert rig.lines.valves(2) == [-1, -1] and rig.lines.released

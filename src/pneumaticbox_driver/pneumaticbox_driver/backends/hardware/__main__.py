@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumaticbox_driver.arrays import Floats
-from pneumaticbox_driver.backends.hardware.bench import HardwareBench
 from pneumaticbox_driver.backends.hardware.hardware_file import (
     ALLOW_BOARD_MODULE,
     HardwareError,
@@ -22,20 +21,21 @@ from pneumaticbox_driver.backends.hardware.opening import (
     LinuxBoard,
     MakeLines,
     check_outlets,
-    open_bench,
     open_board,
+    open_rig,
 )
+from pneumaticbox_driver.backends.hardware.rig import HardwareRig
 from softhand_model.gas import AMBIENT_PRESSURE
 
-PERIOD = 0.005  # of commands during a pulse [s]
+PULSE_COMMAND_PERIOD = 0.005  # of commands during a pulse [s]
 LONGEST_PULSE = 500.0  # [ms]
-SETTLING = 0.2  # after a pulse [s]
-DIRECTIONS = {"inflate": 1, "deflate": -1}
-SAMPLES = 100  # averaged by `read`
+AFTER_PULSE = 0.2  # after a pulse [s]
+VALVE_OF_DIRECTION = {"inflate": 1, "deflate": -1}
+AVERAGED_READINGS = 100  # averaged by `read`
 
 
 def main(arguments: Sequence[str] | None = None, make_lines: MakeLines = GpioLines) -> int:
-    """Do what the command line asks for; 0, or 2 when it cannot be done, with the reason."""
+    """Run an action of the command line; returns 0, or 2 after printing why it failed."""
     options = _parser().parse_args(arguments)
     try:
         {"read": _read, "pulse": _pulse, "vent": _vent}[options.action](options, make_lines)
@@ -51,13 +51,13 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         ALLOW_BOARD_MODULE,
         action="store_true",
-        help="run the Python module that the file names as board; only for files that you trust",
+        help="run the Python module that the file names as board; only for trusted files",
     )
     actions = parser.add_subparsers(dest="action", required=True)
     read = actions.add_parser("read", help="mean and spread of the sensors; every coil stays off")
     pulse = actions.add_parser("pulse", help="switch one coil on, then off, then vent the outlet")
     pulse.add_argument("outlet", type=int, help="from 1")
-    pulse.add_argument("direction", choices=DIRECTIONS)
+    pulse.add_argument("direction", choices=VALVE_OF_DIRECTION)
     pulse.add_argument("duration", type=float, help=f"[ms], at most {LONGEST_PULSE:.0f}")
     vent = actions.add_parser("vent", help="open outlets for the file's vent_time")
     for action in (read, vent):
@@ -73,8 +73,8 @@ def _read(options: argparse.Namespace, make_lines: MakeLines) -> None:
     board = open_board(_hardware(options), options.outlets, make_lines=make_lines)
     try:
         begun = time.monotonic()
-        readings = np.array([board.read()[1] for _ in range(SAMPLES)])
-        spent = (time.monotonic() - begun) / SAMPLES
+        readings = np.array([board.read()[1] for _ in range(AVERAGED_READINGS)])
+        spent = (time.monotonic() - begun) / AVERAGED_READINGS
         volts = board.inputs.volts() if isinstance(board, LinuxBoard) else None
     finally:
         board.close()
@@ -87,7 +87,7 @@ def _read(options: argparse.Namespace, make_lines: MakeLines) -> None:
 
 def _gauge(readings: Floats) -> str:
     if not np.isfinite(readings).all():
-        return "not readable, or a voltage that a sound sensor does not give"
+        return "not readable, or a voltage outside of the sensor's output range"
     kilopascal = (readings - AMBIENT_PRESSURE) / 1e3
     return f"{kilopascal.mean():8.2f} kPa gauge, spread {kilopascal.std():.3f} kPa"
 
@@ -98,27 +98,27 @@ def _pulse(options: argparse.Namespace, make_lines: MakeLines) -> None:
             f"duration must be above 0 and at most {LONGEST_PULSE:g} ms, got {options.duration:g}"
         )
     allowed = options.allow_board_module
-    with open_bench(
+    with open_rig(
         options.file, [options.outlet], make_lines=make_lines, allow_board_module=allowed
-    ) as bench:
-        before = _sound(bench.read())
-        _hold(bench, DIRECTIONS[options.direction], options.duration * 1e-3)
-        _hold(bench, 0, SETTLING)
-        after = _sound(bench.read())
+    ) as rig:
+        before = _sound(rig.read())
+        _hold(rig, VALVE_OF_DIRECTION[options.direction], options.duration * 1e-3)
+        _hold(rig, 0, AFTER_PULSE)
+        after = _sound(rig.read())
     print(f"outlet {options.outlet}: {_gauge(before[:1])}, then {_gauge(after[:1])}")
 
 
-def _hold(bench: HardwareBench, valve: int, duration: float) -> None:
+def _hold(rig: HardwareRig, valve: int, duration: float) -> None:
     end = time.monotonic() + duration
-    bench.command([valve])
+    rig.command([valve])
     while time.monotonic() < end:
-        time.sleep(min(PERIOD, max(0.0, end - time.monotonic())))
-        _sound(bench.read())
-        bench.command([valve])
+        time.sleep(min(PULSE_COMMAND_PERIOD, max(0.0, end - time.monotonic())))
+        _sound(rig.read())
+        rig.command([valve])
 
 
 def _sound(pressures: Floats) -> Floats:
-    """Return the pressures; raises HardwareError when there is one that could not be read."""
+    """Return the pressures; raises HardwareError if one of them could not be read."""
     if not np.isfinite(pressures).all():
         bad = ("outlet", "supply")[int(np.argmin(np.isfinite(pressures)))]
         raise HardwareError(f"sensor of the {bad}: expected a pressure, got none; vented")
@@ -128,21 +128,25 @@ def _sound(pressures: Floats) -> Floats:
 def _vent(options: argparse.Namespace, make_lines: MakeLines) -> None:
     hardware = _hardware(options)
     if isinstance(hardware, OtherHardware):
-        open_bench(options.file, options.outlets, allow_board_module=True).close()
+        open_rig(
+            options.file, options.outlets, allow_board_module=True, needs_answer=False
+        ).close()
         return
-    # without the sensors: they may be the reason
+    # without the sensors, which may be the reason for the vent
     check_outlets(options.outlets, len(hardware.outlets))
     lines = make_lines(hardware.coils)
     try:
-        lines.switch({2 * number - 1: True for number in options.outlets})
-        time.sleep(hardware.vent_time)
+        try:
+            lines.switch({2 * number - 1: True for number in options.outlets})
+        finally:  # if a chip is gone, the outlets of the others are open
+            time.sleep(hardware.vent_time)
     finally:
         lines.release()
 
 
 if __name__ == "__main__":
     for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: sys.exit(1))  # an end by which the outlets open
-    # begun in the background by a shell script, it would ignore Ctrl-C
+        signal.signal(number, lambda *_: sys.exit(1))  # runs the exit handler: the outlets open
+    # a shell script starts background processes with SIGINT ignored
     signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.exit(main())

@@ -1,12 +1,12 @@
-"""Hardware file: how a box is wired, read from YAML and checked."""
+"""Hardware file: the wiring of a box, read from YAML and checked."""
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softhand_model.documents.quoted import quoted
-from softhand_model.documents.yaml_document import Bounds, Node, read_document
+from softhand_common.documents.quoted import quoted
+from softhand_common.documents.yaml_document import Bounds, Node, read_document
 
 FORMAT = "pneumaticbox-hardware/1"
 LINUX = "linux"
@@ -15,17 +15,17 @@ REFERENCES = ("gauge", "absolute")
 MOST_OUTLETS = 8
 LONGEST_VENT = 10.0  # [s]
 MOST_LINE = 10_000  # numbers of GPIO lines and analog inputs
-GAIN, OFFSET = Bounds(1.0, 1e9, "Pa/V"), Bounds(-1e9, 1e9, "Pa")
-VOLTAGE, DIVIDER = Bounds(1e-9, 1e3, "V"), Bounds(1e-4, 1.0, "")
+SENSOR_GAIN, SENSOR_OFFSET = Bounds(1.0, 1e9, "Pa/V"), Bounds(-1e9, 1e9, "Pa")
+SENSOR_VOLTAGE, DIVIDER = Bounds(1e-9, 1e3, "V"), Bounds(1e-4, 1.0, "")
 
 
 class HardwareError(ValueError):
-    """A device that is not there, may not be used or has failed."""
+    """A device is missing, must not be used or has failed."""
 
 
 @dataclass(frozen=True)
 class Coil:
-    """A GPIO line: path of its chip, number or name on it; `place` in the file, for errors."""
+    """A GPIO line: path of its chip, number or name of the line, and its `place` in the file."""
 
     place: str
     chip: str
@@ -35,10 +35,9 @@ class Coil:
 
 @dataclass(frozen=True)
 class SensorType:
-    """A sensor's line from output to pressure: `gain` [Pa/V] and `offset` [Pa].
+    """Linear characteristic of a sensor: `gain` [Pa/V] and `offset` [Pa].
 
-    `reference` is what it measures against, gauge or absolute; `output` the smallest and largest
-    voltage [V] that it gives when it is sound.
+    `reference` is gauge or absolute; `output` is the range of voltages [V] of a working sensor.
     """
 
     gain: float
@@ -49,7 +48,7 @@ class SensorType:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor on analog input `input`, which gets `divider` [-] of the sensor's output."""
+    """A sensor on the analog input number `input`; a voltage divider passes the share `divider`."""
 
     place: str
     type: SensorType
@@ -68,9 +67,9 @@ class Outlet:
 
 @dataclass(frozen=True)
 class Converter:
-    """The analog inputs: an IIO device by name, or by its folder, below `sysfs`.
+    """The analog inputs: an IIO device below `sysfs`, given by its name or folder.
 
-    `scale` [V per count], None for what the device says; `full_scale` [V] is what an input takes.
+    `scale` is in [V per count], None for that of the device; `full_scale` [V] is the largest input.
     """
 
     place: str
@@ -82,7 +81,7 @@ class Converter:
 
 @dataclass(frozen=True)
 class LinuxHardware:
-    """Valves on GPIO lines, sensors on IIO inputs; at the end they vent for `vent_time` [s]."""
+    """Valves on GPIO lines and sensors on IIO inputs; `close` vents for `vent_time` [s]."""
 
     outlets: tuple[Outlet, ...]
     supply: Sensor
@@ -97,7 +96,7 @@ class LinuxHardware:
 
 @dataclass(frozen=True)
 class OtherHardware:
-    """A board of the user's: `board` is the node `module:Class`, `settings` its keywords."""
+    """A user's board: `board` is the YAML node `module:Class`, `settings` its keyword arguments."""
 
     board: Node
     settings: Node | None
@@ -107,16 +106,16 @@ class OtherHardware:
 def read_hardware(
     path: str | Path, allow_board_module: bool = False
 ) -> LinuxHardware | OtherHardware:
-    """Read how a box is wired.
+    """Read the wiring of a box.
 
     Args:
         path: YAML file of format `pneumaticbox-hardware/1`.
-        allow_board_module: whether it may name a board of the user's own, which is Python code.
+        allow_board_module: whether it may name a user's board, whose Python module is run.
 
     Raises:
-        ValueError: the file cannot be read, a key is missing, unknown or of the wrong kind, a
-            line or an input is used twice, or a sensor gives more than its input takes; the
-            message names file, key, what was expected and what was found.
+        ValueError: the file cannot be read, a key is missing, unknown or of the wrong kind, a line
+            or an input is used twice, or the output of a sensor exceeds its input; the message
+            names file, key, what was expected and what was found.
     """
     document = read_document(Path(path), FORMAT)
     board = document.mapping().get("board")
@@ -164,12 +163,12 @@ def _vent_time(node: Node) -> float:
 
 def _sensor_type(node: Node) -> SensorType:
     content = node.fields(["gain", "offset", "reference", "output"])
-    low, high = content["output"].vector(2, VOLTAGE)
+    low, high = content["output"].vector(2, SENSOR_VOLTAGE)
     if not 0 < low < high:
         raise content["output"].error("[smallest, largest] above 0 V")
     return SensorType(
-        gain=content["gain"].within(GAIN),
-        offset=content["offset"].within(OFFSET),
+        gain=content["gain"].within(SENSOR_GAIN),
+        offset=content["offset"].within(SENSOR_OFFSET),
         reference=content["reference"].choice(REFERENCES),
         output=(low, high),
     )
@@ -181,8 +180,8 @@ def _converter(node: Node) -> Converter:
         place=node.place,
         sysfs=Path(content["sysfs"].text()),
         device=content["device"].text(),
-        scale=content["scale"].within(VOLTAGE) if "scale" in content else None,
-        full_scale=content["full_scale"].within(VOLTAGE),
+        scale=content["scale"].within(SENSOR_VOLTAGE) if "scale" in content else None,
+        full_scale=content["full_scale"].within(SENSOR_VOLTAGE),
     )
 
 

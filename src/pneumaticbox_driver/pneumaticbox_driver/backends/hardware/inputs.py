@@ -14,17 +14,17 @@ MILLIVOLT = 1e-3  # IIO gives a scale in millivolts per count
 
 
 class IioInputs:
-    """Sensors on IIO inputs; their files stay open, a reading is one `pread` each.
+    """Sensors on IIO inputs; their files stay open, and a reading is one `pread` per sensor.
 
     volts = (raw + offset) scale / divider, absolute pressure = gain volts + offset (+ ambient)
 
     Args:
         converter: the IIO device.
         sensors: wiring, in the order of the readings (k,).
-        ambient: absolute ambient pressure, added to what gauge sensors read [Pa].
+        ambient: absolute ambient pressure, added to the readings of gauge sensors [Pa].
 
     Raises:
-        HardwareError: the device, an input or its scale is not there or may not be read.
+        HardwareError: the device, an input or its scale is missing or cannot be read.
     """
 
     def __init__(self, converter: Converter, sensors: Sequence[Sensor], ambient: float) -> None:
@@ -46,15 +46,15 @@ class IioInputs:
             raise
 
     def volts(self) -> Floats:
-        """Read the sensors' outputs, before the dividers (k,) [V]; NaN where unreadable."""
+        """Read the outputs of the sensors, before the dividers (k,) [V]; NaN if unreadable."""
         counts = np.array([_count(file) for file in self._files])
         return (counts + self._count_offset) * self._volts_per_count
 
     def read(self) -> Floats:
         """Read absolute pressures (k,) [Pa].
 
-        NaN where the file cannot be read, holds no number, or the sensor gives a voltage that
-        it cannot give when it is sound: a broken wire, a short circuit.
+        NaN if the file cannot be read or has no number, or if the voltage is outside of the
+        sensor's output range, as with a broken wire or a short circuit.
         """
         volts = self.volts()
         sound = (volts >= self._low) & (volts <= self._high)
@@ -95,7 +95,7 @@ def _device_names(sysfs: Path) -> dict[Path, str]:
 
 
 def _scale(converter: Converter, folder: Path, sensor: Sensor) -> float:
-    """Volts per count: that of the hardware file, else of the input, else of the device."""
+    """Volts per count, from the hardware file, else from the input, else from the device."""
     if converter.scale is not None:
         return converter.scale
     scale = _number(folder, sensor.input, "scale")
@@ -112,7 +112,7 @@ def _count_offset(folder: Path, number: int) -> float:
 
 
 def _number(folder: Path, number: int, kind: str) -> float | None:
-    """The number of an input's file of that kind, else of the one for all inputs."""
+    """The number in an input's file of this kind, else in the file for all inputs; None without."""
     for name in (f"in_voltage{number}_{kind}", f"in_voltage_{kind}"):
         path = folder / name
         if path.exists():
@@ -134,7 +134,7 @@ def _open(folder: Path, sensor: Sensor) -> int:
 
 
 def _count(file: int) -> float:
-    """The number in an open file; NaN when there is none: the box then vents."""
+    """The number in an open file; NaN without one, for which the box vents."""
     try:
         return float(int(os.pread(file, 32, 0)))
     except (OSError, ValueError):

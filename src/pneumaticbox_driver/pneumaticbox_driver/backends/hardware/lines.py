@@ -6,28 +6,40 @@ from typing import Any, Protocol
 
 from pneumaticbox_driver.backends.hardware.hardware_file import Coil, HardwareError
 
-CONSUMER = "pneumaticbox"  # that gpioinfo shows as the user of the lines
+CONSUMER = "pneumaticbox"  # shown by gpioinfo as the user of the lines
+
+
+class LinesError(HardwareError):
+    """Lines that could not be set; `lines` are their indices."""
+
+    def __init__(self, message: str, lines: Sequence[int]) -> None:
+        super().__init__(message)
+        self.lines = frozenset(lines)
 
 
 class OutputLines(Protocol):
-    """Lines by their index; when they have been requested, all are inactive."""
+    """Output lines, given by their index; all are inactive at first."""
 
     def switch(self, active: Mapping[int, bool]) -> None:
-        """Switch these lines on (True) or off; the others stay as they are."""
+        """Switch these lines on (True) or off; the others stay as they are.
+
+        Raises:
+            LinesError: some cannot be set; the others of these have been.
+        """
 
     def release(self) -> None:
-        """Give the lines back."""
+        """Release the lines."""
 
 
 class GpioLines:
-    """The lines of `coils`, in their order, as outputs; inactive from the first moment.
+    """The lines of `coils`, in their order, as outputs that are inactive from the start.
 
     Args:
         coils: chip, line and polarity of each.
 
     Raises:
-        HardwareError: the package gpiod is missing or of version 1, a chip or a line is not
-            there, may not be used or is in use; no line is held then.
+        HardwareError: the package gpiod is missing or of version 1, or a chip or a line is missing,
+            must not be used or is in use; no line is held then.
     """
 
     def __init__(self, coils: Sequence[Coil]) -> None:
@@ -76,25 +88,26 @@ class GpioLines:
         """Switch these lines, those of one chip together.
 
         Raises:
-            HardwareError: lines of a chip cannot be set; those of the others have been.
+            LinesError: lines of a chip cannot be set; those of the others have been.
         """
         values: dict[str, dict[int, Any]] = {}
         for index, on in active.items():
             path, offset = self._index[index]
             values.setdefault(path, {})[offset] = self._on if on else self._off
-        failed = []
+        failed = {}
         for path, settings in values.items():
             try:
                 self._requests[path].set_values(settings)
             except OSError as error:
-                failed.append(
+                failed[path] = (
                     f"{path}: expected to set lines {sorted(settings)}, got {error.strerror}"
                 )
         if failed:
-            raise HardwareError("; ".join(failed))
+            lines = [index for index in active if self._index[index][0] in failed]
+            raise LinesError("; ".join(failed.values()), lines)
 
     def release(self) -> None:
-        """Give the lines back; what they carry then is up to the chip's driver."""
+        """Release the lines; their state afterwards depends on the chip's driver."""
         for request in self._requests.values():
             request.release()
         self._requests.clear()
@@ -104,7 +117,7 @@ def load_gpiod() -> ModuleType:
     """Import the package gpiod, which only this backend needs.
 
     Raises:
-        HardwareError: it is not installed, or older than version 2.
+        HardwareError: the package is not installed or older than version 2.
     """
     try:
         import gpiod
@@ -121,7 +134,9 @@ def load_gpiod() -> ModuleType:
 
 
 def _offset(chip: Any, coil: Coil, taken: Container[int]) -> int:
-    """Number of the coil's line on its chip; a name and a number may mean the same line."""
+    """Number of a coil's line on its chip; raises HardwareError if it is taken, as a name and a
+    number may mean the same line.
+    """
     try:
         offset = int(chip.line_offset_from_id(coil.line))
     except (OSError, ValueError) as error:

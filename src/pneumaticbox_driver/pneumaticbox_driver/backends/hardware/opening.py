@@ -1,4 +1,4 @@
-"""The thesis's kind of box (Table 4.1), and how a hardware file opens it or another board."""
+"""Opens the board of a hardware file: a box as in the thesis (Table 4.1) or a user's board."""
 
 import importlib
 import inspect
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
-from pneumaticbox_driver.backends.hardware.bench import HardwareBench, ValveBoard
 from pneumaticbox_driver.backends.hardware.hardware_file import (
     Coil,
     LinuxHardware,
@@ -18,19 +17,21 @@ from pneumaticbox_driver.backends.hardware.hardware_file import (
     read_hardware,
 )
 from pneumaticbox_driver.backends.hardware.inputs import IioInputs
-from pneumaticbox_driver.backends.hardware.lines import GpioLines, OutputLines
+from pneumaticbox_driver.backends.hardware.lines import GpioLines, LinesError, OutputLines
+from pneumaticbox_driver.backends.hardware.rig import HardwareRig, ValveBoard
 from softhand_model.gas import AMBIENT_PRESSURE
 
 MakeLines = Callable[[Sequence[Coil]], OutputLines]
 
 
 class LinuxBoard:
-    """Drives the outlets' coils and reads the sensors; coils not in use stay off.
+    """Drives the coils of the outlets and reads the sensors; unused coils stay off.
 
-    Coils that go off are switched before coils that go on, so never both of a valve are on.
+    Coils that go off are switched before coils that go on, so never both of a valve are on. Coils
+    that cannot be switched, as those of a chip that is gone, hold up no others.
 
     Args:
-        lines: of all outlets of the box, inflate and deflate in turn.
+        lines: of all outlets of the box, inflate and deflate alternating.
         inputs: sensors of the channels, then of the supply.
         outlets: number of each channel's outlet, from 1 (n,).
     """
@@ -40,47 +41,60 @@ class LinuxBoard:
         self._lines = lines
         self._first = 2 * (np.asarray(outlets) - 1)  # line of the inflating coil (n,)
         self._on: Flags = np.zeros(2 * len(outlets), dtype=bool)
-        self._known = True  # whether `_on` is what the lines carry
+        self._known = True  # whether the lines have the state `_on`
 
     def set_valves(self, valves: Valves) -> None:
-        """Switch the coils to `valves` (n,); what is as it was is not written again.
+        """Switch the coils to `valves` (n,); unchanged coils are not written again.
 
         Raises:
-            HardwareError: a line cannot be set.
+            LinesError: lines cannot be set; all others have been, except coils whose counterpart
+                does not go off.
         """
         valves = np.asarray(valves)
         wanted = np.concatenate([valves > 0, valves < 0])
         changed = (wanted != self._on) | (not self._known)
         self._known = False  # should switching fail in between: all are written again then
+        errors: list[LinesError] = []
         for state in (False, True):
-            coils = np.flatnonzero(changed & (wanted == state)).tolist()
-            if coils:
-                self._lines.switch({self._line(coil): state for coil in coils})
+            lines = map(self._line, np.flatnonzero(changed & (wanted == state)).tolist())
+            stuck = {line ^ 1 for error in errors for line in error.lines}  # their counterparts
+            try:
+                self._switch({line: state for line in lines if line not in stuck})
+            except LinesError as error:
+                errors.append(error)
+        if errors:
+            text = "; ".join(dict.fromkeys(str(error) for error in errors))
+            raise LinesError(text, [line for error in errors for line in error.lines])
         self._on, self._known = wanted, True
+
+    def _switch(self, active: dict[int, bool]) -> None:
+        if active:
+            self._lines.switch(active)
 
     def _line(self, coil: int) -> int:
         kind, channel = divmod(coil, len(self._first))
         return int(self._first[channel]) + kind
 
     def read(self) -> tuple[float, Floats]:
-        """Read the monotonic time [s] and the absolute pressures then (n + 1,) [Pa]."""
+        """Read the monotonic time [s] and the absolute pressures (n + 1,) [Pa]."""
         return time.monotonic(), self.inputs.read()
 
     def close(self) -> None:
-        """Give lines and files back."""
+        """Release the lines and close the files."""
         try:
             self._lines.release()
         finally:
             self.inputs.close()
 
 
-def open_bench(
+def open_rig(
     path: str | Path,
     outlets: Sequence[int],
     ambient: float = AMBIENT_PRESSURE,
     make_lines: MakeLines = GpioLines,
     allow_board_module: bool = False,
-) -> HardwareBench:
+    needs_answer: bool = True,
+) -> HardwareRig:
     """Open the box of a hardware file, valves closed.
 
     Args:
@@ -89,15 +103,17 @@ def open_bench(
         ambient: absolute ambient pressure, that of the box's settings [Pa].
         make_lines: requests the GPIO lines of `board: linux`.
         allow_board_module: whether the file may name a board of the user's own, Python code.
+        needs_answer: whether a board of the user's own has to answer; a class that does not take
+            a keyword of this name decides for itself.
 
     Raises:
-        ValueError: the file cannot be used, or outlets that it does not have.
-        HardwareError: (a ValueError) a device is not there or may not be used; nothing has moved
-            and nothing is held then.
+        ValueError: the file cannot be used or lacks one of the outlets.
+        HardwareError: (a ValueError) a device is missing or must not be used; no valve was switched
+            and no device is held then.
     """
     hardware = read_hardware(path, allow_board_module)
-    board = open_board(hardware, outlets, ambient, make_lines)
-    return HardwareBench(board, len(outlets), hardware.vent_time)
+    board = open_board(hardware, outlets, ambient, make_lines, needs_answer)
+    return HardwareRig(board, len(outlets), hardware.vent_time)
 
 
 def open_board(
@@ -105,10 +121,11 @@ def open_board(
     outlets: Sequence[int],
     ambient: float = AMBIENT_PRESSURE,
     make_lines: MakeLines = GpioLines,
+    needs_answer: bool = True,
 ) -> ValveBoard:
-    """Open the board alone; arguments and errors as those of `open_bench`."""
+    """Open the board without a rig; arguments and errors are those of `open_rig`."""
     if isinstance(hardware, OtherHardware):
-        return _other_board(hardware, outlets, ambient)
+        return _other_board(hardware, outlets, ambient, needs_answer)
     check_outlets(outlets, len(hardware.outlets))
     sensors = [hardware.outlets[number - 1].sensor for number in outlets]
     inputs = IioInputs(hardware.converter, [*sensors, hardware.supply], ambient)
@@ -128,10 +145,14 @@ def check_outlets(outlets: Sequence[int], there: int) -> None:
         raise ValueError(f"outlets must be {expected}, got {list(outlets)}")
 
 
-def _other_board(hardware: OtherHardware, outlets: Sequence[int], ambient: float) -> ValveBoard:
+def _other_board(
+    hardware: OtherHardware, outlets: Sequence[int], ambient: float, needs_answer: bool
+) -> ValveBoard:
     make = _load_class(hardware)
     settings = {} if hardware.settings is None else hardware.settings.value
     keywords = {"outlets": tuple(outlets), "ambient": ambient, **settings}
+    if not needs_answer and "needs_answer" in inspect.signature(make).parameters:
+        keywords["needs_answer"] = False
     try:
         inspect.signature(make).bind(**keywords)
     except TypeError as error:

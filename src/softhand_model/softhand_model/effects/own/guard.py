@@ -1,4 +1,4 @@
-"""Guard around the methods of a user's own effects: what they do wrong is told, in one line.
+"""Guard around the methods of a user's own effects, which reports their errors in one line.
 
 Arguments reach a guarded method as arrays that cannot be changed, a call ends within `CALL_LIMIT`,
 and what comes back has to be finite numbers of a shape that the arguments broadcast to.
@@ -19,32 +19,34 @@ from typing import Any
 
 import numpy as np
 
-from softhand_model.documents.quoted import quoted, shortened
+from softhand_common.documents.quoted import quoted, shortened
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.stages import FlowEffect, Pulse
-from softhand_model.numerics.arrays import Array
 
-CALL_LIMIT = 5.0  # wall time of one call [s]
+CALL_LIMIT = 5.0  # processor time of one call [s]
+WAIT_LIMIT = 60.0  # wall time of one call that waits for something [s]
 
 
 class EffectError(ValueError):
-    """What an effect of the user's own has done wrong, with its file, class and method."""
+    """An error in a user's effect; the message has its file, class and method."""
 
 
 class _TooLong(BaseException):
-    """A call that has not ended in time; no `except Exception` of the user's catches it."""
+    """A call has not ended in time; a user's `except Exception` does not catch this."""
 
 
 def guard(effect: type[Effect], of_stage: type[Effect], path: Path) -> None:
-    """Guard the methods of its stage that an effect has of its own.
+    """Guard the methods of its stage that an effect has of its own, and name its origin.
 
     Args:
         effect: class in the user's file.
         of_stage: the class of its stage, from which it derives.
         path: the file, for messages.
     """
+    effect.origin = f"{path}: {effect.__name__}"
     for name in own_methods(effect, of_stage):
-        place = f"{path}: {effect.__name__}.{name}"
+        place = f"{effect.origin}.{name}"
         setattr(effect, name, _guarded(getattr(effect, name), place))
 
 
@@ -69,7 +71,7 @@ def _guarded(method: Callable[..., Any], place: str) -> Callable[..., Any]:
     def call(effect: Effect, *given: Any, **named: Any) -> Any:
         positional = [_frozen(value) for value in given]
         by_name = {name: _frozen(value) for name, value in named.items()}
-        with told(place):
+        with effect_errors(place):
             found = method(effect, *positional, **by_name)
         return check(found, effect, [*given, *named.values()], place)
 
@@ -77,8 +79,8 @@ def _guarded(method: Callable[..., Any], place: str) -> Callable[..., Any]:
 
 
 @contextmanager
-def told(place: str) -> Iterator[None]:
-    """Run a user's code: whatever ends it is raised as an `EffectError` that names `place`."""
+def effect_errors(place: str) -> Iterator[None]:
+    """Run a user's code; any error of it is raised as an `EffectError` that names `place`."""
     try:
         with _time_limit():
             yield
@@ -90,8 +92,8 @@ def told(place: str) -> Iterator[None]:
         raise EffectError(
             f"{place}: expected it to return, got sys.exit({quoted(reason.code)})"
         ) from reason
-    except _TooLong:
-        raise EffectError(f"{place}: expected an end within {CALL_LIMIT:g} s, got none") from None
+    except _TooLong as limit:
+        raise EffectError(f"{place}: expected an end within {limit}, got none") from None
     except BaseException as reason:
         if isinstance(reason, ValueError) and "read-only" in str(reason):
             wanted, got = "arguments left as they are", "a change in place"
@@ -102,21 +104,30 @@ def told(place: str) -> Iterator[None]:
 
 @contextmanager
 def _time_limit() -> Iterator[None]:
-    """Raise _TooLong after the limit; Python has such an alarm in its main thread alone."""
+    """Raise _TooLong after a limit; in the main thread only, as Python has alarms only there."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
-    def ring(number: int, frame: FrameType | None) -> None:
-        raise _TooLong
+    with (
+        _alarm(signal.ITIMER_VIRTUAL, signal.SIGVTALRM, CALL_LIMIT, "processor time"),
+        _alarm(signal.ITIMER_REAL, signal.SIGALRM, WAIT_LIMIT, "wall time"),
+    ):
+        yield
 
-    handler = signal.signal(signal.SIGALRM, ring)
-    left, interval = signal.setitimer(signal.ITIMER_REAL, CALL_LIMIT)
+
+@contextmanager
+def _alarm(timer: int, number: signal.Signals, limit: float, what: str) -> Iterator[None]:
+    def ring(number: int, frame: FrameType | None) -> None:
+        raise _TooLong(f"{limit:g} s of {what}")
+
+    handler = signal.signal(number, ring)
+    left, interval = signal.setitimer(timer, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, left, interval)
-        signal.signal(signal.SIGALRM, handler)
+        signal.setitimer(timer, left, interval)
+        signal.signal(number, handler)
 
 
 def _frozen(value: Any) -> Any:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import resource
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -17,10 +19,17 @@ from types import ModuleType
 
 from softhand_model.effects.catalogue import STAGE_CLASSES, classes_of, effect_classes
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.own.guard import EffectError, guard, own_methods, stage_methods, told
+from softhand_model.effects.own.guard import (
+    EffectError,
+    effect_errors,
+    guard,
+    own_methods,
+    stage_methods,
+)
 
 REHEARSAL = "softhand_model.effects.own.rehearsal"
-REHEARSAL_LIMIT = 30.0  # wall time of the whole [s]
+REHEARSAL_LIMIT = 30  # processor time of the whole [s]
+REHEARSAL_WAIT = 300.0  # wall time of the whole [s]
 THROUGH = "through"  # what a rehearsal says that has found nothing wrong
 NOT_ENOUGH = ("allows", "remember", "of", "by_direction", "leak")  # alone changes no prediction
 
@@ -45,7 +54,7 @@ def effects_in_file(path: Path) -> dict[str, type[Effect]]:
 
 @lru_cache
 def _rehearsed(path: str, changed: int, size: int) -> str:
-    """What is wrong with a file, empty if nothing is; asked again when the file has changed."""
+    """The errors of a file, empty for none; checked again when the file has changed."""
     reader, writer = os.pipe()
     command = [sys.executable, "-P", "-m", REHEARSAL, path, str(writer)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
@@ -57,17 +66,25 @@ def _rehearsed(path: str, changed: int, size: int) -> str:
                 env=environment,
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
-                timeout=REHEARSAL_LIMIT,
+                timeout=REHEARSAL_WAIT,
+                preexec_fn=_limit_processor_time,
             ).returncode
         except subprocess.TimeoutExpired:
-            return f"{path}: expected to be through within {REHEARSAL_LIMIT:g} s, got no end"
+            return f"{path}: expected an end within {REHEARSAL_WAIT:g} s of wall time, got none"
         finally:
             os.close(writer)
         verdict = said.read()
+    if status == -signal.SIGXCPU:
+        return f"{path}: expected an end within {REHEARSAL_LIMIT} s of processor time, got none"
     if verdict:
         return "" if verdict == THROUGH else verdict
     left = f"{path}: expected it to return, got the end of its process, status {status}"
     return left
+
+
+def _limit_processor_time() -> None:
+    """Of the calling process, which is ended by SIGXCPU."""
+    resource.setrlimit(resource.RLIMIT_CPU, (REHEARSAL_LIMIT, REHEARSAL_LIMIT + 1))
 
 
 def load_guarded(path: Path) -> dict[str, type[Effect]]:
@@ -75,7 +92,8 @@ def load_guarded(path: Path) -> dict[str, type[Effect]]:
     found = classes_of(_executed(path))
     if not found:
         raise ValueError(
-            f"{path}: expected a subclass of softhand_model.effects.Effect with a name, got none"
+            f"{path}: expected a class derived from softhand_model.effects.Effect that has a name "
+            "(name = 'my_effect'), got no such class"
         )
     for effect in found.values():
         guard(effect, _checked_stage(effect, path), path)
@@ -89,7 +107,8 @@ def _executed(path: Path) -> ModuleType:
             f"{path}: expected a Python file with an effect, got {path.suffix or 'no suffix'}"
         )
     module = importlib.util.module_from_spec(spec)
-    with told(str(path)):
+    sys.modules[spec.name] = module  # where numba looks for it when it loads a compiled kernel
+    with effect_errors(str(path)):
         spec.loader.exec_module(module)
     return module
 

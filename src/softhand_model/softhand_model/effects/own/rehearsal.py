@@ -1,4 +1,5 @@
-"""Rehearsal of a user's effect file, in a process of its own: every method is called once.
+"""Rehearsal of a user's effect file, in a process of its own: every method is called once, and
+kernels are compared with the methods.
 
 `own_file` starts it; a file that ends or blocks its process does so here.
 """
@@ -12,24 +13,28 @@ from typing import Any
 
 import numpy as np
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.catalogue import STAGE_CLASSES
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.own.guard import own_methods, told
+from softhand_model.effects.own.guard import effect_errors, own_methods
+from softhand_model.effects.own.kernel_check import check_kernel
 from softhand_model.effects.own.own_file import THROUGH, load_guarded
 from softhand_model.effects.stages import FlowEffect, Pulse, SectionShape, Strain
-from softhand_model.numerics.arrays import Array
 
-LANES, ROWS, SECTIONS = 2, 3, 4  # of the arrays in a rehearsal
+REHEARSED_LANES, REHEARSED_ROWS, REHEARSED_SECTIONS = 2, 3, 4  # of the arrays in a rehearsal
 
 
 def _rehearse(path: Path) -> None:
-    """Call every method that the effects of a file have of their own."""
+    """Call every method that the effects of a file have of their own, and their kernels."""
     for effect in load_guarded(path).values():
         start = {parameter.name: parameter.usual() for parameter in effect.parameters}
-        with told(f"{path}: {effect.__name__}"):
+        with effect_errors(f"{path}: {effect.__name__}"):
             single = effect(**start)
         _call_methods(single)
-        _call_methods(effect.in_lanes({name: [value] * LANES for name, value in start.items()}))
+        _call_methods(
+            effect.in_lanes({name: [value] * REHEARSED_LANES for name, value in start.items()})
+        )
+        check_kernel(effect)
 
 
 def _call_methods(effect: Effect) -> None:
@@ -49,10 +54,10 @@ def _samples() -> dict[str, Any]:
     """Plausible arguments by name: a soft finger at 20 kPa."""
 
     def rows(value: float) -> Array:
-        return np.full((LANES, ROWS, 1), value)
+        return np.full((REHEARSED_LANES, REHEARSED_ROWS, 1), value)
 
     def sections(value: float) -> Array:
-        return np.full((LANES, ROWS, SECTIONS), value)
+        return np.full((REHEARSED_LANES, REHEARSED_ROWS, REHEARSED_SECTIONS), value)
 
     shape = SectionShape(
         rows(0.02), rows(0.02), rows(0.0025), rows(0.0025), sections(1.0), rows(67e3)
@@ -71,13 +76,13 @@ def _samples() -> dict[str, Any]:
         "rest": sections(0.3),
         "force": rows(0.1),
         "value": rows(0.5),
-        "dt": np.full((ROWS, 1), 0.01),
+        "dt": np.full((REHEARSED_ROWS, 1), 0.01),
     }
 
 
 def _pulse_samples() -> dict[str, Any]:
-    """A pulse in, one out, one in, of 20 ms."""
-    pulses = np.ones((1, ROWS))
+    """Pulses of 20 ms: an inflation, a deflation, an inflation."""
+    pulses = np.ones((1, REHEARSED_ROWS))
     pulse = Pulse(
         inflating=np.array([[True, False, True]]),
         duration=0.02 * pulses,
@@ -87,11 +92,11 @@ def _pulse_samples() -> dict[str, Any]:
         injector_integral=5e3 * pulses,
         naive=5e-6 * pulses,
     )
-    return {"pulse": pulse, "mass": 5e-6 * pulses, "pressure_abs": np.full(ROWS, 120e3)}
+    return {"pulse": pulse, "mass": 5e-6 * pulses, "pressure_abs": np.full(REHEARSED_ROWS, 120e3)}
 
 
 def main(path: str, writer: str) -> None:
-    """Rehearse a file; what is wrong with it goes to the file descriptor `writer`."""
+    """Rehearse a file; its errors are written to the file descriptor `writer`."""
     try:
         _rehearse(Path(path))
         verdict = THROUGH

@@ -1,0 +1,210 @@
+"""Measurements: loaded, made of data frames, or synthesised."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from model_lab.api.shown import Shown, figure_of
+from model_lab.bench.synthesize import NOISE
+from model_lab.bench.synthesize import synthesize as synthesised
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import SET_FORMAT, MeasurementSet
+from model_lab.measurements.save import write_set
+from model_lab.measurements.units import display_of
+from model_lab.report.loops import loops
+from softhand_common.documents.output_file import plain, write_files
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.effects import effect_classes
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from model_lab.report.drawing import Drawing
+
+
+@dataclass(frozen=True, repr=False)
+class Data(Shown):
+    """A measurement set. set: the same in SI units, as the lab calculates with it."""
+
+    set: MeasurementSet
+
+    @property
+    def runs(self) -> dict[str, pd.DataFrame]:
+        """Columns of each run, in the units of `units`."""
+        import pandas as pd
+
+        return {
+            run.name: pd.DataFrame(
+                {
+                    name: self.set.display(name).factor * values + self.set.display(name).offset
+                    for name, values in run.columns.items()
+                }
+            )
+            for run in self.set.runs
+        }
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column: as the user stated it, else that of the bench (kPa, deg, mm)."""
+        return {name: self.set.display(name).unit for name in self.set.runs[0].columns}
+
+    def save(self, folder: str | Path, force: bool = False) -> None:
+        """Write experiment.yaml and one CSV file a run; ValueError if something is there."""
+        write_set(self.set, Path(folder), force)
+
+    def plot(self) -> Figure:
+        """Output over input, repeats on top of each other."""
+        return figure_of(loops(self.set, ()))
+
+    def text(self) -> str:
+        """What it prints."""
+        data = self.set
+        lines = [f"{data.experiment}: {data.title or 'without a title'}"]
+        lines += [
+            f"  {run.name}: specimen {run.specimen}, protocol {run.protocol}, "
+            f"{display_of('K').shown(run.temperature)}, {run.samples} samples"
+            for run in data.runs
+        ]
+        return "\n".join([*lines, f"  columns [{_units(self.units)}]"])
+
+    def drawings(self) -> list[Drawing]:
+        """Figures of a notebook."""
+        return [loops(self.set, ())]
+
+
+def _units(units: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} in {unit or '-'}" for name, unit in units.items())
+
+
+def set_of(data: Data | MeasurementSet | str | Path) -> MeasurementSet:
+    """The measurement set behind what a user may give: loaded data, or the path of a folder."""
+    if isinstance(data, Data):
+        return data.set
+    return data if isinstance(data, MeasurementSet) else load_measurements(data)
+
+
+def load(path: str | Path) -> Data:
+    """The measurement set of a folder with experiment.yaml.
+
+    Raises ValueError that names file, field, what was expected and what came.
+    """
+    return Data(load_measurements(path))
+
+
+def from_frames(
+    frames: Mapping[str, pd.DataFrame],
+    experiment: str,
+    specimens: Mapping[str, Mapping[str, Any]],
+    units: Mapping[str, str],
+    runs: Mapping[str, Mapping[str, Any]] | None = None,
+    noise: Mapping[str, float] | None = None,
+    title: str = "",
+) -> Data:
+    """A measurement set of data frames, one a run.
+
+    Args:
+        frames: by the name of the run, each with a row a sample and the columns that the
+            experiment needs, such as `time`, `pressure` and `tip_angle` of `free_bending`.
+        experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse or base_torque.
+        specimens: by name, entries as in experiment.yaml: lengths [m], shear_modulus [Pa], mass
+            [kg], mount, batch.
+        units: of the columns by name, such as {"time": "s", "pressure": "kPa"}; what has none is
+            not read.
+        runs: by name, entries as in experiment.yaml: specimen, protocol, temperature [K], virgin,
+            initial, mode. A single specimen need not be named; a run without protocol is its own.
+        noise: one sigma of a column, in its unit.
+        title: of the set.
+
+    Raises:
+        ValueError: names the field as in experiment.yaml, what was expected and what came.
+    """
+    alone = next(iter(specimens)) if len(specimens) == 1 else None
+    given = runs or {}
+    unknown = [name for name in given if name not in frames]
+    if unknown:
+        raise ValueError(f"runs: expected some of {', '.join(frames)}, got {unknown[0]}")
+    first = {"specimen": alone} if alone else {}
+    files = {name: f"{number}.csv" for number, name in enumerate(frames)}
+    document = {
+        "format": SET_FORMAT,
+        "experiment": experiment,
+        **({"title": title} if title else {}),
+        "specimens": {name: dict(entry) for name, entry in specimens.items()},
+        "columns": {name: {"unit": unit} for name, unit in units.items()},
+        "noise": dict(noise or {}),
+        "runs": {name: {**first, **given.get(name, {}), "file": files[name]} for name in frames},
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "experiment.yaml")
+        tables = {
+            Path(folder, files[name]): one.to_csv(index=False) for name, one in frames.items()
+        }
+        write_files(tables | {path: yaml.safe_dump(plain(document), sort_keys=False)})
+        try:
+            loaded = load_measurements(path)
+        except DocumentError as reason:
+            raise DocumentError(_of_frames(str(reason), folder, files)) from None
+    return Data(replace(loaded, folder=Path("frames")))
+
+
+def _of_frames(message: str, folder: str, files: Mapping[str, str]) -> str:
+    """A message about the files of a set, about the frames instead."""
+    for name, file in files.items():
+        message = message.replace(str(Path(folder, file)), f"frames[{name!r}]")
+    document = re.escape(str(Path(folder, "experiment.yaml")))
+    return re.sub(rf"{document}(:\d+)?: ", "", message)
+
+
+def import_files(
+    paths: Sequence[str | Path],
+    experiment: str | None = None,
+    columns: Mapping[str, tuple[str, str]] | None = None,
+    hand: str | None = None,
+    shifts: Mapping[str, float] | None = None,
+) -> Data:
+    """A measurement set of files as rigs write them, also several of one run at different rates.
+
+    Args:
+        paths: CSV files of any dialect, or spreadsheets.
+        experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
+        columns: what columns are, by quantity: name of the column and its unit, such as
+            {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
+        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger.
+        shifts: time [s] to add to the clock of a file, by its name.
+
+    Raises ValueError that says what the files leave open.
+    """
+    from model_lab.importing.importing import make_set, propose
+
+    found = make_set(propose([Path(path) for path in paths], experiment, columns), hand, shifts)
+    with tempfile.TemporaryDirectory() as folder:
+        found.write(Path(folder))
+        return Data(replace(load_measurements(folder), folder=Path("imported")))
+
+
+def synthesize(
+    experiment: str, hide: str | None = None, seed: int = 0, noise: float = NOISE
+) -> Data:
+    """A set that the model itself makes, to try the lab on.
+
+    Args:
+        experiment: as in `from_frames`.
+        hide: name of an effect that acts in it; None: none does.
+        seed: of what is drawn at random.
+        noise: one sigma over the largest output [-].
+
+    Raises ValueError for an unknown experiment or effect, and for one that does not show in it.
+    """
+    known = effect_classes()
+    if hide is not None and hide not in known:
+        raise ValueError(f"hide: expected one of {', '.join(sorted(known))}, got {hide}")
+    classes = {hide: known[hide]} if hide else None
+    return Data(synthesised(experiment, seed, hide is not None, classes, noise).data)

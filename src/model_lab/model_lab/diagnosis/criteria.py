@@ -1,0 +1,227 @@
+"""Criteria by which fitted models are judged, and the verdict that follows from them.
+
+All compare held-out errors with the noise floor, or with those of other models. Their thresholds
+are the `Rules` of the problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isclose
+
+import numpy as np
+from scipy.stats import f as variance_ratio
+
+from model_lab.aliases import Array, Mask
+from model_lab.diagnosis.black_boxes import BlackBox
+from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED, estimate
+from model_lab.diagnosis.search import Scored
+from model_lab.fitting.problem import FitProblem
+from model_lab.localisation.axes import axes_of
+from model_lab.localisation.localise import Localisation
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import BLOCKS
+from softhand_model.effects import Effect
+
+TIMES_OF_SESSION = ("time_in_run", "run_order")  # black boxes of what no effect depends on
+
+
+# ---------------------------------------------------------------------- errors
+def has_few_folds(problem: FitProblem) -> bool:
+    """Whether held-out errors say little, since each fold is a large part of the data."""
+    return len(problem.data.table.folds) < problem.rules.fewest_folds
+
+
+def error_of(problem: FitProblem, scored: Scored) -> float:
+    """Error by which a model is judged: the held-out one; with few folds, that of the fit."""
+    return scored.fit.rmse if has_few_folds(problem) else scored.held_out.rmse
+
+
+def shape_error(problem: FitProblem, scored: Scored) -> float:
+    """The same without the errors of each run's gain, in which runs scatter most."""
+    residual = scored.fit.residual if has_few_folds(problem) else scored.held_out.residual
+    spectrum = problem.spectrum
+    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
+    return float(np.sqrt(power[~_gains(problem)].sum() / problem.data.table.samples))
+
+
+def _gains(problem: FitProblem) -> Mask:
+    """Bands (bands,) of the gains of runs: the first of every output."""
+    output = problem.spectrum.band_output
+    return np.asarray(np.searchsorted(output, output) == np.arange(len(output)))
+
+
+def excess(problem: FitProblem, scored: Scored) -> float:
+    """Error beyond the noise floor, in the unit of the outputs."""
+    return _beyond(error_of(problem, scored), problem.floor.total)
+
+
+def _beyond(error: float, floor: float) -> float:
+    return float(np.sqrt(max(error**2 - floor**2, 0.0)))
+
+
+def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
+    """Share of one model's excess error that another leaves: of the whole error, or of the error
+    without the gains of runs, whichever is less.
+    """
+    counts = problem.spectrum.counts() * ~_gains(problem)
+    shape = float(np.sqrt(counts @ problem.floor.variance / problem.data.table.samples))
+    left = [
+        (excess(problem, after), excess(problem, before)),
+        (_beyond(shape_error(problem, after), shape), _beyond(shape_error(problem, before), shape)),
+    ]
+    return min(part / whole if whole > 0.0 else 1.0 for part, whole in left)
+
+
+def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> float:
+    """p-value of a residual (samples,) that only scatters as repeats do: of its largest band, times
+    the number of bands.
+
+    lost: share by which the mean square of noise is larger in held-out data.
+    """
+    spectrum, floor = problem.spectrum, problem.floor
+    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
+    counts = spectrum.counts()
+    seen = floor.dof > 0.0
+    ratio = power[seen] / counts[seen] / ((1.0 + lost) * floor.variance[seen])
+    chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
+    return float(min(np.min(chances) * len(chances), 1.0))
+
+
+# ---------------------------------------------------------------------- is it noise?
+def material(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model's error is so far above the floor that an effect may be missing."""
+    return error_of(problem, scored) > problem.rules.material_error * problem.floor.total
+
+
+def is_far(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model's error is so far above the floor that it is no explanation."""
+    return error_of(problem, scored) > problem.rules.most_explained_error * problem.floor.total
+
+
+def is_noise(problem: FitProblem, scored: Scored) -> bool:
+    """Whether what a model leaves may be noise, as far as the floor is known."""
+    rules, floor = problem.rules, problem.floor
+    if error_of(problem, scored) <= rules.explained_error * floor.total:
+        return True
+    if floor.gain_known or problem.data.table.holdout == BLOCKS:  # one run has one gain
+        return False
+    return shape_error(problem, scored) <= rules.explained_shape_error * floor.total
+
+
+def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
+    """Whether the error of a model, or its error without gains, is clearly below another's."""
+    least = problem.rules.material_error
+    return any(
+        error(problem, before) > least * error(problem, after) for error in (error_of, shape_error)
+    )
+
+
+# ---------------------------------------------------------------------- verdict
+def verdict_of(
+    problem: FitProblem, base: Scored, final: Scored, black_boxes: Sequence[BlackBox]
+) -> str:
+    """The verdict on a base model, of which the search made a final one (the same if it found
+    nothing). black_boxes: fitted to what the final model leaves, the best first.
+    """
+    if final is base:
+        return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE
+    explained = is_noise(problem, final) or _of_another_form(problem, base, final, black_boxes)
+    if has_few_folds(problem):  # then `explained` is about the fit, not about held-out data
+        explained = explained and _predicts(problem, final, base)
+    return EFFECTS_MISSING if explained else UNEXPLAINED
+
+
+def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -> bool:
+    """Whether a model is wrong beyond doubt: its error is larger than repeats scatter, or a black
+    box predicts held-out data better.
+    """
+    rules, floor, error = problem.rules, problem.floor.total, base.held_out.rmse
+    if error <= floor:
+        return False
+    best = black_boxes[0].rmse if black_boxes else np.inf
+    if best < rules.black_box_much_better * error and not has_few_folds(problem):
+        return True
+    if not material(problem, base):
+        return False
+    if problem.floor.gain_known:
+        lost = len(base.fit.values) / max(len(problem.data.runs) - len(base.fit.values), 1)
+        return beyond_repeats(problem, base.held_out.residual, lost) < rules.misfit_p_value
+    return shape_error(problem, base) > rules.explained_shape_error * floor
+
+
+def _predicts(problem: FitProblem, after: Scored, before: Scored) -> bool:
+    """Whether effects lower the held-out error too, though it is extrapolated: a drift fitted to a
+    slip in one of two runs does not predict the other run.
+    """
+    rules, floor = problem.rules, problem.floor.total
+    rest, whole = (_beyond(scored.held_out.rmse, floor) for scored in (after, before))
+    removed = rest <= (1.0 - rules.removed_share) * whole
+    return removed and after.held_out.rmse <= rules.most_explained_error * floor
+
+
+def _of_another_form(
+    problem: FitProblem, base: Scored, final: Scored, black_boxes: Sequence[BlackBox]
+) -> bool:
+    """Whether the rest is so small that the effects are right and only their equations differ from
+    what the actuator does.
+    """
+    rules = problem.rules
+    if is_far(problem, final):
+        return False
+    share = excess(problem, final) / excess(problem, base)
+    if share <= rules.left_share_always:
+        return True
+    if _at_a_bound(problem, final) or _of_the_session(problem, final, black_boxes):
+        return False
+    return share <= rules.left_share
+
+
+def _at_a_bound(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a parameter lies on a bound, or the interval of an effect's parameter reaches one:
+    the data may want a value beyond it, so the model is doubtful.
+
+    Exception: the modulus at its upper bound together with an effect that relaxes. Stress that
+    relaxes more slowly than the runs last looks like a stiffer material.
+    """
+    relaxes = any(_relaxes(problem.classes[name]) for name in scored.effects)
+    for index, parameter in enumerate(scored.fit.likelihood.parameters):
+        low, high = estimate(scored, index).interval  # which ends at the bounds
+        if parameter.effect and (isclose(low, parameter.low) or isclose(high, parameter.high)):
+            return True
+        stiff = parameter.name.startswith("modulus_scale") and scored.fit.values[index] > 1.0
+        if scored.fit.at_limit[index] and not (relaxes and stiff):
+            return True
+    return False
+
+
+def _relaxes(effect: type[Effect]) -> bool:
+    return effect.stage == "elastic" and any(p.unit == "s" for p in effect.parameters)
+
+
+def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[BlackBox]) -> bool:
+    """Whether the rest depends mainly on the time in a run or in the session. Effects that do not
+    depend on these would leave it whatever their equations.
+    """
+    if not black_boxes or black_boxes[0].name not in TIMES_OF_SESSION:
+        return False
+    rules = problem.rules
+    near = rules.explained_error * problem.floor.total
+    much_better = rules.black_box_much_better * error_of(problem, final)
+    return black_boxes[0].rmse <= max(near, much_better)
+
+
+def depends_on(
+    data: MeasurementSet,
+    final: Scored,
+    black_boxes: Sequence[BlackBox],
+    localised: Localisation,
+) -> tuple[str, ...]:
+    """Axes on which the rest of a model depends, at most three: those of the black boxes that
+    predict better, best first; if none does, those against which the model fails, or the first.
+    """
+    varied = {axis.name for axis in axes_of(data)}
+    least = final.rules.black_box_better * final.held_out.rmse
+    better = [box.against for box in black_boxes if box.rmse < least and box.against in varied]
+    failing = localised.failures or localised.axes[:1]
+    return tuple(dict.fromkeys(better or [axis.against for axis in failing]))[:3]

@@ -1,0 +1,110 @@
+"""How the error falls with each effect that is added, for a whole or a partial explanation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.diagnosis.criteria import has_few_folds
+from model_lab.diagnosis.forward_selection import ForwardSelection
+from model_lab.diagnosis.result import Step
+from model_lab.diagnosis.search import Scored, score_with, score_without
+from model_lab.fitting.problem import FitProblem
+from model_lab.rules import RULES, Rules
+
+
+def error_by_step(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tuple[Step, ...]:
+    """How the held-out error fell from model to model, up to the chosen one."""
+    return tuple(
+        Step(
+            " + ".join(name for name in after.effects if name not in before.effects),
+            before.held_out.rmse,
+            after.held_out.rmse,
+        )
+        for before, after in pairwise(path(problem, base, forward, forward.final))
+    )
+
+
+def path(
+    problem: FitProblem, base: Scored, forward: ForwardSelection, final: Scored
+) -> tuple[Scored, ...]:
+    """Models from the base to a larger one, with its effects one after the other.
+
+    An effect that is seen only together with the next is left out on the way.
+    """
+    known = {frozenset(s.effects): s for models in forward.sizes for s in models}
+    found = [base]
+    for size in range(len(base.effects) + 1, len(final.effects)):
+        effects = final.effects[:size]
+        scored = known.get(frozenset(effects)) or score_with(problem, found[-1], effects[-1])
+        if isinstance(scored, Scored):
+            found.append(scored)
+    return (*found, final)
+
+
+def helping(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tuple[Scored, ...]:
+    """Models with the effects that, in this order, lower the held-out error though much is left.
+
+    Each halves it or more; or, where such effects do not take it
+    to a third, several do together, and each of them is missed if it is left out.
+    """
+    halving = _halving(base, forward)
+    if halving and halving[-1].held_out.rmse <= problem.rules.together_error * base.held_out.rmse:
+        return halving
+    return _together(problem, base, forward) or halving
+
+
+def _halving(base: Scored, forward: ForwardSelection) -> tuple[Scored, ...]:
+    found, before = [], base
+    for models in forward.sizes:
+        better = [s for s in models if s.effects[:-1] == before.effects and _helps(s, before)]
+        if not better:
+            break
+        before = better[0]
+        found.append(before)
+    return tuple(found)
+
+
+def _helps(after: Scored, before: Scored) -> bool:
+    """Whether an effect that is proven helps."""
+    return after.held_out.rmse <= after.rules.help_error * before.held_out.rmse
+
+
+def _together(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tuple[Scored, ...]:
+    """Models on the way to the one of the least error, if it and all its effects are worth it."""
+    several = [scored for models in forward.sizes[1:] for scored in models]
+    if not several or has_few_folds(problem):
+        return ()
+    nearest = min(several, key=lambda scored: scored.held_out.rmse)
+    final = _of_the_missed(problem, base, nearest)
+    if final.held_out.rmse > problem.rules.together_error * base.held_out.rmse:
+        return ()
+    found = path(problem, base, forward, final)
+    each = len(found) == 1 + len(final.effects) - len(base.effects)
+    falls = all(after.held_out.rmse < before.held_out.rmse for before, after in pairwise(found))
+    return found[1:] if each and falls else ()
+
+
+def _of_the_missed(problem: FitProblem, base: Scored, scored: Scored) -> Scored:
+    """The same model without effects whose removal hardly raises the error; the one that matters
+    least is dropped first, until all matter. Effects are sorted by how much they matter.
+    """
+    added = [effect for effect in scored.effects if effect not in base.effects]
+    fewer = {effect: score_without(problem, scored, effect) for effect in added}
+    added.sort(key=lambda effect: -fewer[effect].held_out.rmse)
+    least = fewer[added[-1]]
+    errors = scored.held_out.mean_square, least.held_out.mean_square
+    if len(added) > 1 and not is_missed(*errors, problem.rules):
+        return _of_the_missed(problem, base, least)
+    return replace(scored, effects=(*base.effects, *added))
+
+
+def is_missed(there: Array, gone: Array, rules: Rules = RULES) -> bool:
+    """Whether an effect is missed, by mean squares of held-out errors (folds,) with it and without:
+    in the mean of their logarithms, and by much in their sum.
+    """
+    more = np.mean(np.log(gone / there)) > 0.0
+    return bool(more and np.sum(gone) > rules.missed_error**2 * np.sum(there))

@@ -1,0 +1,148 @@
+"""Search of a set in whose series of runs something happened: an event, or an effect with memory?
+
+Events are taken out of the set, which is then searched. An event does not stand where the effects
+found without it account for it, or where effects explain the set as it is: effects may make repeats
+differ by what came before them (softening, ageing, a drifting sensor).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.diagnosis.judgement import Judgement
+from model_lab.diagnosis.result import EFFECTS_MISSING
+from model_lab.diagnosis.search import Scored, score_base, trial_values, with_trials
+from model_lab.experiments.forward import Forward
+from model_lab.fitting.problem import FitProblem
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.series.events import Event, examine, group_of_runs, of_the_other
+from model_lab.series.mended import without_events
+from model_lab.series.odd_run import error_of_runs, odd_run_slips
+from model_lab.series.run_scale import run_values, within_groups
+from model_lab.slips.slip import Slip
+
+Pose = Callable[[MeasurementSet], tuple[FitProblem, Sequence[str]]]
+"""The fit problem of a set, and the effects of the model that are fitted along."""
+Judge = Callable[[FitProblem, Sequence[str]], Judgement]
+"""The judgement on the search of a problem."""
+Candidates = Callable[[FitProblem], Sequence[str]]
+"""Effects that are searched."""
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What happened in a series: its events, and a slip for each odd run or exchanged pair."""
+
+    events: tuple[Event, ...] = ()
+    slips: tuple[Slip, ...] = ()
+
+
+def judged_series(
+    data: MeasurementSet, pose: Pose, candidates: Candidates, judge: Judge
+) -> tuple[Judgement, Faults]:
+    """The judgement on a set without the events in its series, and these events."""
+    problem, given = pose(data)
+    base = score_base(problem, given)
+    found = examine(problem.data, base.fit.residual, problem.floor.within).events
+    if not found:
+        return judge(problem, given), Faults()
+    again = judge(*pose(without_events(data, found)))
+    named = _events_beside(problem, again)
+    if named and _places(named) != _places(found):
+        again = judge(*pose(without_events(data, named)))
+    if named and not _may_explain(problem, base, candidates(problem)):
+        return again, _faults(problem, again, named)
+    first = judge(problem, given)
+    if not named or _explains(first, again, named):
+        return first, Faults()
+    return again, _faults(problem, again, named)
+
+
+def _places(events: Sequence[Event]) -> list[tuple[str, str]]:
+    return sorted((event.kind, event.run) for event in events)
+
+
+def _events_beside(problem: FitProblem, judged: Judgement) -> tuple[Event, ...]:
+    """Events in a set under the model that was found without them; of two repeats of which one is
+    odd, the one that the model does not predict.
+    """
+    residual_of = _residual_of(problem, judged)
+    found = examine(problem.data, residual_of(problem.data), problem.floor.within).events
+    return tuple(_the_odd_one(event, problem.data, residual_of) for event in found)
+
+
+def _the_odd_one(
+    event: Event, data: MeasurementSet, residual_of: Callable[[MeasurementSet], Array]
+) -> Event:
+    if not event.other:
+        return event
+    errors = [error_of_runs(data, (name,), residual_of) for name in (event.run, event.other)]
+    return event if errors[0] >= errors[1] else of_the_other(event, data)
+
+
+def _residual_of(problem: FitProblem, judged: Judgement) -> Callable[[MeasurementSet], Array]:
+    """Residuals of the named model of a judgement on other sets of the same specimens."""
+    fitted = judged.named.fit
+    values = dict(zip(fitted.likelihood.names, fitted.values.tolist(), strict=True))
+    chosen = [problem.classes[name] for name in judged.named.effects]
+
+    def residual(data: MeasurementSet) -> Array:
+        forward = Forward(data, problem.base, chosen, problem.fixed, joints=problem.joints)
+        at = np.array([[values.get(p.name, p.start) for p in forward.parameters]], float)
+        return np.asarray(forward.measured - forward.predict(at)[0])
+
+    return residual
+
+
+def _faults(problem: FitProblem, judged: Judgement, events: Sequence[Event]) -> Faults:
+    typical = max(judged.named.fit.rmse, judged.problem.floor.total)
+    residual_of = _residual_of(problem, judged)
+    return Faults(*odd_run_slips(problem.data, events, residual_of, typical))
+
+
+def _may_explain(problem: FitProblem, base: Scored, effects: Sequence[str]) -> bool:
+    """Whether an effect at a usual value lets repeats differ by as large a share of what they do as
+    an effect must remove of an error.
+    """
+    table, group = problem.data.table, group_of_runs(problem.data)
+    predicted = table.value - base.fit.residual
+
+    def differences(measured: Array) -> Array:
+        values = [one.values for one in run_values(table, measured, predicted)]
+        return np.linalg.norm(within_groups(np.stack(values), group), axis=1)
+
+    least = problem.rules.removed_share * differences(table.value)
+    for name in effects:
+        likelihood = problem.likelihood((*base.effects, name))
+        lanes = with_trials(likelihood, base.fit, name, trial_values(problem.classes[name]))
+        for residual in likelihood.residuals(lanes):
+            made = predicted + base.fit.residual - residual
+            if np.all(np.isfinite(made)) and np.any(differences(made) >= least):
+                return True
+    return False
+
+
+def _explains(first: Judgement, again: Judgement, events: Sequence[Event]) -> bool:
+    """Whether effects explain a set as it is: to about the floor, or nearly as well as others do
+    without the events. Where these concern the first run of a specimen, which effects of first
+    loading change whatever their equations, less than half of the error is reason enough.
+    """
+    if first.verdict != EFFECTS_MISSING:
+        return False
+    rules, data = first.problem.rules, first.problem.data
+    error, without = first.named.held_out.rmse, again.named.held_out.rmse
+    if all(_of_first_loading(event, data) for event in events):
+        return without > rules.removed_share * error
+    return error <= rules.explained_error * max(again.problem.floor.total, without)
+
+
+def _of_first_loading(event: Event, data: MeasurementSet) -> bool:
+    """Whether an event is about the first run of a specimen, or lies just after it."""
+    first: dict[str, str] = {}
+    for run in data.runs:
+        first.setdefault(run.specimen, run.name)
+    return not {event.run, event.before, event.other}.isdisjoint(first.values())

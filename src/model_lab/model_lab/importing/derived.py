@@ -1,0 +1,126 @@
+"""Tip angles of what was tracked: a quaternion, markers, the tip's position, or its chord.
+
+`--map 'tip_angle=tip(x,y)'` names such a function with its columns; a lone name stands for its
+parts, so `quaternion(/tip pose.orientation)` has the columns `... .x` to `... .w`. The angle is 0
+at the first sample, which should be at rest, and counts positive towards where it turns most.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Array
+
+_CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """A function of the columns of a file that gives the tip angle.
+
+    parts: names of the parts that a lone column name stands for. sizes: numbers of columns that it
+    takes. angle: of columns (k, samples), in rad or in the unit of its column. said: what it does.
+    """
+
+    parts: str
+    sizes: tuple[int, ...]
+    angle: Callable[[Array], Array]
+    said: str
+
+
+def derivation(text: str) -> tuple[Derivation, list[str]] | None:
+    """The function that a text names, and its arguments; None for a column's name.
+
+    >>> derivation("tip(x, y)")[1], derivation("angle (deg)")
+    (['x', 'y'], None)
+    """
+    found = _CALL.match(text)
+    if found is None or found[1] not in DERIVATIONS:
+        return None
+    return DERIVATIONS[found[1]], [name.strip() for name in found[2].split(",")]
+
+
+def quaternion_angle(components: Array) -> Array:
+    """Angle (samples,) [rad] by which a body has turned since the first sample.
+
+    components: x, y, z, w (4, samples), of any norm and sign. The angle is that about the axis
+    about which it turns most, and may exceed half a turn.
+    """
+    x, y, z, w = components / np.linalg.norm(components, axis=0)
+    vector, real = np.stack([x, y, z]), w
+    start, start_real = -vector[:, :1], real[0]  # the inverse of the first
+    turned = start_real * vector + real * start + np.cross(start, vector, axis=0)
+    turned_real = start_real * real - np.sum(start * vector, axis=0)
+    turned = np.where(turned_real < 0.0, -turned, turned)
+    axis = np.linalg.svd(turned, full_matrices=False)[0][:, 0]
+    return _from_first(2.0 * np.arctan2(axis @ turned, np.abs(turned_real)))
+
+
+def direction_angle(vectors: Array) -> Array:
+    """Angle (samples,) [rad] by which a vector (2 or 3, samples) has turned in its plane since the
+    first sample.
+    """
+    unit = vectors / np.linalg.norm(vectors, axis=0)
+    plane = np.linalg.svd(unit, full_matrices=False)[0][:, :2]
+    first, second = plane.T @ unit
+    return _from_first(np.arctan2(second, first))
+
+
+def markers_angle(positions: Array) -> Array:
+    """Angle (samples,) [rad] of the tip, from markers with coordinates (4, 6 or 9, samples).
+
+    Of two markers, both on the tip, it is how far the line between them has turned. Of three, at
+    base, between and tip, it is that of an arc through them: twice the turn from chord to chord.
+    Two coordinates of three markers are six numbers too: they count as two markers in space.
+    """
+    count = 3 if len(positions) == 9 else 2
+    points = positions.reshape(count, -1, positions.shape[1])
+    chords = np.diff(points, axis=0)
+    if count == 2:
+        return direction_angle(chords[0])
+    first, second = chords / np.linalg.norm(chords, axis=1, keepdims=True)
+    across = np.sum(first * second, axis=0)
+    turn = np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), across)
+    return _from_first(2.0 * turn)
+
+
+def tip_angle(position: Array) -> Array:
+    """Tip angle (samples,) [rad] of an arc from the origin to a tip (2 or 3, samples): twice the
+    angle by which its chord has turned.
+    """
+    return 2.0 * direction_angle(position)
+
+
+def chord_angle(angle: Array) -> Array:
+    """Tip angle (samples,) of an arc whose chord has an angle (1, samples), in the same unit."""
+    return 2.0 * (angle[0] - angle[0, 0])
+
+
+def _from_first(angle: Array) -> Array:
+    """A course of angles [rad] without jumps, 0 at first, positive where it goes farthest."""
+    course = np.unwrap(angle)
+    course = course - course[0]
+    farthest = course[np.argmax(np.abs(course))]
+    return np.asarray(course if farthest >= 0.0 else -course)
+
+
+DERIVATIONS = {
+    "quaternion": Derivation("xyzw", (4,), quaternion_angle, "the turn since the first sample"),
+    "markers": Derivation("", (4, 6, 9), markers_angle, "the turn since the first sample"),
+    "tip": Derivation("xyz", (2, 3), tip_angle, "twice the turn of the chord from the origin"),
+    "chord": Derivation("", (1,), chord_angle, "twice the angle of the chord"),
+}
+
+
+def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> list[str]:
+    """The columns that arguments name: a lone name stands for its parts."""
+    if len(names) == 1 and names[0] not in known and parts:
+        spelt = [[f"{names[0]}{sign}{part}" for part in parts] for sign in (".", "_", "")]
+        for columns in spelt:
+            if set(columns) <= set(known):
+                return columns
+    return list(names)

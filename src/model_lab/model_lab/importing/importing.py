@@ -1,0 +1,331 @@
+"""Import of measurement files into a set: what is proposed, what is not sure, and the set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from model_lab.importing.derived import argument_names, derivation
+from model_lab.importing.geometry import finger_of_hand
+from model_lab.importing.meaning import NEEDED, Meant, experiment_of, meanings
+from model_lab.importing.runs import ImportedRun, Source, joined, paired
+from model_lab.importing.tables import Column, Table, read_tables
+from model_lab.measurements.measurement_set import SET_FORMAT
+from model_lab.measurements.units import column_unit
+from softhand_common.documents.output_file import write_files
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import DocumentError
+
+Maps = Mapping[str, tuple[str, str]]
+"""Column and unit ("" for that of the file) by quantity."""
+
+SPECIMEN = "finger"  # where no hand says what was measured
+DIGITS = 9  # of the numbers of a set
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What files hold, before anything is written.
+
+    sources: files with what their columns stand for. experiment: None where the columns do not
+    say it. unsure: what has to be said, by the text to add to the command. remarks: of each run.
+    """
+
+    sources: tuple[Source, ...]
+    experiment: str | None
+    unsure: Mapping[str, str]
+
+    @property
+    def rows(self) -> list[tuple[str, str, str, str, str]]:
+        """File, column, unit as written, quantity and unit in the set, of every column."""
+        return [row for source in self.sources for row in _rows(source)]
+
+
+def _rows(source: Source) -> Iterable[tuple[str, str, str, str, str]]:
+    meant = {one.column: one for one in source.meanings}
+    for column in source.table.columns:
+        found = meant.get(column.name)
+        quantity = found.quantity if found else "-"
+        unit = "?" if found and found.unit is None else (found.unit or "") if found else ""
+        yield source.table.path.name, column.name, column.unit, quantity, unit
+
+
+@dataclass(frozen=True)
+class ImportedSet:
+    """A set ready to be written: its document and the runs' tables; remarks to be read."""
+
+    document: Mapping[str, object]
+    runs: tuple[ImportedRun, ...]
+    remarks: tuple[str, ...]
+
+    def files(self, folder: Path) -> dict[Path, str]:
+        """Texts of experiment.yaml and of a CSV file a run, by path."""
+        text = yaml.safe_dump(dict(self.document), sort_keys=False, allow_unicode=True, width=120)
+        tables = {folder / f"{run.name}.csv": csv_of(run) for run in self.runs}
+        return {folder / "experiment.yaml": text} | tables
+
+    def write(self, folder: Path) -> None:
+        """Write the set into a folder."""
+        write_files(self.files(folder))
+
+
+def propose(
+    paths: Sequence[Path],
+    experiment: str | None = None,
+    maps: Maps | None = None,
+    messages: Path | None = None,
+) -> Proposal:
+    """What measurement files hold, by names, units and numbers of their columns.
+
+    Args:
+        paths: CSV or text files in any dialect, spreadsheets, MAT files, or bags.
+        experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
+        maps: what the user says of columns, by quantity; in place of a column the tip angle may be
+            a function of columns, see `derived`.
+        messages: folder of definitions of message types that a bag does not define.
+
+    Raises DocumentError for what cannot be read, is ambiguous, or is no unit of its quantity.
+    """
+    if experiment is not None and experiment not in NEEDED:
+        raise DocumentError(f"experiment: expected {listed(NEEDED)}, got {shortened(experiment)}")
+    given = maps or {}
+    tables = [table for path in paths for table in _tables(path, given, messages)]
+    _check_maps(tables, given)
+    every = tuple(Source(table, meanings(table, given)) for table in tables)
+    sources = tuple(source for source in every if source.quantities) or every
+    found = experiment or experiment_of(set().union(*(one.quantities for one in sources)))
+    unsure = _unsure(sources, found)
+    orientation = _orientation(every)
+    if orientation and set(unsure) & {"the experiment", "the column of tip_angle"}:
+        unsure = {"the tip angle": f"--map 'tip_angle=quaternion({orientation})'"}
+    return Proposal(sources, found, unsure)
+
+
+def _tables(path: Path, maps: Maps, messages: Path | None) -> Iterable[Table]:
+    """The tables of a file, with the derived columns that the user asks for."""
+    for table in read_tables(path, messages):
+        found = table
+        for name, unit in maps.values():
+            found = _with_derived(found, name, unit)
+        yield found
+
+
+def _with_derived(table: Table, text: str, unit: str) -> Table:
+    """The table with the column that a function of its columns is, if it has them."""
+    call = derivation(text)
+    if call is None:
+        return table
+    known = {column.name: column for column in table.columns}
+    names = argument_names(call[1], call[0].parts, list(known))
+    if not known.keys() >= set(names):
+        return table
+    if len(names) not in call[0].sizes:
+        raise DocumentError(
+            f"--map tip_angle={text}: expected {' or '.join(map(str, call[0].sizes))} columns, "
+            f"got {len(names)}"
+        )
+    values = np.stack([known[name].values for name in names])
+    seen = np.isfinite(values).all(axis=0) & values.any(axis=0)
+    angle = np.full(values.shape[1], np.nan)
+    if seen.any():
+        angle[seen] = call[0].angle(values[:, seen])
+    unit = (unit or known[names[0]].unit) if len(names) == 1 else "rad"
+    return table.with_column(Column(text, unit, angle))
+
+
+def _check_maps(tables: Sequence[Table], maps: Maps) -> None:
+    """Raise DocumentError for a column that no file has."""
+    for quantity, (name, _) in maps.items():
+        if not any(table.column(name) for table in tables):
+            known = dict.fromkeys(column.name for table in tables for column in table.columns)
+            raise DocumentError(
+                f"--map {quantity}: expected a column of the files ({listed(known)}), "
+                f"got {shortened(name)}"
+            )
+
+
+def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]:
+    """What is not known, and the text that says it."""
+    unsure = {}
+    have: set[str] = set().union(*(one.quantities for one in sources))
+    if experiment is None:
+        unsure["the experiment"] = f"--experiment {' or '.join(NEEDED)}"
+    for name in NEEDED.get(experiment or "", ()):
+        if name not in have:
+            unsure[f"the column of {name}"] = f"--map {name}=COLUMN:UNIT"
+    for source in sources:
+        for meant in source.meanings:
+            if not meant.is_sure and _matters(meant, experiment):
+                unsure[f"the unit of {meant.column}"] = (
+                    f"--map '{meant.quantity}={meant.column}:UNIT'"
+                )
+    return unsure
+
+
+def _orientation(sources: Sequence[Source]) -> str | None:
+    """What columns of a quaternion have in common, of the first that a file has."""
+    for source in sources:
+        names = {column.name for column in source.table.columns}
+        for name in sorted(names):
+            if name.endswith("x") and {name[:-1] + part for part in "yzw"} <= names:
+                return name[:-1].rstrip("._")
+    return None
+
+
+def _matters(meant: Meant, experiment: str | None) -> bool:
+    needed = NEEDED.get(experiment or "", ())
+    return meant.quantity in ("time", *needed, *(["strain"] if "stretch" in needed else []))
+
+
+def make_set(
+    proposal: Proposal,
+    hand: str | None = None,
+    shifts: Mapping[str, float] | None = None,
+    title: str = "",
+) -> ImportedSet:
+    """The set of a proposal without open questions.
+
+    Args:
+        proposal: what the files hold.
+        hand: shipped hand or hand file, or HAND:ACTUATOR, of which the specimen is a finger.
+        shifts: time [s] to add to the clock of a file, by its name.
+        title: of the set.
+
+    Raises DocumentError where something is open, or files do not belong together.
+    """
+    experiment = proposal.experiment
+    if proposal.unsure or experiment is None:
+        missing = "; ".join(f"{what} ({how})" for what, how in proposal.unsure.items())
+        raise DocumentError(f"expected to be told {missing}")
+    needed = NEEDED[experiment]
+    sources = [_shifted(source, shifts or {}) for source in proposal.sources]
+    runs = tuple(joined(members, experiment, needed) for members in paired(sources, needed))
+    runs = _with_own_names(runs)
+    name, specimen = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
+    document = {
+        "format": SET_FORMAT,
+        "experiment": experiment,
+        "title": title or f"imported from {runs[0].files[0].name}"[:80],
+        "specimens": {name: specimen},
+        "columns": {column: {"unit": unit} for column, unit in _units(sources, runs).items()},
+        "runs": {run.name: _run_entry(run, name) for run in runs},
+    }
+    remarks = [remark for run in runs for remark in run.remarks]
+    remarks += [
+        *_remarks_on_files(sources),
+        *_remarks_on_specimen(name, specimen, experiment, runs),
+    ]
+    return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)))
+
+
+def _run_entry(run: ImportedRun, specimen: str) -> dict[str, str]:
+    return {"specimen": specimen, "protocol": protocol_of(run.name), "file": f"{run.name}.csv"}
+
+
+def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
+    """How angles were made, and what was left out."""
+    for source in sources:
+        for meant in source.meanings:
+            call = derivation(meant.column)
+            if call is not None:
+                yield (
+                    f"tip_angle is {meant.column}: {call[0].said}; 0 at the first sample, which "
+                    "should be at rest, and positive to the side where it goes farthest"
+                )
+        if source.table.left_out:
+            name, lines = source.table.path.name, source.table.left_out
+            yield f"{name}: {lines} lines without numbers are left out"
+
+
+def _remarks_on_specimen(
+    name: str, specimen: Mapping[str, object], experiment: str, runs: Sequence[ImportedRun]
+) -> Iterable[str]:
+    """What must be written into experiment.yaml by hand."""
+    if len({protocol_of(run.name) for run in runs}) > 1:
+        yield (
+            f"all {len(runs)} runs are taken as runs of one specimen, {name}; give others an entry "
+            "of their own under specimens in experiment.yaml, and name it in their runs"
+        )
+    if not specimen:
+        sizes = (
+            "shear_modulus [Pa] and gauge_length [m]"
+            if experiment == "uniaxial"
+            else "length, height, width, wall, side_wall [m] and shear_modulus [Pa]"
+        )
+        yield (
+            f"the specimen has no dimensions yet: write {sizes} of {name} into experiment.yaml, or "
+            "import a finger with --hand HAND; without them, compare with --model linear"
+        )
+
+
+def _shifted(source: Source, shifts: Mapping[str, float]) -> Source:
+    """The file with its clock shifted as the user said."""
+    shift = shifts.get(source.table.path.name)
+    times = {one.column: one for one in source.meanings if one.quantity == "time"}
+    if not shift or not times:
+        return source
+    columns = []
+    for column in source.table.columns:
+        meant = times.get(column.name)
+        if meant is None:
+            columns.append(column)
+            continue
+        unit = column_unit("time", meant.unit or "s").scale * meant.scale
+        columns.append(replace(column, values=column.values + shift / unit))
+    return replace(source, table=replace(source.table, columns=tuple(columns)))
+
+
+def _units(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> dict[str, str]:
+    """Unit of every column of the set. Raises DocumentError where files differ."""
+    units = {"time": "s"}
+    for source in sources:
+        for meant in source.meanings:
+            name = "stretch" if meant.quantity == "strain" else meant.quantity
+            unit = "" if name == "stretch" else "s" if name == "time" else meant.unit or ""
+            if units.setdefault(name, unit) != unit:
+                raise DocumentError(
+                    f"{source.table.path}: {name}: expected {units[name]} as in the other files, "
+                    f"got {unit}; import files of other units one by one"
+                )
+    kept = dict.fromkeys(name for run in runs for name in run.columns)
+    return {name: units[name] for name in kept}
+
+
+def _with_own_names(runs: Sequence[ImportedRun]) -> tuple[ImportedRun, ...]:
+    """The runs, each with a name of its own."""
+    seen: dict[str, int] = {}
+    found = []
+    for run in runs:
+        seen[run.name] = number = seen.get(run.name, 0) + 1
+        found.append(run if number == 1 else replace(run, name=f"{run.name}_{number}"))
+    return tuple(found)
+
+
+def protocol_of(name: str) -> str:
+    """Name of a run without the number of its repeat.
+
+    >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
+    ('ramp', 'run', '7')
+    """
+    return name.rstrip("0123456789").rstrip("_- ") or name
+
+
+def csv_of(run: ImportedRun) -> str:
+    """A run as CSV: first its lead, without outputs, then its samples."""
+    names = list(run.columns)
+    lines = [",".join(names)]
+    for index in range(len(run.lead.get("time", ()))):
+        lines.append(
+            ",".join(_text(run.lead[name][index]) if name in run.lead else "" for name in names)
+        )
+    rows = np.stack([run.columns[name] for name in names], axis=1)
+    lines += [",".join(map(_text, row)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: float) -> str:
+    return f"{value:.{DIGITS}g}"

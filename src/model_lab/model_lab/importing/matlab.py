@@ -1,0 +1,74 @@
+"""Tables of a MAT file: its variables, and one table more for every structure in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from model_lab.importing.tables import Column, Table
+from model_lab.importing.units import unit_in_header
+from softhand_common.documents.yaml_document import DocumentError
+
+FEWEST_ROWS = 3
+
+
+def read_matlab(path: Path) -> tuple[Table, ...]:
+    """The tables of a MAT file up to version 7: vectors of equal length, columns of matrices.
+
+    Raises DocumentError for a file of another kind or without such vectors.
+    """
+    try:
+        content = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError as reason:
+        raise DocumentError(
+            f"{path}: expected a MAT file up to version 7, got version 7.3; "
+            "save it in MATLAB with save(..., '-v7')"
+        ) from reason
+    # scipy raises what damaged bytes happen to make it raise
+    except Exception as reason:
+        said = " ".join(str(reason).split())
+        raise DocumentError(f"{path}: expected a MAT file, got {said}") from reason
+    variables = {name: value for name, value in content.items() if not name.startswith("__")}
+    tables = [_table(path, vectors) for vectors in _structures(variables)]
+    found = tuple(table for table in tables if table is not None)
+    if not found:
+        raise DocumentError(
+            f"{path}: expected two vectors of equal length at least, got "
+            f"{', '.join(variables) or 'nothing'}"
+        )
+    return found
+
+
+def _structures(variables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Vectors and columns (rows,) by name, of the variables and of each structure among them."""
+    vectors: dict[str, Any] = {}
+    for name, value in variables.items():
+        if hasattr(value, "_fieldnames"):
+            yield from _structures({key: getattr(value, key) for key in value._fieldnames})
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 1:
+            vectors[name] = value
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 2:
+            vectors |= {f"{name} {place + 1}": column for place, column in enumerate(value.T)}
+        elif isinstance(value, np.ndarray) and value.dtype == object:
+            inside = {f"{name} {place + 1}": one for place, one in enumerate(value.flat)}
+            yield from _structures(inside)
+    yield vectors
+
+
+def _table(path: Path, vectors: Mapping[str, Any]) -> Table | None:
+    """The vectors that are as long as most of them."""
+    lengths = Counter(len(values) for values in vectors.values() if len(values) >= FEWEST_ROWS)
+    if not lengths or max(lengths.values()) < 2:
+        return None
+    rows = lengths.most_common(1)[0][0]
+    columns = [
+        Column(*unit_in_header(name), values.astype(float))
+        for name, values in vectors.items()
+        if len(values) == rows
+    ]
+    return Table(path, tuple(columns), 0)

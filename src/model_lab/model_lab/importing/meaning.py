@@ -1,0 +1,171 @@
+"""What the columns of a file stand for, by their names in English, German and French, and units."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.importing.tables import Column, Table
+from model_lab.importing.units import unit_for, usual_unit
+from model_lab.rules import RULES
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import DocumentError
+
+WORDS = {
+    "time": "time zeit temps t stamp timestamp zeitstempel uhrzeit heure sec seconds elapsed clock",
+    "pressure": "pressure druck pression p press innendruck kammerdruck luftdruck",
+    "tip_angle": "angle winkel theta phi alpha bend bending biegung biegewinkel spitzenwinkel "
+    "flexion",
+    "tip_force": "force kraft fz fn blockierkraft spitzenkraft effort",
+    "stretch": "stretch lambda streckung etirement",
+    "strain": "strain dehnung deformation epsilon allongement",
+    "stress": "stress spannung contrainte sigma",
+    "temperature": "temperature temperatur temp",
+}  # of each quantity; long ones are also found inside of other words
+TELLING_UNITS = {
+    "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
+    "tip_angle": ("deg", "rad"),
+    "tip_force": ("N", "mN"),
+}  # units that say what a column without a telling name is
+QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
+LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
+EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))  # from which number, and [s] of 1
+NEEDED = {
+    "free_bending": ("pressure", "tip_angle"),
+    "blocked_tip": ("pressure", "tip_force"),
+    "uniaxial": ("stretch", "stress"),
+}  # beside time; stretch may be given as a strain
+INPUT = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
+
+
+@dataclass(frozen=True)
+class Meant:
+    """What a column of a file stands for.
+
+    quantity: its name in a set, or `strain`. unit: as `experiment.yaml` writes it, "" where the
+    quantity has none, None where it is not known. scale: factor on the numbers of the file before
+    that unit (clocks and epochs in seconds).
+    """
+
+    column: str
+    quantity: str
+    unit: str | None
+    scale: float = 1.0
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether nothing has to be asked."""
+        return self.unit is not None
+
+
+def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant, ...]:
+    """What the columns of a file stand for, each quantity at most once.
+
+    Args:
+        table: the file.
+        given: (column, unit) by quantity, stated by the user for all files; unit "" where the file
+            says it. A column that the file lacks is passed over.
+
+    Raises DocumentError where several columns may be the same quantity, or a unit is none of it.
+    """
+    found: dict[str, Meant] = {}
+    stated = {name.casefold() for name, _ in given.values()}
+    for quantity, (name, unit) in given.items():
+        column = table.column(name)
+        if column is not None:
+            found[quantity] = _stated(table, column, quantity, unit)
+    for quantity in WORDS:
+        free = [one for one in table.columns if one.name.casefold() not in stated]
+        likely = [one for one in free if _quantity(one) == quantity]
+        if not likely:
+            likely = [one for one in free if not _quantity(one) and _by_unit(one) == quantity]
+        if quantity in given or not likely:
+            continue
+        if len(likely) > 1:
+            raise DocumentError(
+                f"{table.path}: expected one column for {quantity}, got "
+                f"{listed([one.name for one in likely])}; "
+                f"say which: --map '{quantity}={likely[0].name}'"
+            )
+        found[quantity] = _meant(likely[0], quantity)
+    return tuple(found.values())
+
+
+def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
+    if quantity == "tip_angle" and QUATERNION_PART.search(column.name):
+        whole = column.name[:-1].rstrip("._ ")
+        raise DocumentError(
+            f"{table.path}: expected an angle, got {column.name}, a component of a quaternion: the "
+            f"sine or cosine of half an angle; --map 'tip_angle=quaternion({whole})'"
+        )
+    if not unit or column.is_clock:
+        return _meant(column, quantity)
+    usual = unit_for(quantity, unit)
+    if usual is None:
+        raise DocumentError(
+            f"{table.path}: expected a unit of {quantity}, got {shortened(unit)} "
+            f"(--map {quantity}={shortened(column.name)}:{shortened(unit)})"
+        )
+    return Meant(column.name, quantity, usual)
+
+
+def _quantity(column: Column) -> str | None:
+    """The quantity that the name of a column says, None if it says none or its unit another."""
+    plain = unicodedata.normalize("NFKD", column.name.casefold())
+    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
+    words = [word for word in re.split(r"[^a-z]+", plain) if word]
+    for quantity, known in WORDS.items():
+        names = known.split()
+        inside = [name for name in names if len(name) >= LETTERS_INSIDE]
+        named = any(word in names for word in words) or any(name in plain for name in inside)
+        if named and _fits(quantity, column):
+            return quantity
+    return "time" if column.is_clock else None
+
+
+def _by_unit(column: Column) -> str | None:
+    """The quantity that the unit of a column alone says."""
+    unit = usual_unit(column.unit) if column.unit and not column.is_clock else ""
+    return next((name for name, units in TELLING_UNITS.items() if unit in units), None)
+
+
+def _fits(quantity: str, column: Column) -> bool:
+    """Whether the unit that the file writes, if any, is one of the quantity."""
+    if column.is_clock or not column.unit:
+        return quantity == "time" or not column.is_clock
+    return unit_for(quantity, column.unit) is not None or not usual_unit(column.unit)
+
+
+def _meant(column: Column, quantity: str) -> Meant:
+    if quantity == "time":
+        return _time(column)
+    return Meant(column.name, quantity, unit_for(quantity, column.unit))
+
+
+def _time(column: Column) -> Meant:
+    """Time in the unit that the file writes, else in seconds if that makes a run of usual length,
+    or since 1970 in the unit in which it is about today.
+    """
+    if column.is_clock:
+        return Meant(column.name, "time", "s")
+    first = float(np.nanmax(np.abs(column.values)))
+    for least, scale in EPOCHS:
+        if first >= least:
+            return Meant(column.name, "time", "s", scale)
+    if column.unit:
+        return Meant(column.name, "time", unit_for("time", column.unit))
+    span = float(np.nanmax(column.values) - np.nanmin(column.values))
+    return Meant(
+        column.name, "time", "s" if RULES.durations[0] < span < RULES.durations[1] else None
+    )
+
+
+def experiment_of(quantities: Iterable[str]) -> str | None:
+    """The experiment whose columns these are; None where none or several are."""
+    have = {"stretch" if name == "strain" else name for name in quantities}
+    fitting = [name for name, needed in NEEDED.items() if have.issuperset(needed)]
+    return fitting[0] if len(fitting) == 1 else None

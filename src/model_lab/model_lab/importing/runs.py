@@ -1,0 +1,224 @@
+"""Runs of imported files: which belong together, on one clock, with the whole course of inputs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from model_lab.aliases import Array
+from model_lab.importing.meaning import INPUT, Meant
+from model_lab.importing.tables import Table
+from model_lab.measurements.units import column_unit
+from softhand_common.documents.quoted import listed
+from softhand_common.documents.yaml_document import DocumentError
+
+MIN_OFFSET_SAMPLES = 3.0  # samples of the output by which clocks must differ to be told
+CLEAR_GAIN = 0.5  # unexplained variance that an offset must remove to be told
+LARGEST_OFFSET = 0.5  # of the length of a run
+OFFSET_STEPS = 200
+MIN_SAMPLES = 8  # from which an offset is sought
+OVERLAP = 0.8  # share of the outputs that must lie within the input's time
+CUBIC = 4  # coefficients
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file and what its columns stand for."""
+
+    table: Table
+    meanings: tuple[Meant, ...]
+
+    @property
+    def quantities(self) -> set[str]:
+        """Quantities of its columns, without time; a strain is a stretch."""
+        names = {one.quantity for one in self.meanings} - {"time"}
+        return {"stretch" if name == "strain" else name for name in names}
+
+    def series(self, quantity: str) -> tuple[Array | None, Array]:
+        """Times (k,) [s], None without a clock, and values (k,) in the file's unit of a quantity,
+        where both are known; a strain is turned into a stretch.
+        """
+        by_quantity = {one.quantity: one for one in self.meanings}
+        meant = by_quantity.get(quantity) or by_quantity["strain"]
+        values = self._values(meant)
+        if meant.quantity == "strain":
+            values = 1.0 + values * column_unit("stretch", meant.unit or "").scale
+        time = self._values(by_quantity["time"]) if "time" in by_quantity else None
+        if time is None:
+            return None, values[np.isfinite(values)]
+        time = time * column_unit("time", by_quantity["time"].unit or "s").scale
+        known = np.isfinite(values) & np.isfinite(time)
+        return time[known], values[known]
+
+    def _values(self, meant: Meant) -> Array:
+        by_name = {one.name: one for one in self.table.columns}
+        return by_name[meant.column].values * meant.scale
+
+
+@dataclass(frozen=True)
+class ImportedRun:
+    """A run: columns (samples,) at the stamps of its outputs, in the units of the files, time [s]
+    from 0; lead: time and input (k,) before the first output.
+    """
+
+    name: str
+    columns: Mapping[str, Array]
+    lead: Mapping[str, Array]
+    files: tuple[Path, ...]
+    remarks: tuple[str, ...] = ()
+
+
+def paired(sources: Sequence[Source], needed: Sequence[str]) -> list[tuple[Source, ...]]:
+    """The files of each run: one that has all, or the two that have input and output.
+
+    Two files belong together if their names are the same without the words that differ; if there
+    are only two, they do anyway. Raises DocumentError for a file without partner.
+    """
+    whole: list[tuple[Source, ...]] = [
+        (one,) for one in sources if one.quantities.issuperset(needed)
+    ]
+    parts = [one for one in sources if not one.quantities.issuperset(needed)]
+    if not parts:
+        return whole
+    by_run: dict[str, list[Source]] = {}
+    keys = _common_names(parts) if len(parts) > 2 else dict.fromkeys(map(_path, parts), "run")
+    for part in parts:
+        by_run.setdefault(keys[_path(part)], []).append(part)
+    for members in by_run.values():
+        have = set().union(*(one.quantities for one in members))
+        lacking = [name for name in needed if name not in have]
+        if lacking or len(members) != 2:
+            names = listed([str(_path(one)) for one in members])
+            raise DocumentError(
+                f"{names}: expected {' and '.join(needed)} of one run, got "
+                f"{'no ' + ' and no '.join(lacking) if lacking else f'{len(members)} files'}; name "
+                "the files of a run alike, such as r1_pressure.csv and r1_angle.csv, or say with "
+                f"--map {(lacking or needed)[0]}=COLUMN:UNIT which column it is"
+            )
+    return whole + [tuple(members) for members in by_run.values()]
+
+
+def _path(source: Source) -> Path:
+    return source.table.path
+
+
+def _common_names(parts: Sequence[Source]) -> dict[Path, str]:
+    """By file, the words of its name that also occur in the name of a file of another role."""
+    words = {_path(one): re.findall(r"[a-z]+|\d+", _path(one).stem.casefold()) for one in parts}
+    found = {}
+    for one in parts:
+        others = [words[_path(two)] for two in parts if two.quantities != one.quantities]
+        shared = [word for word in words[_path(one)] if any(word in other for other in others)]
+        found[_path(one)] = "_".join(shared)
+    return found
+
+
+def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) -> ImportedRun:
+    """The run of one or two files. Raises DocumentError where two have no time in common."""
+    driving = INPUT[experiment]
+    output = next(name for name in needed if name != driving)
+    of_input = next(one for one in members if driving in one.quantities)
+    of_output = next(one for one in members if output in one.quantities)
+    paths = tuple(dict.fromkeys(map(_path, members)))
+    name = _run_name(paths)
+    if of_input is of_output:
+        return _of_one_file(of_input, name, driving, output, paths)
+    time, values = of_output.series(output)
+    input_time, inputs = of_input.series(driving)
+    if time is None or input_time is None:
+        lacking = of_output if time is None else of_input
+        raise DocumentError(f"{_path(lacking)}: expected a column of time beside the other file")
+    remarks = []
+    if min(time[-1], input_time[-1]) <= max(time[0], input_time[0]):
+        remarks.append("the clocks of the two files have nothing in common: both begin at 0")
+        time, input_time = time - time[0], input_time - input_time[0]
+    inside = (time >= input_time[0]) & (time <= input_time[-1])
+    if inside.sum() < 3:
+        raise DocumentError(f"{paths[0]}: expected some time in common with {paths[-1]}, got none")
+    time, values = time[inside], values[inside]
+    offset = clock_offset(input_time, inputs, time, values)
+    if offset:
+        file = _path(of_output)
+        remarks.append(
+            f"{file.name}: its clock seems {abs(offset):.2f} s {'late' if offset > 0 else 'early'} "
+            f"(nothing was shifted; --shift {file.name}={-offset:.3g} does)"
+        )
+    columns, lead = _at_outputs(input_time, inputs, time, values)
+    return ImportedRun(
+        name, _named(columns, driving, output), _named(lead, driving), paths, tuple(remarks)
+    )
+
+
+def _of_one_file(
+    source: Source, name: str, driving: str, output: str, paths: tuple[Path, ...]
+) -> ImportedRun:
+    """The run of a file that has all; its rows without output keep their input."""
+    time, values = source.series(output)
+    input_time, inputs = source.series(driving)
+    if time is None or input_time is None:
+        if len(values) != len(inputs):
+            raise DocumentError(f"{paths[0]}: expected a column of time where cells are empty")
+        return ImportedRun(name, {driving: inputs, output: values}, {}, paths)
+    columns, lead = _at_outputs(input_time, inputs, time, values)
+    return ImportedRun(name, _named(columns, driving, output), _named(lead, driving), paths)
+
+
+def _named(columns: Sequence[Array], *names: str) -> dict[str, Array]:
+    """Columns by name, time first; empty where there are no rows."""
+    return dict(zip(("time", *names), columns, strict=True)) if len(columns[0]) else {}
+
+
+def _at_outputs(
+    input_time: Array, inputs: Array, time: Array, values: Array
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Time, input and output at the stamps of the output, and time and input before its first;
+    times begin at 0. The lead has no more samples than the output would have had.
+    """
+    zero = min(time[0], input_time[0])
+    before = input_time[input_time < time[0]]
+    usual = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    if len(before) > 1 and (before[-1] - before[0]) / (len(before) - 1) < usual:
+        before = np.arange(before[0], time[0] - usual / 2.0, usual)
+    lead = (before - zero, np.interp(before, input_time, inputs))
+    return (time - zero, np.interp(time, input_time, inputs), values), lead
+
+
+def _run_name(paths: Sequence[Path]) -> str:
+    """Name of a run: its file's, or what the names of its files have in common."""
+    if len(paths) == 1:
+        return paths[0].stem
+    first, second = (re.findall(r"[A-Za-z]+|\d+", path.stem) for path in paths)
+    return "_".join(word for word in first if word in second) or "run"
+
+
+def clock_offset(input_time: Array, inputs: Array, time: Array, values: Array) -> float | None:
+    """Time [s] by which the clock of the outputs is late (positive) against that of the inputs;
+    None unless a shift clearly brings them together.
+
+    It is sought where a cubic function of the input leaves least of the output.
+    """
+    length = min(float(np.ptp(time)), float(np.ptp(input_time)))
+    usual = float(np.median(np.diff(time)))
+    shifts = np.linspace(-LARGEST_OFFSET, LARGEST_OFFSET, 2 * OFFSET_STEPS + 1) * length
+    left = np.array([_unexplained(input_time, inputs, time - shift, values) for shift in shifts])
+    best = int(np.argmin(left))
+    far = abs(shifts[best]) >= MIN_OFFSET_SAMPLES * usual
+    return float(shifts[best]) if far and left[best] < CLEAR_GAIN * left[OFFSET_STEPS] else None
+
+
+def _unexplained(input_time: Array, inputs: Array, time: Array, values: Array) -> float:
+    """Share of the variance of an output that a cubic function of the input leaves."""
+    inside = (time >= input_time[0]) & (time <= input_time[-1])
+    if inside.sum() < max(MIN_SAMPLES, OVERLAP * len(time)):
+        return 1.0
+    seen, measured = np.interp(time[inside], input_time, inputs), values[inside]
+    if np.ptp(seen) == 0.0 or np.ptp(measured) == 0.0:
+        return 1.0
+    curve = Polynomial.fit(seen, measured, CUBIC - 1)
+    left = np.sum((measured - curve(seen)) ** 2) / (len(seen) - CUBIC)
+    return float(left / np.var(values))

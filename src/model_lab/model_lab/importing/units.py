@@ -1,0 +1,109 @@
+"""Units as people write them in headers, and the unit of the lab that each stands for."""
+
+from __future__ import annotations
+
+import re
+
+from model_lab.measurements.units import column_unit
+
+SPELLINGS = {
+    "°": "deg",
+    "º": "deg",
+    "grad": "deg",
+    "degre": "deg",
+    "degres": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "sek": "s",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "sekunden": "s",
+    "secondes": "s",
+    "msec": "ms",
+    "millis": "ms",
+    "milliseconds": "ms",
+    "minutes": "min",
+    "kgf/cm2": "kgf/cm**2",
+    "kgf/cm^2": "kgf/cm**2",
+    "kgf/cm²": "kgf/cm**2",
+    "n/mm2": "N/mm**2",
+    "n/mm²": "N/mm**2",
+    "n/mm^2": "N/mm**2",
+    "%": "percent",
+    "kpa": "kPa",
+    "mpa": "MPa",
+    "hpa": "hPa",
+    "pa": "Pa",
+    "newton": "N",
+    "n": "N",
+    "mn": "mN",
+    "gf": "gram_force",
+    "inh2o": "inH2O",
+    "cmh2o": "cmH2O",
+    "mmhg": "mmHg",
+    "°c": "degC",
+    "celsius": "degC",
+}
+DIMENSIONLESS = ("-", "1", "mm/mm", "m/m")
+QUANTITIES = ("time", "pressure", "tip_angle", "tip_force", "temperature")
+_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
+_SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_]+)$")
+
+
+def usual_unit(text: str) -> str:
+    """The unit that a text stands for, as `experiment.yaml` writes it; "" if it is none.
+
+    >>> usual_unit("Grad"), usual_unit("mbar"), usual_unit("thumb")
+    ('deg', 'mbar', '')
+    """
+    plain = text.strip()
+    if plain.isdecimal():
+        return ""
+    for candidate in dict.fromkeys(
+        (SPELLINGS.get(plain.lower(), plain), plain.replace("²", "**2"))
+    ):
+        if any(_measures(quantity, candidate) for quantity in QUANTITIES):
+            return candidate
+    return SPELLINGS[plain.lower()] if plain == "%" else ""
+
+
+def unit_in_header(cell: str) -> tuple[str, str]:
+    """Name and unit as written in a cell of a header; the unit is "" where there is none.
+
+    >>> unit_in_header("Druck [mbar]"), unit_in_header("p_kPa"), unit_in_header("tip angle")
+    (('Druck', 'mbar'), ('p', 'kPa'), ('tip angle', ''))
+    """
+    found = _BRACKETS.match(cell)
+    if found:
+        return found["name"].strip() or cell, found["unit"].strip()
+    found = _SEPARATED.match(cell.strip())
+    if found and usual_unit(found["unit"]) and len(found["unit"]) > 1:
+        return found["name"], found["unit"]
+    if found and found["unit"] in ("s", "N") and found["name"]:
+        return found["name"], found["unit"]
+    return cell.strip(), ""
+
+
+def unit_for(quantity: str, written: str) -> str | None:
+    """The unit of a column of a set, given its quantity and what the file writes; None where that
+    is no unit of the quantity.
+    """
+    if quantity in ("stretch", "strain"):
+        return "" if written in (*DIMENSIONLESS, "") else usual_unit(written) or None
+    unit = usual_unit(written)
+    if unit == "" and quantity == "stress":
+        return None
+    measured = "pressure" if quantity == "stress" else quantity
+    return unit if unit and _measures(measured, unit) else None
+
+
+def _measures(quantity: str, unit: str) -> bool:
+    try:
+        column_unit(quantity, unit)
+    except ValueError:
+        return False
+    return True

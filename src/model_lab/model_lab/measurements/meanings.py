@@ -1,0 +1,69 @@
+"""What a column may hold in place of what the lab expects, and how the one follows from the other.
+
+A set says it under `columns` by the key `is`, such as `pressure: {unit: mbar, is: absolute}`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from model_lab.aliases import Array
+
+ATMOSPHERE = 101_325.0  # [Pa] of the air, where the set states none
+AMBIENT = "ambient"  # name of the pressure of the air among columns
+
+Columns = Mapping[str, Array]
+"""Columns (samples,) of a run by name, in SI units."""
+Meaning = Callable[[Array, Columns], Array]
+"""From what was read and all columns, among them AMBIENT for pressures."""
+
+_OPPOSITE: Mapping[str, Meaning] = {"negative": lambda values, _: -values}
+_TURNED = {"supplement": np.pi, "complement": 0.5 * np.pi}
+
+
+def _of_angle() -> dict[str, Meaning]:
+    """A tip angle [rad] that was read as another angle of the finger."""
+    return {
+        **_OPPOSITE,
+        "supplement": lambda values, _: _TURNED["supplement"] - values,
+        "complement": lambda values, _: _TURNED["complement"] - values,
+        "from_vertical": lambda values, _: values - _TURNED["complement"],
+        "chord": lambda values, _: 2.0 * values,
+        "wrapped": lambda values, _: np.unwrap(values),
+    }
+
+
+MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
+    "stretch": {"strain": lambda values, _: 1.0 + values},
+    "pressure": {"absolute": lambda values, columns: values - columns[AMBIENT], **_OPPOSITE},
+    "p_in": {"gauge": lambda values, columns: values + columns[AMBIENT]},
+    "p_out": {"gauge": lambda values, columns: values + columns[AMBIENT]},
+    "stress": {"true_stress": lambda values, columns: values / columns["stretch"], **_OPPOSITE},
+    "tip_angle": _of_angle(),
+    "tip_force": _OPPOSITE,
+    **dict.fromkeys(("torque_x", "torque_y", "torque_z"), _OPPOSITE),
+}
+"""By column and word: the expected column (samples,) from the one that was read, in SI units.
+
+    negative: its negative. absolute: of the pressure of the air too. gauge: without it.
+    strain: the stretch less 1. true_stress: force over the area as it is then.
+    supplement: 180 deg less the angle. complement: 90 deg less the angle. from_vertical: 90 deg
+    more than the angle. chord: the angle of the chord from base to tip, half of the tip's. wrapped:
+    it jumps by 360 deg.
+"""
+
+
+def as_expected(
+    columns: Columns, meanings: Mapping[str, str], ambient: float = ATMOSPHERE
+) -> dict[str, Array]:
+    """The columns of a run as the lab expects them; meanings: words of `MEANINGS` by column;
+    ambient: pressure of the air [Pa].
+    """
+    result = dict(columns)
+    known_to_all = {AMBIENT: np.array(ambient)}
+    for name, known in MEANINGS.items():  # the stretch first, which the stress needs
+        if name in meanings and name in result:
+            result[name] = known[meanings[name]](result[name], {**result, **known_to_all})
+    return result

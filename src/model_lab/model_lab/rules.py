@@ -1,0 +1,351 @@
+"""Thresholds by which the lab decides, each with its meaning, its unit and how it was chosen.
+
+`RULES` is what the lab uses. Functions that judge a fitted model read the rules of their
+`FitProblem` or `Scored`, so that `bench.lab.ablate` can drop one rule and judge the same fits
+again. What prepares a recording or words a report reads `RULES` itself. Settings of numerical
+methods (tolerances, numbers of draws, knots, trial values) and of drawings are no rules: they stand
+where they are used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from math import inf
+from typing import Any
+
+DEVELOPMENT = (
+    "set during development on sets with hidden effects (`bench.lab --development`, seeds from 0 "
+    "on); which of them decided the value was not recorded"
+)
+BY_HAND = "chosen by hand, never tuned"
+SLIP_SEEDS = "chosen on seed 0 of `bench.lab.slips`, for few false alarms"
+CONVENTION = "a usual level of confidence"
+CONTRACT = "part of the definition of the result in its JSON"
+STANDARD = "from the standard or physical range that the meaning names"
+
+
+def _rule(
+    value: Any, meaning: str, chosen: str = DEVELOPMENT, neutral: Any = None, unit: str = "1"
+) -> Any:
+    """A field. neutral: value at which the rule decides nothing; None where it cannot be dropped,
+    or where no verdict depends on it.
+    """
+    about = {"meaning": meaning, "unit": unit, "chosen": chosen, "neutral": neutral}
+    return field(default=value, metadata=about)
+
+
+@dataclass(frozen=True)
+class Rules:
+    """All thresholds. "Floor" is the noise floor, "error" the held-out root mean square error, and
+    "excess error" the root of error squared less floor squared.
+    """
+
+    # ------------------------------------------------------------------ is the error explained?
+    fewest_folds: int = _rule(
+        3, "folds below which the error of the fit counts, not the held-out one", neutral=0
+    )
+    material_error: float = _rule(
+        1.12, "error over floor from which an effect may be missing", neutral=1.0
+    )
+    explained_error: float = _rule(
+        1.3, "error over floor up to which a model explains the data", neutral=1.0
+    )
+    most_explained_error: float = _rule(
+        3.75, "error over floor above which no model explains", neutral=inf
+    )
+    explained_shape_error: float = _rule(
+        1.25,
+        "error without the gains of runs, over a floor without repeats, up to which it is noise",
+        neutral=1.0,
+    )
+    misfit_p_value: float = _rule(
+        5e-3, "p-value below which an error exceeds the scatter of repeats", neutral=0.0
+    )
+    black_box_better: float = _rule(
+        0.85, "error of a black box over the model's that is better", neutral=0.0
+    )
+    black_box_much_better: float = _rule(
+        0.65, "the same, below which even a model within the scatter of repeats fails", neutral=0.0
+    )
+    # ------------------------------------------------------------------ share of the excess error
+    removed_share: float = _rule(
+        0.5, "share of excess error that an effect must remove", CONTRACT, neutral=0.0
+    )
+    left_share: float = _rule(
+        0.35,
+        "share of the excess error that an effect may leave for the form of its equation",
+        neutral=0.0,
+    )
+    left_share_always: float = _rule(0.2, "the same with parameters on their bounds", neutral=0.0)
+    # ------------------------------------------------------------------ forward selection
+    most_effects: int = _rule(4, "effects that one diagnosis may name", CONTRACT)
+    parameter_penalty: float = _rule(
+        3.0, "deviance that a parameter must bring in a comparison", neutral=0.0
+    )
+    beam: int = _rule(3, "models of each size that are extended (effort of the search)", BY_HAND)
+    beam_gain: float = _rule(
+        0.2, "share of the best model's gain that others must bring", neutral=0.0
+    )
+    fitted_beside: int = _rule(
+        5, "effects fitted beside each of these (effort of the search)", BY_HAND
+    )
+    fitted_by_error: int = _rule(
+        2, "of these, effects chosen by the error that they may remove", neutral=0
+    )
+    third_effect_share: float = _rule(
+        0.9, "share of excess error that two effects may leave for a third", neutral=inf
+    )
+    fourth_effect_share: float = _rule(
+        0.75, "share of excess error that three may leave for a fourth", neutral=inf
+    )
+    many_each_share: float = _rule(
+        0.25, "share of excess error back without one of these", neutral=0.0
+    )
+    # ------------------------------------------------------------------ is a single effect proven?
+    significance: float = _rule(
+        0.01, "p-value of an effect against the best of all in noise", neutral=1.0
+    )
+    visible_share: float = _rule(0.25, "change over floor below which an effect cannot be seen")
+    detectable_share: float = _rule(
+        0.5, "change over floor at which an effect is reported as detectable", BY_HAND
+    )
+    known_error: float = _rule(
+        0.6, "standard error of a parameter over its distance from none", neutral=inf
+    )
+    known_log_error: float = _rule(0.8, "standard error of a parameter's logarithm", neutral=inf)
+    limit_distance: float = _rule(
+        3e-3, "distance to a bound, over the usual range, that counts as on it"
+    )
+    resolved_time: float = _rule(
+        0.5,
+        "time constant over the time between samples that can be fitted beside another parameter",
+        neutral=0.0,
+    )
+    resolved_time_alone: float = _rule(0.1, "the same of an effect's only parameter", neutral=0.0)
+    open_chamber_range: float = _rule(
+        2.0,
+        "first reading, over the fitted zero of the gauge, up to which the chamber was open",
+        neutral=0.0,
+    )
+    zero_agreement: float = _rule(
+        0.05, "scatter over readings at rest that tell the zero of the gauge", BY_HAND
+    )
+    # ------------------------------------------------------------------ ties
+    tie_deviance: float = _rule(8.0, "deviance within which two explanations are tied", neutral=0.0)
+    tie_share_other_form: float = _rule(
+        0.06, "share of the gained deviance up to which another form is tied", neutral=0.0
+    )
+    tie_share_unresolved: float = _rule(0.12, "the same for times between samples", neutral=0.06)
+    tie_unusual: float = _rule(
+        1.0, "deviance of parameters from which a tie is unusual", neutral=inf
+    )
+    tie_error: float = _rule(
+        2.0,
+        "error over that of the named effect, or the floor, above which nothing is tied",
+        BY_HAND,
+        neutral=inf,
+    )
+    most_unusual_ties: int = _rule(
+        2, "names tied for an unusual or another form", CONTRACT, neutral=0
+    )
+    # ------------------------------------------------------------------ effects that help in part
+    help_error: float = _rule(
+        0.5, "error after over before at which an effect helps", CONTRACT, neutral=1.0
+    )
+    together_error: float = _rule(1 / 3, "the same for several effects together", BY_HAND, 1.0)
+    missed_error: float = _rule(
+        1.25, "error without one of these over that with all", BY_HAND, neutral=0.0
+    )
+    # ------------------------------------------------------------------ what a diagnosis adds
+    finer_error: float = _rule(
+        2.0, "error after over floor from which refined effects are tried", neutral=inf
+    )
+    rest_error: float = _rule(
+        2.0, "error after over floor from which the rest is reported", BY_HAND
+    )
+    rest_confidence: float = _rule(
+        0.94, "largest confidence in a verdict with such a rest", BY_HAND
+    )
+    interval_level: float = _rule(0.975, "upper end of the intervals of parameters", CONVENTION)
+    confidence_beyond: float = _rule(
+        1.0,
+        "distance of evidence from the nearest set seen, over the scatter of these, from which no "
+        "confidence is stated",
+        BY_HAND,
+    )
+    confidence_sets: int = _rule(10, "sets of a kind below which no confidence is stated", BY_HAND)
+    separation_enough: float = _rule(
+        12.0, "separation from which plans are equally good", BY_HAND, unit="sigma"
+    )
+    separation_breaks: float = _rule(4.0, "separation that breaks a tie", BY_HAND, unit="sigma")
+    planned_ties: int = _rule(3, "tied names for which an experiment is planned", BY_HAND)
+    # ------------------------------------------------------------------ slips
+    slip_error: float = _rule(
+        0.25,
+        "error over the size of the outputs up to which a slip must explain all of it",
+        SLIP_SEEDS,
+    )
+    slip_share: float = _rule(0.25, "error after over before at which a slip is told", SLIP_SEEDS)
+    slip_share_at_bound: float = _rule(
+        0.1, "the same where the calibration is on a bound then", SLIP_SEEDS
+    )
+    slip_alike: float = _rule(
+        1.1, "error over the least one up to which the commoner slip is told", BY_HAND
+    )
+    vacuum: float = _rule(
+        -5e3, "gauge pressure below which no zero of a gauge lies", BY_HAND, unit="Pa"
+    )
+    vacuum_share: float = _rule(
+        0.05, "share of samples below that from which a set is one of vacuum", BY_HAND
+    )
+    most_slips: int = _rule(2, "slips that are told of one set", BY_HAND)
+    # ------------------------------------------------------------------ noise floor and fit
+    lower_floor: float = _rule(
+        0.9,
+        "floor after over before, below which the lower one holds",
+        neutral=0.0,
+    )
+    floor_level: float = _rule(0.95, "level of the upper bound of the floor", CONVENTION)
+    far_error: float = _rule(5.0, "error over the floor from which on no band of it is noise")
+    gain_error: float = _rule(
+        4.0, "mean square error of gains over the floor that is always allowed"
+    )
+    rubber_scatter: float = _rule(
+        0.02, "scatter of stress in tests of rubber without repeats (ISO 37)", STANDARD
+    )
+    rubber_freedom: float = _rule(8.0, "degrees of freedom with which that is known", BY_HAND)
+    short_run: int = _rule(40, "samples a run up to which noise has two bands only", BY_HAND)
+    spline_samples: int = _rule(20, "samples of a piece in which a spline separates noise", BY_HAND)
+    short_spline_samples: int = _rule(8, "stretches of a short run, likewise", BY_HAND)
+    spline_freedom: float = _rule(0.3, "share of readings that a spline leaves to noise", BY_HAND)
+    fewest_freedom: float = _rule(3.0, "degrees of freedom of a floor from splines", BY_HAND)
+    odd_groups: int = _rule(4, "groups of repeats from which on odd ones are left out", BY_HAND)
+    odd_bands: int = _rule(3, "bands above the one of the gain in which odd repeats show", BY_HAND)
+    odd_p_value: float = _rule(0.002, "p-value at which a group of repeats is odd")
+    odd_square: float = _rule(4.0, "mean square of an odd group over the usual one")
+    straight_ramp: float = _rule(0.05, "distance of a ramp from a line, over its span", BY_HAND)
+    one_rate: float = _rule(3.0, "ratio of rates below which ramps have one rate", BY_HAND)
+    trend_runs: int = _rule(3, "runs of a specimen from which on a trend is sought", BY_HAND)
+    drift_runs: int = _rule(6, "runs from which on a black box may drift", BY_HAND)
+    bootstrap_runs: int = _rule(8, "runs below which they are cut for the bootstrap", BY_HAND)
+    # ------------------------------------------------------------------ where the model fails
+    failure_p_value: float = _rule(0.05, "p-value of a failure, over all axes", CONVENTION)
+    failure_share: float = _rule(0.02, "share of the error that a failure must explain", BY_HAND)
+    part_share: float = _rule(
+        0.2, "share of error less that of samples at which a part stands out", BY_HAND
+    )
+    part_inside_share: float = _rule(
+        0.1, "the same by which a part inside must exceed one at an end", BY_HAND
+    )
+    part_covered: float = _rule(0.8, "share of what stands out that is named", BY_HAND)
+    part_names: int = _rule(3, "categories that are named", BY_HAND)
+    even_rate: float = _rule(0.02, "relative variation below which a rate is constant", BY_HAND)
+    resting_rate: float = _rule(0.1, "rate over span per duration, of an input at rest", BY_HAND)
+    open_loop: float = _rule(0.2, "distance of the ends over the span of an open loop", BY_HAND)
+    # ------------------------------------------------------------------ the series of runs
+    event_p_value: float = _rule(
+        0.01, "p-value of an event between runs, over all events of a set", BY_HAND
+    )
+    further_event_p_value: float = _rule(
+        0.001, "the same of events beside others, and of two odd runs at once", BY_HAND
+    )
+    event_freedom: int = _rule(
+        3, "differences between repeats from which on events are sought", BY_HAND
+    )
+    event_tie: float = _rule(
+        4.0, "deviance within which repeats do not tell two events apart", BY_HAND
+    )
+    event_error: float = _rule(
+        1.0, "change of runs by an event, over their scatter within a run, that matters", BY_HAND
+    )
+    axis_p_value: float = _rule(
+        0.001, "p-value below which a set is not adequate for an axis or the input", BY_HAND
+    )
+    axis_share: float = _rule(
+        0.25, "share of the error that this axis must explain to matter", BY_HAND
+    )
+    input_share: float = _rule(
+        0.05, "share of what is left within runs that the input must explain to matter", BY_HAND
+    )
+    larger_input: float = _rule(
+        0.01, "share by which an input exceeds all before it to be told as the largest", BY_HAND
+    )
+    odd_run_fits: float = _rule(
+        2.0, "error of an odd run, read otherwise, over that of the other runs, that fits", BY_HAND
+    )
+    # ------------------------------------------------------------------ notices
+    notice_repeats: float = _rule(5.0, "scatter of repeats over the stated noise", BY_HAND)
+    notice_samples: int = _rule(32, "samples of a run with a spectrum", BY_HAND)
+    line_in_input: float = _rule(0.05, "share of the input at the frequency of a line", BY_HAND)
+    line_share: float = _rule(0.1, "share of the error of a run that a line makes up", BY_HAND)
+    line_runs: float = _rule(2 / 3, "share of the runs in which it does", BY_HAND)
+    notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
+    notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
+    notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
+    notice_steps: float = _rule(3.0, "steps of a coarse sensor that explain it")
+    notice_drift: float = _rule(1.0, "change of the mean error of runs over the floor", BY_HAND)
+    notice_runs: int = _rule(6, "runs from which on a drift is sought", BY_HAND)
+    notice_size: float = _rule(10.0, "ratio of model to readings of a wrong unit", BY_HAND)
+    atmosphere: tuple[float, float] = _rule(
+        (80e3, 110e3),
+        "absolute pressure of the air",
+        STANDARD,
+        unit="Pa",
+    )
+    softest: float = _rule(4.0, "how much softer rubber may become at large stretch", STANDARD)
+    pressure_ends: float = _rule(0.05, "share of the range of pressures at its ends", BY_HAND)
+    durations: tuple[float, float] = _rule(
+        (0.05, 2000.0), "plausible durations of a run", BY_HAND, unit="s"
+    )
+    time_gap: float = _rule(5.0, "time between samples over the usual one, of a gap", BY_HAND)
+    # ------------------------------------------------------------------ readings that do not count
+    frequent_wild: float = _rule(0.002, "share of wild samples from which more are sought", BY_HAND)
+    wild_samples: int = _rule(40, "samples of a run in which wild ones are sought", BY_HAND)
+    wild_spread: float = _rule(6.0, "distance of a wild sample over its neighbours' spread")
+    wild_alone: float = _rule(0.5, "share of it that parts the sample from the next on each side")
+    wild_pairs: float = _rule(0.004, "share of wild samples from which on pairs are sought")
+    wild_noise: float = _rule(8.0, "distance of a wild sample over the noise of its run")
+    wild_range: float = _rule(0.05, "distance of a wild sample over the range of its run")
+    most_wild: float = _rule(0.1, "share of a run above which samples are not wild")
+    jump_size: float = _rule(0.002, "change of an input over its range, of a jump", BY_HAND)
+    jump_flat: float = _rule(0.05, "change beside a jump over the jump", BY_HAND)
+    jump_stairs: float = _rule(0.8, "share of all changes that are jumps, of stairs", BY_HAND)
+    held_error: float = _rule(0.9, "error with a held input over that with straight lines", BY_HAND)
+    held_folds: float = _rule(2 / 3, "share of the folds in which it is lower", BY_HAND)
+    sensor_levels: int = _rule(50, "levels over the range of a coarse sensor", BY_HAND)
+    sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
+    sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
+    input_samples: int = _rule(40, "samples from which on the noise of an input is known", BY_HAND)
+    input_parabola: float = _rule(1.35, "scatter about a parabola over the noise", BY_HAND)
+    input_quiet: float = _rule(1e-5, "smallest noise of a sensor over its range", BY_HAND)
+    input_loud: float = _rule(0.01, "largest noise of a sensor over its range", BY_HAND)
+    input_opposed: float = _rule(
+        -0.5, "correlation of adjacent fourth differences (white: -0.8)", BY_HAND
+    )
+    input_alike: float = _rule(8.0, "autocorrelation over its error that no noise has", BY_HAND)
+    # ------------------------------------------------------------------ learned curves
+    learned_error: float = _rule(1.5, "error over floor up to which no curve is learned", BY_HAND)
+    learned_refined: float = _rule(1.5, "error over the best one's of curves that are refined")
+    learned_good: float = _rule(1.4, "error over the best one's up to which the simplest is chosen")
+    learned_tie: float = _rule(1.05, "error over the chosen one's up to which a curve is tied")
+    learned_noise: float = _rule(0.7, "error over the floor below which curves are tied")
+    learned_removed: float = _rule(
+        0.5, "share of excess mean square that a curve must remove", CONTRACT
+    )
+    learned_runs: int = _rule(4, "runs from which on a curve over runs is tried", BY_HAND)
+    learned_names: int = _rule(6, "mounts or specimens up to which each has its own value", BY_HAND)
+    learned_resting: float = _rule(0.5, "pace over that of the slowest run, of a rest", BY_HAND)
+    unlikely_curve: float = _rule(20.0, "deviance that an unlikely curve must bring")
+    rare_curve: float = _rule(6.0, "deviance that a rare curve must bring")
+
+
+RULES = Rules()
+
+
+def neutral_rules(rules: Rules = RULES) -> dict[str, Rules]:
+    """For each rule that can be dropped, by name: the rules without it."""
+    return {
+        rule.name: replace(rules, **{rule.name: rule.metadata["neutral"]})
+        for rule in fields(Rules)
+        if rule.metadata["neutral"] is not None
+    }

@@ -1,0 +1,1 @@
+"""The series of measurements as a suspect: events between runs, odd runs, structure within runs."""

@@ -1,0 +1,366 @@
+"""Events in a series of measurements: steps, drifts and odd runs, seen by repeats alone.
+
+Repeats should differ by scatter only. Each possible event is a pattern over the runs: a step (0
+before a run, 1 from it on), a drift (it grows with the order of the runs) or an odd run (1 for it
+alone), of all specimens or of one. The pattern that explains most of the differences between
+repeats is an event if that is more than the best of all patterns explains where repeats scatter
+normally. As only differences between repeats count, an error of the model does not matter. No
+stated noise is needed: the repeats that do not differ by the event tell the scatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from scipy.stats import f as variance_ratio
+
+from model_lab.aliases import Array, IntArray
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import SampleTable
+from model_lab.rules import RULES
+from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, run_values, within_groups
+
+STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
+NORMAL_DRAWS = 9999  # simulated series of normal scatter
+MOST_EVENTS = 4  # that are sought in one series
+SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
+SETTLING_RUNS = 0.25  # share of the series after which a drift that settles has 63 % of its size
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """What an event would do to the runs: shape (runs,). first: index of the first run it changes.
+
+    specimen: whose runs it changes; empty for those of all specimens.
+    """
+
+    kind: str
+    first: int
+    shape: Array
+    specimen: str = ""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a series of measurements.
+
+    kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN or EXCHANGED. run: name of the first run that it changed.
+    before: name of the run before it. quantity: OUTPUT_SCALE or OUTPUT_ZERO. size: relative change
+    of the scale, or change of the zero in the unit of the outputs (of a drift over the series).
+    p_value: of the null hypothesis that repeats scatter normally, over all patterns. pattern,
+    output: what was found. other: the second run of two that are exchanged, or of two repeats of
+    which the data do not tell which one is odd. largest: of a step, the run before or after it that
+    first reached the largest input, if there is one; empty otherwise.
+    """
+
+    kind: str
+    run: str
+    before: str
+    quantity: str
+    size: float
+    p_value: float
+    pattern: Pattern
+    output: int = 0
+    other: str = ""
+    largest: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """What is said of it, without the pattern; the specimen is None for all of them."""
+        found: dict[str, Any] = {
+            "kind": self.kind,
+            "run": self.run,
+            "before": self.before or None,
+            "specimen": self.pattern.specimen or None,
+            "quantity": self.quantity,
+            "size": self.size,
+            "p_value": self.p_value,
+        }
+        more = {"other": self.other, "largest_input": self.largest}
+        return found | {name: value for name, value in more.items() if value}
+
+
+@dataclass(frozen=True)
+class Series:
+    """What the repeats of a set say of its series of runs.
+
+    freedom: degrees of freedom of the differences between repeats, 0 without repeats. p_value: of
+    the first event, or of the best pattern where there is none; 1 without repeats.
+    """
+
+    freedom: int
+    p_value: float
+    events: tuple[Event, ...]
+
+
+NO_SERIES = Series(0, 1.0, ())
+
+
+def examine(data: MeasurementSet, residual: Array, within: float) -> Series:
+    """Events in the series of a set, given a model's residual (samples,).
+
+    within: root mean square scatter within a run; an event that changes runs by less is left alone.
+    """
+    table, group = data.table, group_of_runs(data)
+    freedom = len(group) - len(np.unique(group))
+    patterns = [p for p in _patterns(data) if _seen_by_repeats(p, group)]
+    if freedom < RULES.event_freedom or not patterns:
+        return Series(freedom, 1.0, ())
+    measured, predicted = table.value, table.value - residual
+    events: list[Event] = []
+    first_p_value = 1.0
+    while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
+        values = run_values(table, measured, predicted)
+        tried = [_best(data, one, patterns, group, events) for one in values]
+        found = min(tried, key=lambda event: event.p_value)
+        found = replace(found, p_value=min(1.0, len(values) * found.p_value))  # Bonferroni
+        first_p_value = found.p_value if not events else first_p_value
+        most = RULES.further_event_p_value if events else RULES.event_p_value
+        several = [found] if found.p_value <= most else []
+        if not several and freedom - len(events) > RULES.event_freedom:
+            pairs = [_two_odd_runs(data, one, group, events) for one in values]
+            several = min(pairs, key=lambda pair: pair[0].p_value)
+            several = several if several[0].p_value <= RULES.further_event_p_value else []
+        several = [event for event in several if _matters(event, values, within)]
+        if not several:
+            break
+        events += several
+        measured = without_event(several[0], table, measured)
+    return Series(freedom, first_p_value, tuple(events))
+
+
+def of_the_other(event: Event, data: MeasurementSet) -> Event:
+    """The same event of the other one of two repeats."""
+    run = next(index for index, run in enumerate(data.runs) if run.name == event.other)
+    size = 1.0 / (1.0 + event.size) - 1.0 if event.quantity == OUTPUT_SCALE else -event.size
+    shape = (np.arange(len(data.runs)) == run).astype(float)
+    return replace(
+        event,
+        run=event.other,
+        before=data.runs[run - 1].name if run else "",
+        size=size,
+        pattern=replace(event.pattern, first=run, shape=shape),
+        other=event.run,
+    )
+
+
+def without_event(event: Event, table: SampleTable, measured: Array) -> Array:
+    """Measured outputs (samples,) as they would be without a step or a drift."""
+    if event.kind not in (STEP_EVENT, DRIFT_EVENT):
+        return measured
+    shape = event.pattern.shape[table.run]
+    if event.quantity == OUTPUT_SCALE:
+        return np.asarray(measured * np.exp(-np.log1p(event.size) * shape))
+    return np.asarray(measured - event.size * shape * (table.output == event.output))
+
+
+def group_of_runs(data: MeasurementSet) -> IntArray:
+    """Number of the repeats (runs,) to which each run belongs."""
+    group = np.zeros(len(data.runs), np.int64)
+    for number, members in enumerate(data.groups()):
+        group[members] = number
+    return group
+
+
+# ---------------------------------------------------------------------- patterns
+def _patterns(data: MeasurementSet) -> Iterator[Pattern]:
+    """All patterns; the simpler ones first, which win where two cannot be told apart."""
+    count = len(data.runs)
+    for run in range(count):
+        yield Pattern(ODD_RUN, run, (np.arange(count) == run).astype(float))
+    specimens = [run.specimen for run in data.runs]
+    of_all = np.ones(count, bool)
+    yield from _courses(of_all, "")
+    if len(set(specimens)) > 1:
+        for name in dict.fromkeys(specimens):
+            yield from _courses(np.array([each == name for each in specimens]), name)
+
+
+def _courses(member: Array, specimen: str) -> Iterator[Pattern]:
+    """Steps and drifts of the runs of a specimen, or of all."""
+    place = np.flatnonzero(member)
+    order = np.arange(len(member), dtype=float)
+    for first in place[1:].tolist():
+        yield Pattern(STEP_EVENT, first, (member & (order >= first)).astype(float), specimen)
+    if len(place) > 2:
+        share = (order - place[0]) / (place[-1] - place[0])
+        settled = 1.0 - np.exp(-share / SETTLING_RUNS)
+        for shape in (share, settled / settled[place[-1]]):
+            yield Pattern(DRIFT_EVENT, int(place[1]), np.where(member, shape, 0.0), specimen)
+
+
+def _seen_by_repeats(pattern: Pattern, group: IntArray) -> bool:
+    """Whether a pattern lets repeats differ."""
+    return bool(np.any(np.abs(within_groups(pattern.shape, group)) > SAME_PATTERN))
+
+
+# ---------------------------------------------------------------------- the test
+def _best(
+    data: MeasurementSet,
+    one: RunValues,
+    patterns: Sequence[Pattern],
+    group: IntArray,
+    events: Sequence[Event],
+) -> Event:
+    """The pattern that explains most of the differences between repeats beyond known events."""
+    taken = [event.pattern.shape for event in events if _concerns(event, one)]
+    known = _basis([within_groups(shape, group) for shape in taken])
+    shapes = _beyond(within_groups(np.stack([p.shape for p in patterns]), group), known)
+    square = np.sum(shapes**2, axis=1)
+    usable = square > 1e-6
+    shapes = np.where(usable[:, None], shapes / np.sqrt(np.where(usable, square, 1.0))[:, None], 0)
+    differences = _beyond(within_groups(one.values, group), known)
+    whole = float(differences @ differences)
+    explained = (shapes @ differences) ** 2
+    freedom = len(group) - len(np.unique(group)) - len(taken)
+    chosen = _chosen(patterns, explained, whole, freedom, one.values)
+    share = float(explained[chosen]) / whole if whole > 0.0 else 0.0
+    p_value = _p_value(share, shapes[usable], group, known, freedom)
+    size = float(shapes[chosen] @ differences) / float(np.sqrt(square[chosen] or 1.0))
+    pattern = patterns[chosen]
+    if pattern.kind == ODD_RUN:
+        return _odd_run(data, one, pattern.first, group, p_value)
+    return Event(
+        kind=pattern.kind,
+        run=data.runs[pattern.first].name,
+        before=_before(data, pattern),
+        quantity=one.quantity,
+        size=float(np.expm1(size)) if one.quantity == OUTPUT_SCALE else size,
+        p_value=p_value,
+        pattern=pattern,
+        output=one.output,
+        largest=_largest_input(data, pattern) if pattern.kind == STEP_EVENT else "",
+    )
+
+
+def _two_odd_runs(
+    data: MeasurementSet, one: RunValues, group: IntArray, events: Sequence[Event]
+) -> list[Event]:
+    """The two runs of different repeats that explain most if both are odd: each hides the other."""
+    taken = [event.pattern.shape for event in events if _concerns(event, one)]
+    known = _basis([within_groups(shape, group) for shape in taken])
+    alone = _beyond(within_groups(np.eye(len(group)), group), known)
+    differences = _beyond(within_groups(one.values, group), known)
+    freedom = len(group) - len(np.unique(group)) - len(taken)
+    pairs = [(i, j) for i, j in combinations(range(len(group)), 2) if group[i] != group[j]]
+    rest = np.array([_left(differences, alone[list(pair)]) for pair in pairs])
+    least = float(rest.min())
+    about = np.abs(one.values - np.median(one.values))
+    alike = [pair for pair, left in zip(pairs, rest, strict=True) if _as_good(left, least, freedom)]
+    chosen = max(alike, key=lambda pair: about[pair[0]] + about[pair[1]])
+    whole = float(differences @ differences)
+    ratio = (whole - least) / 2.0 / max(least / (freedom - 2), 1e-300)
+    outputs = len(data.outputs)
+    p_value = min(1.0, (1 + outputs) * len(pairs) * float(variance_ratio.sf(ratio, 2, freedom - 2)))
+    return [_odd_run(data, one, run, group, p_value) for run in chosen]
+
+
+def _left(differences: Array, shapes: Array) -> float:
+    """Sum of squares of differences (runs,) that some shapes (k, runs) leave."""
+    found = np.linalg.lstsq(shapes.T, differences, rcond=None)[0]
+    return float(np.sum((differences - found @ shapes) ** 2))
+
+
+def _as_good(left: float, least: float, freedom: int) -> bool:
+    """Whether repeats cannot tell two explanations apart, by the sums of squares they leave."""
+    return freedom * np.log(max(left, 1e-300) / max(least, 1e-300)) <= RULES.event_tie
+
+
+def _odd_run(
+    data: MeasurementSet, one: RunValues, run: int, group: IntArray, p_value: float
+) -> Event:
+    mates = np.flatnonzero((group == group[run]) & (np.arange(len(group)) != run))
+    size = float(one.values[run] - one.values[mates].mean())
+    return Event(
+        kind=ODD_RUN,
+        run=data.runs[run].name,
+        before=data.runs[run - 1].name if run else "",
+        quantity=one.quantity,
+        size=float(np.expm1(size)) if one.quantity == OUTPUT_SCALE else size,
+        p_value=p_value,
+        pattern=Pattern(ODD_RUN, run, (np.arange(len(group)) == run).astype(float)),
+        output=one.output,
+        other=data.runs[int(mates[0])].name if len(mates) == 1 else "",
+    )
+
+
+def _concerns(event: Event, one: RunValues) -> bool:
+    """Whether an event has used up a degree of freedom of these values. Odd runs concern all."""
+    same = (event.quantity, event.output) == (one.quantity, one.output)
+    return same or event.kind not in (STEP_EVENT, DRIFT_EVENT)
+
+
+def _chosen(
+    patterns: Sequence[Pattern], explained: Array, whole: float, freedom: int, values: Array
+) -> int:
+    """Index of the best pattern. Of those that repeats cannot tell from it, the one that explains
+    most of the values as they are, with the errors that the model has in them.
+    """
+    rest = np.maximum(whole - explained, SAME_PATTERN * whole)
+    alike = [n for n, left in enumerate(rest) if _as_good(left, float(rest.min()), freedom)]
+    return max(alike, key=lambda index: _along(patterns[index].shape, values))
+
+
+def _along(shape: Array, values: Array) -> float:
+    """Share of values (runs,) about their mean that a shape explains."""
+    about, seen = values - values.mean(), shape - shape.mean()
+    return float((seen @ about) ** 2 / ((seen @ seen) * (about @ about) or 1.0))
+
+
+def _largest_input(data: MeasurementSet, pattern: Pattern) -> str:
+    """Name of the run just before, or first after, a step that exceeds all inputs before it."""
+    peaks = [
+        float(np.max(data.driving(run)))
+        for run in data.runs
+        if pattern.specimen in ("", run.specimen)
+    ]
+    names = [run.name for run in data.runs if pattern.specimen in ("", run.specimen)]
+    first = names.index(data.runs[pattern.first].name)
+    for place in (first, first - 1):
+        if place and peaks[place] > (1.0 + RULES.larger_input) * max(peaks[:place]):
+            return names[place]
+    return ""
+
+
+def _before(data: MeasurementSet, pattern: Pattern) -> str:
+    """Name of the run before the first that changed, of the same specimen if it is about one."""
+    earlier = data.runs[: pattern.first]
+    mine = [run for run in earlier if pattern.specimen in ("", run.specimen)]
+    return mine[-1].name if mine else ""
+
+
+def _basis(rows: Sequence[Array]) -> Array:
+    """Orthonormal rows that span some rows (k, runs)."""
+    if not rows:
+        return np.zeros((0, 0))
+    return np.asarray(np.linalg.qr(np.stack(rows).T)[0].T)
+
+
+def _beyond(rows: Array, basis: Array) -> Array:
+    """Rows (..., runs) less their part in the span of an orthonormal basis (k, runs)."""
+    return rows - (rows @ basis.T) @ basis if basis.size else rows
+
+
+def _p_value(share: float, shapes: Array, group: IntArray, known: Array, freedom: int) -> float:
+    """Chance that the best of all patterns explains such a share of normal scatter: drawn, and
+    where no drawn one does, from the F distribution times the number of patterns if that is less.
+    """
+    drawn = np.random.default_rng(0).standard_normal((NORMAL_DRAWS, len(group)))
+    drawn = _beyond(within_groups(drawn, group), known)
+    best = np.max((drawn @ shapes.T) ** 2, axis=1) / np.sum(drawn**2, axis=1)
+    chance = (1.0 + np.sum(best >= share)) / (1.0 + NORMAL_DRAWS)
+    ratio = share * (freedom - 1) / max(1.0 - share, 1e-300)
+    bound = len(shapes) * float(variance_ratio.sf(ratio, 1, freedom - 1))
+    return float(min(chance, bound))
+
+
+def _matters(event: Event, values: Sequence[RunValues], floor_within: float) -> bool:
+    """Whether the runs that an event changes change by more than they scatter within."""
+    one = next(v for v in values if (v.quantity, v.output) == (event.quantity, event.output))
+    change = abs(event.size) * one.size * event.pattern.shape
+    changed = event.pattern.shape > 0.0
+    level = float(np.sqrt(np.mean(change[changed] ** 2)))
+    return level > RULES.event_error * floor_within

@@ -1,0 +1,38 @@
+"""A set without the events in its series: steps and drifts taken out, odd runs set aside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.series.events import DRIFT_EVENT, STEP_EVENT, Event
+from model_lab.series.run_scale import OUTPUT_SCALE
+
+
+def without_events(data: MeasurementSet, events: Sequence[Event]) -> MeasurementSet:
+    """The set as it would be had nothing happened: readings as before a step, and as at the
+    beginning of a drift; without odd runs.
+    """
+    set_aside = {event.run for event in events if event.kind not in (STEP_EVENT, DRIFT_EVENT)}
+    courses = [event for event in events if event.kind in (STEP_EVENT, DRIFT_EVENT)]
+    runs = tuple(
+        _without(data, run, index, courses)
+        for index, run in enumerate(data.runs)
+        if run.name not in set_aside
+    )
+    return replace(data, runs=runs)
+
+
+def _without(data: MeasurementSet, run: Run, index: int, events: Sequence[Event]) -> Run:
+    columns = dict(run.columns)
+    for event in events:
+        share = float(event.pattern.shape[index])
+        for output, name in enumerate(data.outputs):
+            if name in columns and event.quantity == OUTPUT_SCALE:
+                columns[name] = columns[name] * np.exp(-np.log1p(event.size) * share)
+            elif name in columns and output == event.output:
+                columns[name] = columns[name] - event.size * share
+    return replace(run, columns=columns)

@@ -1,0 +1,78 @@
+"""What a run as a whole shows beside a prediction: its scale and its zero.
+
+Runs that repeat each other have the same model error, so the difference of their scales (or of
+their zeros) is scatter, or something that happened between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Array, IntArray
+from model_lab.measurements.sample_table import SampleTable
+
+OUTPUT_SCALE, OUTPUT_ZERO = "scale", "zero"
+SMALLEST_RATIO = 1e-3  # of measured to predicted; also stands for a run of the opposite sign
+
+
+@dataclass(frozen=True)
+class RunValues:
+    """One number for each run.
+
+    quantity: OUTPUT_SCALE, the natural logarithm of the ratio of measured to predicted outputs, or
+    OUTPUT_ZERO, the measured output where the predicted one is zero, in the unit of the outputs.
+    output: of which output it is; all have one scale. values (runs,). size (runs,): root
+    mean square, over a run, by which its outputs change when its value changes by 1; of measured
+    or predicted outputs, whichever are larger.
+    """
+
+    quantity: str
+    output: int
+    values: Array
+    size: Array
+
+
+def run_values(table: SampleTable, measured: Array, predicted: Array) -> tuple[RunValues, ...]:
+    """Scale, and zero of each output, of every run; measured, predicted (samples,)."""
+    runs = range(table.runs)
+    read, said = ([table.of_run(values, run) for run in runs] for values in (measured, predicted))
+    outputs = range(len(read[0]))
+    units = np.sqrt([np.mean(_of_output(read, output) ** 2) for output in outputs])
+    units = np.where(units > 0.0, units, 1.0)[:, None]
+    pairs = list(zip(read, said, strict=True))
+    scale = np.array([_log_ratio(y / units, p / units) for y, p in pairs])
+    size = np.sqrt([max(np.mean(y**2), np.mean(p**2)) for y, p in pairs])
+    found = [RunValues(OUTPUT_SCALE, 0, scale, size)]
+    for output in outputs:
+        zero = [_zero(y[output], p[output]) for y, p in pairs]
+        found.append(RunValues(OUTPUT_ZERO, output, np.array(zero), np.ones(len(zero))))
+    return tuple(one for one in found if np.all(np.isfinite(one.values)))
+
+
+def _of_output(values: list[Array], output: int) -> Array:
+    return np.concatenate([part[output] for part in values])
+
+
+def _log_ratio(measured: Array, predicted: Array) -> float:
+    square = float(np.sum(predicted**2))
+    if square == 0.0:
+        return float("nan")
+    return float(np.log(max(float(np.sum(measured * predicted)) / square, SMALLEST_RATIO)))
+
+
+def _zero(measured: Array, predicted: Array) -> float:
+    """Intercept of the line through measured over predicted values; NaN without two of them."""
+    about = predicted - predicted.mean()
+    square = float(about @ about)
+    if square <= 1e-12 * float(predicted @ predicted) or square == 0.0:
+        return float("nan")
+    slope = float(about @ measured) / square
+    return float(measured.mean() - slope * predicted.mean())
+
+
+def within_groups(values: Array, group: IntArray) -> Array:
+    """Values (..., runs) less the mean of their repeats; group (runs,): of each run."""
+    member = group == np.unique(group)[:, None]
+    return np.asarray(values - (values @ member.T / member.sum(axis=1)) @ member)

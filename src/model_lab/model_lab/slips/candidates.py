@@ -1,0 +1,370 @@
+"""Slips that a measurement set may have, each with the set as it would be without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import yaml
+
+from model_lab.aliases import Array
+from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, as_expected
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from model_lab.measurements.units import COLUMN_UNITS, column_unit, display_of
+from model_lab.rules import RULES
+
+USUAL_UNITS: Mapping[str, tuple[str, ...]] = {
+    "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm"),
+    "rad": ("deg", "rad", "turn", "mrad"),
+    "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
+    "N m": ("N*mm", "N*m", "N*cm", "kgf*cm", "lbf*inch"),
+    "m": ("mm", "m", "cm", "inch"),
+    "kg": ("mg", "g", "kg", "oz", "lb"),
+    "s": ("s", "ms", "min", "us", "h"),
+    "": ("", "percent"),
+}
+"""Usual units of a quantity by its SI unit, the commonest first."""
+NAMES = {"negative": "sign", "from_vertical": "complement", "gauge": "absolute"}
+"""Name of the slip that is said by a word of `MEANINGS`, where it is not that word."""
+PLAUSIBLE_SIZES = {
+    "length": (5e-3, 2.0),
+    "height": (2e-3, 0.2),
+    "width": (2e-3, 0.2),
+    "wall": (2e-4, 0.05),
+    "side_wall": (2e-4, 0.05),
+    "gauge_length": (2e-3, 1.0),
+}  # [m]
+SPECIMEN_SIZES = tuple(PLAUSIBLE_SIZES)
+WITHOUT_UNIT = ("direction", "time", "tip_qx", "tip_qy", "tip_qz", "tip_qw")
+MOST_SPECIMENS = 6  # of which any two may have been exchanged
+SHEAR_OF_YOUNG = 1.0 / 3.0  # of an incompressible material
+MEANING_WORDS = {
+    "absolute": "absolute pressure",
+    "gauge": "gauge pressure",
+    "strain": "strain",
+    "true_stress": "true stress",
+    "negative": "minus {column}",
+    "supplement": "180 deg less the tip angle",
+    "complement": "90 deg less the tip angle",
+    "from_vertical": "90 deg more than the tip angle",
+    "chord": "the angle of the chord",
+    "wrapped": "an angle that jumps by 360 deg",
+}
+EXPECTED = {
+    "absolute": "gauge pressure",
+    "gauge": "absolute pressure",
+    "strain": "stretch",
+    "true_stress": "nominal stress",
+    "negative": "{column}",
+    "wrapped": "a continuous angle",
+}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, and the set
+    without it.
+    """
+
+    name: str
+    column: str
+    said: str
+    fits: str
+    mend: str
+    mended: MeasurementSet
+
+
+def candidates(data: MeasurementSet) -> Iterator[Candidate]:
+    """All slips that the set may have."""
+    for column in dict.fromkeys((*data.inputs, *data.outputs)):
+        yield from _units(data, column)
+        yield from _meanings(data, column)
+    yield from _exchanged_columns(data)
+    yield from _moduli(data)
+    yield from _sizes(data)
+    yield from _exchanged_specimens(data)
+
+
+# ---------------------------------------------------------------------- columns
+def stated_unit(data: MeasurementSet, column: str) -> str:
+    """The unit that the set states for a column; of a set that was not read, that in which it would
+    be written.
+    """
+    return data.units.get(column, display_of(COLUMN_UNITS[column]).unit)
+
+
+def _units(data: MeasurementSet, column: str) -> Iterator[Candidate]:
+    """A column in each other usual unit of its quantity."""
+    said = stated_unit(data, column)
+    for unit, factor in _factors(data, column):
+        yield Candidate(
+            "percent" if unit == "percent" else "unit",
+            column,
+            said,
+            unit,
+            column_mend(data, {column: {"unit": unit}}),
+            replace(_scaled(data, column, factor), units={**data.units, column: unit}),
+        )
+
+
+def _factors(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
+    """Other usual units of a column, and the factor from the stated one to each."""
+    stated = column_unit(column, stated_unit(data, column)).scale
+    known = USUAL_UNITS.get(COLUMN_UNITS[column], ()) if column not in WITHOUT_UNIT else ()
+    factors = [(unit, column_unit(column, unit).scale / stated) for unit in known]
+    return [(unit, factor) for unit, factor in factors if not np.isclose(factor, 1.0)]
+
+
+def _scaled(data: MeasurementSet, column: str, factor: float) -> MeasurementSet:
+    """The set with a column times a factor; so is what noise is stated for it."""
+    changed = _with_columns(data, lambda run: {column: factor * run.columns[column]}, (column,))
+    if column not in data.noise:
+        return changed
+    return replace(changed, noise={**data.noise, column: factor * data.noise[column]})
+
+
+def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
+    """A column that holds something else than is expected, in its own unit or another one."""
+    said = stated_unit(data, column)
+    for word in MEANINGS.get(column, ()):
+        units = [(said, 1.0)]
+        if word in ("absolute", "strain"):  # which come in any unit
+            units += _factors(data, column)
+        for unit, factor in units:
+            scaled = _scaled(data, column, factor)
+            ambient = _ambient(scaled, column)
+            mended = _with_columns(
+                scaled,
+                lambda run, w=word, air=ambient: {
+                    column: as_expected(run.columns, {column: w}, air)[column]
+                },
+                (column,),
+            )
+            if not _possible(mended, column) or _same(mended, scaled, column):
+                continue
+            entry: dict[str, Any] = {"unit": unit, "is": word}
+            if word in ("absolute", "gauge"):
+                entry[AMBIENT] = _written(ambient / column_unit(column, unit).scale)
+            yield Candidate(
+                NAMES.get(word, word),
+                column,
+                EXPECTED.get(word, "the tip angle").format(column=column),
+                MEANING_WORDS[word].format(column=column) + (f" in {unit}" if unit != said else ""),
+                column_mend(data, {column: entry}),
+                replace(mended, units={**data.units, column: unit}),
+            )
+
+
+def _ambient(data: MeasurementSet, column: str) -> float:
+    """Pressure of the air [Pa]: what absolute pressures are at rest, if that may be it."""
+    least = float(np.median([run.columns[column].min() for run in data.runs]))
+    low, high = RULES.atmosphere
+    return least if low <= least <= high else ATMOSPHERE
+
+
+def _possible(data: MeasurementSet, column: str) -> bool:
+    """Whether a column has values that it may have."""
+    least = {"stretch": 0.1, "p_in": 1.0, "p_out": 1.0, "pressure": -2e4}.get(column, -np.inf)
+    return all(float(np.nanmin(run.columns[column])) >= least for run in data.runs)
+
+
+def _same(data: MeasurementSet, other: MeasurementSet, column: str) -> bool:
+    """Whether a column is the same in two sets."""
+    pairs = zip(data.runs, other.runs, strict=True)
+    return all(np.array_equal(a.columns[column], b.columns[column]) for a, b in pairs)
+
+
+def _exchanged_columns(data: MeasurementSet) -> Iterator[Candidate]:
+    """Any two columns of one quantity, and input and output, exchanged."""
+    names = [name for name in (*data.inputs, *data.outputs) if name not in WITHOUT_UNIT]
+    for first, second in combinations(names, 2):
+        alike = COLUMN_UNITS[first] == COLUMN_UNITS[second]
+        if not alike and len(names) > 2:
+            continue
+        units = {first: stated_unit(data, first), second: stated_unit(data, second)}
+        one, other = (column_unit(name, unit) for name, unit in units.items())
+        ratio = 1.0 if alike else one.scale / other.scale
+
+        def exchanged(run: Run, a: str = first, b: str = second, by: float = ratio) -> dict:
+            return {a: by * run.columns[b], b: run.columns[a] / by}
+
+        mended = _with_columns(data, exchanged, (first, second))
+        if _possible(mended, first) and _possible(mended, second):
+            entries = {
+                first: {"unit": units[first], "from": second},
+                second: {"unit": units[second], "from": first},
+            }
+            yield Candidate(
+                "exchanged",
+                f"{first}, {second}",
+                f"{first} and {second}",
+                f"{second} and {first}, exchanged",
+                column_mend(data, entries),
+                mended,
+            )
+
+
+def _with_columns(data: MeasurementSet, change: Any, needed: tuple[str, ...]) -> MeasurementSet:
+    """The set with columns changed in every run that has those needed; change gives the new ones of
+    a run by name.
+    """
+    runs = tuple(
+        replace(
+            run,
+            columns=_changed(run, run.columns, change, needed),
+            lead=_changed(run, run.lead, change, needed),
+        )
+        for run in data.runs
+    )
+    return replace(data, runs=runs)
+
+
+def _changed(run: Run, columns: Mapping[str, Array], change: Any, needed: tuple[str, ...]) -> Any:
+    """Columns of a run, or those of its lead, changed if they have what is needed."""
+    if not all(name in columns for name in needed):
+        return columns
+    return {**columns, **change(replace(run, columns=columns))}
+
+
+# ---------------------------------------------------------------------- specimens
+def _used(data: MeasurementSet) -> dict[str, Specimen]:
+    """Specimens that runs have, by name."""
+    return {run.specimen: data.specimens[run.specimen] for run in data.runs}
+
+
+def _moduli(data: MeasurementSet) -> Iterator[Candidate]:
+    """Young's modulus in the place of the shear modulus, which a blocked tip barely shows."""
+    if data.experiment == "blocked_tip":
+        return
+    changes = {
+        name: {"shear_modulus": SHEAR_OF_YOUNG * float(entry.values["shear_modulus"])}
+        for name, entry in _used(data).items()
+        if "shear_modulus" in entry.values
+    }
+    if changes:
+        yield _of_specimens(
+            data, "youngs_modulus", "shear_modulus", ("shear modulus", "Young's modulus"), changes
+        )
+
+
+def _sizes(data: MeasurementSet) -> Iterator[Candidate]:
+    """Sizes in another unit, the radius for the diameter, both walls for one."""
+    present = [
+        key
+        for key in SPECIMEN_SIZES
+        if any(key in specimen.values for specimen in _used(data).values())
+    ]
+    for unit, factor in (("mm", 1e-3), ("cm", 1e-2), ("inch", 0.0254)):
+        for keys in dict.fromkeys([tuple(present), *((key,) for key in present)]):
+            resized = _resized(data, "unit", keys, factor, ("m", unit))
+            if _plausible(resized.mended):
+                yield resized
+    section = tuple(key for key in ("height", "width") if key in present)
+    if len(section) == 2:
+        yield _resized(data, "radius", section, 2.0, ("the whole", "half of it"))
+    walls = [key for key in ("wall", "side_wall") if key in present]
+    for keys in (tuple(walls), *((key,) for key in walls)) if len(walls) > 1 else ():
+        yield _resized(data, "wall_total", keys, 0.5, ("a single wall", "both walls together"))
+
+
+def _plausible(data: MeasurementSet) -> bool:
+    """Whether the sizes of specimens may be those of a soft actuator or a strip of rubber."""
+    for specimen in _used(data).values():
+        for key, (low, high) in PLAUSIBLE_SIZES.items():
+            sizes = np.asarray(specimen.values.get(key, low), float)
+            sizes = sizes if sizes.ndim == 0 else sizes[:, 1]
+            if not np.all((sizes >= low) & (sizes <= high)):
+                return False
+    return True
+
+
+def _resized(
+    data: MeasurementSet, name: str, keys: tuple[str, ...], factor: float, words: tuple[str, str]
+) -> Candidate:
+    changes = {
+        specimen.name: {
+            key: _resized_value(key, specimen.values[key], factor)
+            for key in keys
+            if key in specimen.values
+        }
+        for specimen in _used(data).values()
+    }
+    return _of_specimens(data, name, ", ".join(keys), words, changes)
+
+
+def _resized_value(key: str, value: float | Array, factor: float) -> float | Array:
+    """A size [m] times a factor; of one that varies along x [m], the sizes alone."""
+    if np.ndim(value) == 0:
+        return float(value) * factor
+    return np.asarray(value) * [1.0, factor]
+
+
+def _exchanged_specimens(data: MeasurementSet) -> Iterator[Candidate]:
+    """Any two specimens of different sizes exchanged."""
+    used = _used(data)
+    for first, second in combinations(used if len(used) <= MOST_SPECIMENS else (), 2):
+        one, other = used[first].values, used[second].values
+        differing = [
+            key for key in one if key in other and not np.array_equal(one[key], other[key])
+        ]
+        if differing:
+            yield _of_specimens(
+                data,
+                "exchanged",
+                f"{first}, {second}",
+                (f"{first} and {second}", f"{second} and {first}, exchanged"),
+                {
+                    first: {key: other[key] for key in differing},
+                    second: {key: one[key] for key in differing},
+                },
+            )
+
+
+def _of_specimens(
+    data: MeasurementSet,
+    name: str,
+    column: str,
+    words: tuple[str, str],
+    changes: Mapping[str, Mapping[str, float | Array]],
+) -> Candidate:
+    """A slip in the entries of specimens; changes: their values without it, in SI units."""
+    specimens = {
+        key: replace(entry, values={**entry.values, **changes.get(key, {})})
+        for key, entry in data.specimens.items()
+    }
+    entries = {
+        key: {name: _written(value) for name, value in values.items()}
+        for key, values in changes.items()
+    }
+    mended = replace(data, specimens=specimens)
+    return Candidate(name, column, *words, one_line({"specimens": entries}), mended)
+
+
+def _written(value: float | Array) -> Any:
+    """A value to six digits, as a document holds it."""
+    if np.ndim(value) == 0:
+        return float(f"{float(value):.6g}")
+    return [[float(f"{number:.6g}") for number in point] for point in np.asarray(value)]
+
+
+# ---------------------------------------------------------------------- mends
+def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """The text that states columns anew: under `columns`, or under the topics of each bag."""
+    bags = {run.name: {"topics": entries} for run in data.runs if run.name in data.bags}
+    document: dict[str, Any] = {"runs": bags} if bags else {}
+    if len(bags) < len(data.runs):
+        document["columns"] = dict(entries)
+    return one_line(document)
+
+
+def one_line(document: Mapping[str, Any]) -> str:
+    """A document in YAML in a single line.
+
+    >>> one_line({"columns": {"pressure": {"unit": "psi"}}})
+    'columns: {pressure: {unit: psi}}'
+    """
+    text = yaml.safe_dump(dict(document), default_flow_style=True, sort_keys=False, width=1e9)
+    return text.strip()[1:-1]

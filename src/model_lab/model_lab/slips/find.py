@@ -1,0 +1,168 @@
+"""Search of slips: which mistake in how the data are stated explains the error of the model.
+
+A slip has no free parameter: the data are changed as it says, and the calibration alone is fitted
+again. So the whole search is one prediction for each slip, and a fit to thinned data for those that
+come nearest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Tell, tell_nobody
+from model_lab.experiments.forward import USUAL_MODULUS_SCALES, Forward
+from model_lab.fitting.fit import fit
+from model_lab.fitting.held_out import hold_out
+from model_lab.fitting.problem import base_starts, pose_problem
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import thinned
+from model_lab.measurements.specimens import made_of
+from model_lab.rules import RULES
+from model_lab.slips.candidates import Candidate, candidates
+from model_lab.slips.outside import below_ambient
+from model_lab.slips.slip import Slip
+from softhand_model.model_file import Model
+
+SLIP_SAMPLES = 40  # that are compared
+PREDICTED_SAMPLES = 15  # of a run, of those that are predicted only
+PRESSURE_SIGN = ("sign", "pressure")  # the only slip by which pressures are below the air's
+FITTED = 6  # slips that are fitted: those whose predictions come nearest
+LIKE_WEAKNESS = ("chord",)  # slips that look like an effect of another size
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A set without the slips that were found in it.
+
+    relative_error: held-out error without them over the size of the outputs, NaN if none was found.
+    """
+
+    data: MeasurementSet
+    slips: tuple[Slip, ...] = ()
+    relative_error: float = np.nan
+
+
+@dataclass(frozen=True)
+class Score:
+    """Held-out error and noise floor of a model with its calibration fitted, in the unit of the
+    outputs, the root mean square of the outputs, and whether the calibration is on a bound.
+    """
+
+    rmse: float
+    floor: float
+    size: float
+    at_bound: bool = False
+
+    @property
+    def relative(self) -> float:
+        """Error over the size of the outputs, which no unit of them changes."""
+        return self.rmse / self.size if self.size > 0.0 else np.inf
+
+    @property
+    def explains(self) -> bool:
+        """Whether the error is about the floor."""
+        return self.rmse <= RULES.explained_error * self.floor
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the error is the floor, as nearly as it is known."""
+        return self.rmse <= RULES.material_error * self.floor
+
+
+def find_slips(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> Checked:
+    """The slips of a set under a model, and the set without them.
+
+    Raises ValueError for data that the model cannot use.
+    """
+    found: list[Slip] = []
+    error = np.nan
+    while len(found) < RULES.most_slips:
+        tell("looking for wrong units and the like", 0, 0)
+        best = best_slip(data, model)
+        if best is None:
+            break
+        slip, data, error = best
+        found.append(slip)
+    return Checked(data, tuple(found), error)
+
+
+def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip without which the data fit best, the set without it, and the relative error that is
+    left; None if there is none.
+    """
+    before = score(data, model)
+    if before.explains:
+        return None
+    tried = scored(data, model)
+    least = min((after.relative for _, after in tried), default=np.inf)
+    alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
+    if not alike or not is_slip(alike[0][0].name, before, alike[0][1]):
+        return None
+    candidate, after = alike[0]  # the commonest
+    if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
+        return None
+    slip = Slip(
+        candidate.name,
+        candidate.column,
+        candidate.said,
+        candidate.fits,
+        before.rmse,
+        after.rmse,
+        candidate.mend,
+    )
+    return slip, candidate.mended, after.relative
+
+
+def is_slip(name: str, before: Score, after: Score) -> bool:
+    """Whether an error falls so far that no physics would do the same by chance: of a large one,
+    most of it; of a small one, all of it. Where the calibration wants more than that, the factor is
+    none of a slip. The chord's angle must explain the data, as a weak actuation halves angles, too.
+    """
+    if name in LIKE_WEAKNESS and not after.explains:
+        return False
+    if after.at_bound and after.relative > RULES.slip_share_at_bound * before.relative:
+        return after.is_noise
+    if after.relative > RULES.slip_share * before.relative:
+        return False
+    return before.relative > RULES.slip_error or after.is_noise
+
+
+def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
+    """The slips whose predictions come nearest to the data, fitted; in the order of candidates."""
+    tried = list(candidates(data))
+    errors = [_predicted_error(candidate.mended, model) for candidate in tried]
+    nearest = sorted(np.argsort(errors, kind="stable")[:FITTED].tolist())
+    return [(tried[n], score(tried[n].mended, model)) for n in nearest if np.isfinite(errors[n])]
+
+
+def _predicted_error(data: MeasurementSet, model: Model) -> float:
+    """Relative error of a model that is not fitted, but for a common factor that the calibration
+    may have.
+    """
+    data, joints = made_of(thinned(data, 1, PREDICTED_SAMPLES), model), model.springs
+    try:
+        forward = Forward(data, model.base, (), model.effects, model.calibration, joints=joints)
+    except ValueError:  # such data the model refuses: so that is not the slip
+        return np.inf
+    with np.errstate(all="ignore"):
+        predicted = forward.predict(forward.start()[None])[0]
+    if not np.all(np.isfinite(predicted)) or not np.any(forward.measured):
+        return np.inf
+    measured, square = forward.measured, float(predicted @ predicted)
+    factor = float(predicted @ forward.measured) / square if square > 0.0 else 1.0
+    low, high = (0.0, np.inf) if data.free_modulus else USUAL_MODULUS_SCALES
+    left = measured - np.clip(factor, low, high) * predicted
+    return float(np.linalg.norm(left) / np.linalg.norm(measured))
+
+
+def score(data: MeasurementSet, model: Model) -> Score:
+    """How well the model does on thinned data, its calibration fitted."""
+    problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, {})
+    likelihood = problem.likelihood([effect.name for effect in given])
+    found = fit(likelihood, base_starts(likelihood.parameters))
+    size = float(np.sqrt(np.mean(problem.data.table.value**2)))
+    free = [parameter.effect is None for parameter in likelihood.parameters]
+    at_bound = bool(np.any(found.at_limit & np.array(free, bool)))
+    return Score(hold_out(found).rmse, problem.floor.total, size, at_bound)

@@ -1,0 +1,1 @@
+"""Reading and writing of files: YAML within limits, results without overwriting, quoting."""

@@ -1,0 +1,1 @@
+"""Design of PneuFlex actuators: sizes, rubbers, fibres and casting moulds."""

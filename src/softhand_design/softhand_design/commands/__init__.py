@@ -1,0 +1,1 @@
+"""The commands `softhand hand design`, `softhand hand mould` and `softhand materials`."""

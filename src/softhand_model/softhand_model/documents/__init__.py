@@ -1,1 +1,0 @@
-"""Files that are read and written: YAML within limits, results that overwrite nothing, quoting."""

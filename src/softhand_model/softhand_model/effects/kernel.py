@@ -1,0 +1,116 @@
+"""Kernels of effects: what the compiled loops through whole runs call in place of the methods.
+
+An elastic effect, or one of the walls, may have a `Kernel` beside its methods. It does the same for
+arrays of one axis, `lanes`: all sections of a run with all trial values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from numba import types
+
+from softhand_common.documents.quoted import shortened
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.by_address import address_of, call_with
+from softhand_common.numerics.compiled import compiled
+
+PURE_SHEAR, UNIAXIAL, EQUIBIAXIAL, LINEAR = 0, 1, 2, 3
+MODE_OF = {
+    "pure_shear": PURE_SHEAR,
+    "uniaxial": UNIAXIAL,
+    "equibiaxial": EQUIBIAXIAL,
+    "linear": LINEAR,
+}
+HEIGHT, WIDTH, WALL, SIDE_WALL, RATIO = range(5)
+SIZES = 5
+
+
+class Trial(NamedTuple):
+    """A stretch that is tried as the one at the end of a time step.
+
+    stretch (lanes,) [-]; dt [s]: duration of the step, 0 at a run's first sample; accepted: whether
+    the step ends with this stretch, so that the state has to be taken over; mode: PURE_SHEAR,
+    UNIAXIAL, EQUIBIAXIAL or LINEAR, see `stages.Strain`; sizes (5, lanes) of the sections: HEIGHT,
+    WIDTH, WALL, SIDE_WALL [m] and RATIO [-].
+    """
+
+    stretch: Array
+    dt: float
+    accepted: bool
+    mode: int
+    sizes: Array
+
+
+LANES, TABLE = types.float64[::1], types.float64[:, ::1]
+TRIAL = types.NamedTuple((LANES, types.float64, types.boolean, types.intp, TABLE), Trial)
+ACT = LANES, TRIAL, TABLE, TABLE
+BEGIN_STEP = types.float64, TABLE, TABLE
+call_act, call_begin_step = call_with(ACT), call_with(BEGIN_STEP)
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The compiled form of an effect: functions decorated with `numerics.compiled.compiled`.
+
+    act(stress, trial, values, state): changes stress (lanes,) [-] in place from that without the
+    effect to that with it. values (k, lanes): of `Effect.kernel_values`. state (m, lanes): at the
+    start of the step; to be changed if `trial.accepted`, and only then.
+
+    begin_step(dt, values, state): called before a step, for what depends on its duration [s] alone.
+
+    rest: the state of a section that has rested for long, a number for each row. Before these come
+    the rows of what belongs to the specimen, `ElasticEffect.largest`, in its order.
+
+    Raises TypeError for functions that are not decorated.
+    """
+
+    act: Callable[..., None]
+    begin_step: Callable[..., None] | None = None
+    rest: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse functions that numba has not got."""
+        for name in ("act", "begin_step"):
+            function = getattr(self, name)
+            if not hasattr(function, "py_func") and (name, function) != ("begin_step", None):
+                raise TypeError(
+                    f"kernel: {name}: expected a function with the decorator @compiled, "
+                    f"got {shortened(repr(function))}"
+                )
+
+    @cached_property
+    def addresses(self) -> tuple[int, int]:
+        """Addresses of act and begin_step, compiled; 0 for none."""
+        begin = 0 if self.begin_step is None else address_of(self.begin_step, BEGIN_STEP)
+        return address_of(self.act, ACT), begin
+
+
+# ---------------------------------------------------------------------- for use in kernels
+@compiled
+def base_stress(stretch: Any, mode: Any) -> Any:
+    """Stress of the base [-], as `stages.Strain.elastic_term` has it."""
+    inverse = 1.0 / stretch
+    if mode == PURE_SHEAR:
+        return stretch - inverse * inverse * inverse
+    if mode == UNIAXIAL:
+        return stretch - inverse * inverse
+    if mode == EQUIBIAXIAL:
+        return stretch - (inverse * inverse) ** 2 * inverse
+    return stretch - 1.0
+
+
+@compiled
+def invariant(stretch: Any, mode: Any) -> Any:
+    """Invariant J1 [-], as `stages.Strain.invariant` has it."""
+    inverse = 1.0 / stretch
+    if mode == PURE_SHEAR:
+        return (stretch - inverse) ** 2
+    if mode == UNIAXIAL:
+        return (stretch - 1.0) ** 2 * (1.0 + 2.0 * inverse)
+    if mode == EQUIBIAXIAL:
+        return (inverse * inverse - 1.0) ** 2 * (1.0 + 2.0 * stretch * stretch)
+    return (stretch - 1.0) ** 2

@@ -1,0 +1,193 @@
+"""The tab `Lab`: dropped measurements, what their columns are, which effect is missing, and the
+hand with it. It runs the commands of `model-lab`, and never commands hardware.
+"""
+
+from __future__ import annotations
+
+import argparse
+import html
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import viser
+
+from model_lab.cli.options import column_map
+from model_lab.importing.importing import Maps, make_set, propose
+from model_lab.importing.told import table_rows
+from softhand_common.documents.json_document import read_json
+from softhand_model.hand.hand import hand_names, load_hand
+from softhand_play.lab_process import LabProcess
+from softhand_play.messages import Look
+from softhand_play.page_context import PageContext
+from softhand_play.widgets import NOTHING, offer
+
+NO_HAND = "unknown: a straight line as model"
+LINEAR, BASE = "linear", "base"
+FILES_LIMIT = 50  # files of one set
+SIZE_LIMIT = 50_000_000  # [bytes] of a file
+STYLE = "margin: 0.4em 0.8em; font-size: 0.72em; overflow-x: auto; max-height: 26em"
+
+
+class LabTab:
+    """From dropped files to a model in the hand."""
+
+    def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
+        self._page, gui = page, page.server.gui
+        self._folder = tempfile.TemporaryDirectory(prefix="softhand-play-")
+        self._set, self._out = (Path(self._folder.name) / name for name in ("set", "results"))
+        self._out.mkdir()
+        self._files: list[Path] = []
+        self._is_set = False
+        self._count = 0  # of models that were added
+        self.work = LabProcess(lambda line: page.report(line))
+        with tab:
+            gui.add_markdown("Open or drop CSV or spreadsheet files: all runs of one experiment.")
+            self.finger = gui.add_dropdown("measured finger", (NO_HAND, *_fingers()))
+            self.maps = gui.add_text(
+                "columns", "", hint="what the names do not say: NAME=COLUMN:UNIT, with spaces"
+            )
+            self._columns = gui.add_html("")
+            compare = gui.add_button("compare", hint="checks the data first, then the model")
+            diagnose = gui.add_button("diagnose", hint="names the effect that is missing")
+            cancel = gui.add_button("cancel")
+            self.effect = gui.add_dropdown("missing effect", NOTHING)
+            add = gui.add_button("add it, and move the hand with it")
+            forget = gui.add_button("forget these files")
+            self._answer = gui.add_html("")
+        for widget in (self.finger, self.maps):
+            widget.on_update(lambda _: page.attempt(self._look))
+        compare.on_click(lambda _: page.attempt(self._compare))
+        diagnose.on_click(lambda _: page.attempt(self._diagnose))
+        cancel.on_click(lambda _: page.attempt(self._cancel))
+        add.on_click(lambda _: page.attempt(self._add))
+        forget.on_click(lambda _: page.attempt(self._forget))
+
+    # ---------------------------------------------------------------- files
+    def take(self, path: Path) -> None:
+        """Take one more file; raises ValueError for one that cannot be read, which is left out."""
+        if len(self._files) >= FILES_LIMIT:
+            raise ValueError(f"{path.name}: expected at most {FILES_LIMIT} files, got one more")
+        size = path.stat().st_size
+        if size > SIZE_LIMIT:
+            most = f"{SIZE_LIMIT / 1e6:g} MB of measurements"
+            raise ValueError(f"{path.name}: expected at most {most}, got {size / 1e6:.0f} MB")
+        propose([path])
+        self._files.append(path)
+        self._look()
+
+    def _look(self) -> None:
+        """Show what the columns are, and make the set; raises ValueError for what is open."""
+        self._cancel()
+        self._is_set = False
+        if not self._files:
+            return
+        proposal = propose(self._files, maps=self._given_maps())
+        self._columns.content = _table(table_rows(proposal))
+        finger = self.finger.value
+        made = make_set(proposal, None if finger == NO_HAND else finger)
+        for old in self._set.glob("*"):
+            old.unlink()
+        made.write(self._set)
+        self._is_set = True
+        self._page.report(
+            "; ".join((f"{proposal.experiment}, {len(made.runs)} runs", *made.remarks)),
+            Look.SUCCESS,
+        )
+
+    def _given_maps(self) -> Maps:
+        try:
+            return dict(column_map(word) for word in self.maps.value.split())
+        except argparse.ArgumentTypeError as reason:
+            raise ValueError(f"columns: {reason}") from reason
+
+    def _forget(self) -> None:
+        self._cancel()
+        self._files, self._is_set = [], False
+        self._columns.content = self._answer.content = ""
+        offer(self.effect, ())
+
+    # ---------------------------------------------------------------- the lab
+    @property
+    def _model(self) -> str:
+        return LINEAR if self.finger.value == NO_HAND else BASE
+
+    def _compare(self) -> None:
+        words = ["compare", str(self._set), "--model", self._model]
+        self._run(words, lambda text: self._show(text, "compared; the answer is in the tab Lab"))
+
+    def _diagnose(self) -> None:
+        found = self._out / "diagnosis.json"
+        words = ["diagnose", str(self._set), "--model", self._model, "--json", str(found)]
+
+        def done(text: str) -> None:
+            answer = read_json(found).mapping()
+            names = [effect.mapping()["name"].value for effect in answer["effects"].items()]
+            offer(self.effect, tuple(names))
+            self._show(
+                text, f"verdict: {answer['verdict'].value}: {', '.join(names) or 'no effect'}"
+            )
+
+        self._run([*words, "--force"], done)
+
+    def _add(self) -> None:
+        if self.effect.value in NOTHING:
+            raise ValueError("missing effect: expected one; press diagnose first")
+        self._count += 1
+        effect, model = self.effect.value, self._out / f"model_{self._count}.yaml"
+        words = ["add", effect, "--data", str(self._set), "--model", self._model]
+
+        def done(text: str) -> None:
+            self._show(text, f"{effect} is added; the hand moves with it")
+            player = self._page.player
+            player.play(
+                replace(player.world, settings=replace(player.world.settings, model=str(model)))
+            )
+
+        self._run([*words, "--out", str(model)], done)
+
+    def _run(self, words: Sequence[str], done: Callable[[str], None]) -> None:
+        """Run a command; its answer is shown, or its error."""
+        if not self._is_set:
+            raise ValueError("lab: expected measurements; drop files, and say what is open")
+
+        def ended(code: int, text: str) -> None:
+            if code:
+                self._page.report(text or f"model-lab {words[0]}: ended with {code}", Look.ERROR)
+            else:
+                self._page.attempt(lambda: done(text))
+
+        self.work.start(words, ended)
+        self._page.report(f"{words[0]}: computing; the page can be used in the meantime")
+
+    def _show(self, text: str, sentence: str) -> None:
+        shown = text.replace(self._folder.name, "...")
+        self._answer.content = f'<pre style="{STYLE}">{html.escape(shown)}</pre>'
+        self._page.report(sentence, Look.SUCCESS)
+
+    def _cancel(self) -> None:
+        if self.work.is_running:
+            self.work.cancel()
+            self._page.report("cancelled")
+
+    def close(self) -> None:
+        """End what runs."""
+        self.work.cancel()
+
+
+def _fingers() -> list[str]:
+    """HAND:FINGER of the shipped hands, for chains of a single actuator."""
+    return [
+        f"{name}:{chain.name}"
+        for name in hand_names()
+        for chain in load_hand(name).chains
+        if len(chain.actuators) == 1 and not chain.turn
+    ]
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    lines = (
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    return f'<div style="{STYLE}"><table>{"".join(lines)}</table></div>'

@@ -1,0 +1,1 @@
+"""Many grasps in process: trials, sweeps, success maps and searches."""

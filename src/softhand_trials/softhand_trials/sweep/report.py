@@ -1,0 +1,102 @@
+"""Summary of a sweep: successes by object and variant, and why trials failed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from scipy.stats import binomtest
+
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED
+from softhand_trials.sweep.success_map import SuccessMap, map_of
+from softhand_trials.sweep.task import Record
+
+REASONS_SHOWN = 3  # most frequent reasons of failures in a summary
+
+
+def wilson(successes: int, count: int) -> tuple[float, float]:
+    """95 % interval of a ratio after Wilson (1927): low and high [-].
+
+    >>> low, high = wilson(8, 10)
+    >>> round(low, 4), round(high, 4)
+    (0.4902, 0.9433)
+    """
+    if count == 0:
+        return 0.0, 1.0
+    found = binomtest(successes, count).proportion_ci(0.95, "wilson")
+    return float(found.low), float(found.high)
+
+
+def group_of(record: Record) -> str:
+    """A key without its cell and replicate: plan, object and what varies."""
+    return str(record["key"]).rsplit("/", 2)[0]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Trials of an object and variant, by the `name` that their keys share."""
+
+    name: str
+    records: tuple[Record, ...]
+
+    @property
+    def gripped(self) -> int:
+        """Number of successes."""
+        return sum(record.get("outcome") == OUTCOME_GRIPPED for record in self.records)
+
+    @property
+    def share(self) -> float:
+        """Share of success [-]."""
+        return self.gripped / len(self.records)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Its 95 % interval [-]."""
+        return wilson(self.gripped, len(self.records))
+
+    @property
+    def failures(self) -> Counter[str]:
+        """How many trials failed, by cause."""
+        return Counter(_failure(r) for r in self.records if r.get("outcome") != OUTCOME_GRIPPED)
+
+    @cached_property
+    def map(self) -> SuccessMap | None:
+        """Its map, if its cells are a grid."""
+        return map_of(self.records)
+
+
+def groups_of(records: Iterable[Record]) -> list[Group]:
+    """Groups in the order of their first trials."""
+    found: dict[str, list[Record]] = {}
+    for record in records:
+        found.setdefault(group_of(record), []).append(record)
+    return [Group(name, tuple(chosen)) for name, chosen in found.items()]
+
+
+def codes_of(records: Iterable[Record]) -> list[str]:
+    """Digests of the states of the code that ran trials."""
+    return sorted({record["versions"]["code"] for record in records if "versions" in record})
+
+
+def summary(records: Iterable[Record]) -> str:
+    """Successes with their interval by object and variant, and the commonest failures."""
+    records, lines = list(records), []
+    for group in groups_of(records):
+        low, high = (100 * end for end in group.interval)
+        count = f"{group.gripped} of {len(group.records)} gripped"
+        lines.append(f"{group.name}: {count} ({low:.0f} to {high:.0f} %)")
+        commonest = group.failures.most_common(REASONS_SHOWN)
+        lines += [f"    {count} x {failure}" for failure, count in commonest]
+    if len(codes := codes_of(records)) > 1:
+        lines.append(f"run by {len(codes)} different states of the code: {', '.join(codes)}")
+    return "\n".join(lines)
+
+
+def _failure(record: Record) -> str:
+    if "error" in record:
+        return str(record["error"])
+    if record.get("cause"):
+        return f"{record['cause']} in {record['phase']}"
+    return str(record["outcome"])

@@ -1,0 +1,133 @@
+"""Report of a sweep as files: tables in Markdown, pictures, and all of it as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softhand_common.documents.output_file import check_new, save_figure, write_json, write_new
+from softhand_trials.sweep.drawing import maps_figure, shares_figure
+from softhand_trials.sweep.report import Group, codes_of, groups_of
+from softhand_trials.sweep.results import RESULTS_FILE, read_results
+from softhand_trials.sweep.success_map import SuccessMap, largest_hole, largest_share
+from softhand_trials.sweep.task import Record
+
+FORMAT = "softhand-sweep-report/1"
+PAGE, REPORT_DATA, SHARES, MAPS = "report.md", "report.json", "shares.png", "maps.png"
+FIGURE_DPI = 120  # of pictures [dots an inch]
+
+
+def write_report(folder: Path, out: Path | None = None, force: bool = False) -> list[Path]:
+    """Write the report of the results in a folder, finished or not.
+
+    Args:
+        folder: of `results.jsonl`, or that file.
+        out: folder of the report; None: that of the results.
+        force: overwrite a report that is there.
+
+    Returns:
+        The files.
+
+    Raises:
+        ValueError: there are no results, or files that must not be overwritten.
+    """
+    records = last_of_each(read_results(folder, ("cell", "replicate"), "outcome"))
+    if not records:
+        raise ValueError(f"{folder}: expected results of a sweep ({RESULTS_FILE}), got none")
+    out = out or (folder if folder.is_dir() else folder.parent)
+    groups = groups_of(records)
+    maps = {group.name: group.map for group in groups if group.map is not None}
+    files = [out / name for name in (PAGE, REPORT_DATA, SHARES, *([MAPS] if maps else []))]
+    for file in files:
+        check_new(file, force)
+    write_new(out / PAGE, page(groups, maps), force)
+    write_json(out / REPORT_DATA, document(groups, records), force)
+    shares = [group.share for group in groups], [group.interval for group in groups]
+    figure = shares_figure([group.name for group in groups], *shares)
+    save_figure(figure, out / SHARES, dpi=FIGURE_DPI)
+    if maps:
+        save_figure(maps_figure(maps), out / MAPS, dpi=FIGURE_DPI)
+    return files
+
+
+def last_of_each(records: Sequence[Record]) -> list[Record]:
+    """The latest record of each trial: one that raised is tried again."""
+    return list({record["key"]: record for record in records}.values())
+
+
+def page(groups: Sequence[Group], maps: dict[str, SuccessMap]) -> str:
+    """The tables in Markdown, with the pictures."""
+    rows: list[tuple[str, ...]] = [("trials", "gripped", "share", "95 % interval", "failures")]
+    rows += [_shares_row(group) for group in groups]
+    names = ["sweep, object, variant", *(group.name for group in groups)]
+    text = ["# Report of a sweep", _table(names, rows), f"![Shares of success]({SHARES})"]
+    if maps:
+        head = ("region [cm2]", "radius [mm]", "centre [mm]", "largest part", "largest hole")
+        rows = [(*head, "fuzziness", "ends within the grid"), *map(_map_row, maps.values())]
+        text += ["## Maps", MAPS_TEXT, _table(["map", *maps], rows), f"![Maps]({MAPS})"]
+    return "\n\n".join(text) + "\n"
+
+
+MAPS_TEXT = """Region: cells in which at least half of the jittered trials succeed. Its largest
+4-connected part as a share of it; its largest hole in cells; fuzziness: cells with a share between
+0.2 and 0.8 over the sides of its border."""
+
+
+def _shares_row(group: Group) -> tuple[str, ...]:
+    failures = ", ".join(f"{what} {count}" for what, count in group.failures.most_common())
+    low, high = group.interval
+    counts = str(len(group.records)), str(group.gripped), f"{group.share:.2f}"
+    return (*counts, f"{low:.2f} to {high:.2f}", failures or "-")
+
+
+def _map_row(found: SuccessMap) -> tuple[str, ...]:
+    x, y = (1e3 * value for value in found.centre)
+    return (
+        f"{1e4 * found.area:.1f}",
+        f"{1e3 * found.equivalent_radius:.0f}",
+        f"{x:.0f}, {y:.0f}" if found.region.any() else "-",
+        f"{largest_share(found.region):.2f}" if found.region.any() else "-",
+        str(largest_hole(found.region)),
+        f"{found.fuzziness:.2f}",
+        "no" if found.reaches_border else "yes",
+    )
+
+
+def _table(names: Sequence[str], rows: Sequence[tuple[str, ...]]) -> str:
+    """A table in Markdown, the first row its head."""
+    lines = [f"| {' | '.join((name, *row))} |" for name, row in zip(names, rows, strict=True)]
+    lines.insert(1, "| --- " * (1 + len(rows[0])) + "|")
+    return "\n".join(lines)
+
+
+def document(groups: Sequence[Group], records: Sequence[Record]) -> dict[str, Any]:
+    """The report as plain data, SI units."""
+    return {
+        "format": FORMAT,
+        "trials": len(records),
+        "errors": sum("error" in record for record in records),
+        "cpu_time": float(np.sum([record.get("cpu_time", 0.0) for record in records])),
+        "code": codes_of(records),
+        "groups": [
+            {
+                "name": group.name,
+                "trials": len(group.records),
+                "gripped": group.gripped,
+                "share": group.share,
+                "interval": group.interval,
+                "failures": dict(group.failures.most_common()),
+                "map": None if group.map is None else _map_data(group.map),
+            }
+            for group in groups
+        ],
+    }
+
+
+def _map_data(found: SuccessMap) -> dict[str, Any]:
+    names = ("xs", "ys", "once", "filtered", "share", "area", "equivalent_radius", "centre")
+    plain = {name: getattr(found, name) for name in (*names, "fuzziness", "reaches_border")}
+    parts = {"largest_share": largest_share(found.region), "hole": largest_hole(found.region)}
+    return plain | parts

@@ -1,0 +1,81 @@
+"""A task: what a trial of a sweep and an evaluation of a search have in common.
+
+A task is plain data, so that it can be sent to processes and machines. Its result depends on the
+task alone, and is one record in the file of results.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import time
+from functools import lru_cache
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any, Protocol
+
+PACKAGES = ("grasp_strategies", "pneuflex_sim", "softhand_model")
+LIBRARIES = ("pybullet", "numpy", "numba")
+DIGEST_DIGITS = 16  # of a digest, in hexadecimal
+
+Record = dict[str, Any]
+
+
+class Task(Protocol):
+    """Work with a key; a worker builds once what tasks of equal settings share."""
+
+    @property
+    def key(self) -> str:
+        """Name of the task, by which its record is found."""
+
+    @property
+    def settings(self) -> Any:
+        """What a worker builds for it, comparable."""
+
+    @property
+    def digest(self) -> str:
+        """Hash of all that the result depends on, without the code."""
+
+    def describe(self) -> Record:
+        """What the record says of the task: key, digest and more."""
+
+    def result(self) -> Record:
+        """Do the work; plain data for JSON."""
+
+
+def run_task(task: Task) -> Record:
+    """Do a task's work; its record as plain data for JSON. A task that raises has a record with the
+    `error` and without a result.
+    """
+    begin, cpu = time.perf_counter(), time.process_time()
+    record = task.describe()
+    try:
+        record |= task.result()
+    except Exception as error:  # noqa: BLE001 (other tasks go on, and the record holds the error)
+        record["error"] = f"{type(error).__name__}: {error}"
+    times = {"wall_time": time.perf_counter() - begin, "cpu_time": time.process_time() - cpu}
+    return record | times | {"versions": versions()}
+
+
+def lost_task(task: Task, losses: int) -> Record:
+    """The record of a task during which its worker was lost each time."""
+    return task.describe() | {"error": f"its worker was lost {losses} times"}
+
+
+@lru_cache(maxsize=1)
+def versions() -> Record:
+    """What runs here: packages with a digest of their code and data, libraries, the machine's
+    architecture.
+    """
+    found = {name: metadata.version(name) for name in (*PACKAGES, *LIBRARIES)}
+    return found | {"code": _code_digest(), "machine": platform.machine()}
+
+
+def _code_digest() -> str:
+    code = hashlib.sha256()
+    for package in PACKAGES:
+        root = Path(str(resources.files(package)))
+        for path in sorted(root.rglob("*")):
+            if path.suffix in (".py", ".yaml"):
+                code.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return code.hexdigest()[:DIGEST_DIGITS]

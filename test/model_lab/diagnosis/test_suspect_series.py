@@ -1,0 +1,72 @@
+"""What a diagnosis says of a series in which something happened, and what of the rest."""
+
+from __future__ import annotations
+
+import pytest
+
+from model_lab.bench import rig_faults as rig
+from model_lab.bench.synthesize import synthesize
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.report.sentences import verdict_sentence
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import Model
+
+SEVENTH = 6  # index of the first run of the second half
+FEW = ("mullins_softening", "ageing", "gent_stiffening", "viscoelasticity")
+
+
+@pytest.fixture(scope="module")
+def classes():
+    return {name: effect for name, effect in effect_classes().items() if name in FEW}
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return synthesize("uniaxial", 2, False).data
+
+
+def test_a_slipped_winding_is_not_noise(clean, classes):
+    data = rig.slipped_winding(clean, SEVENTH, 0.09)
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.verdict_mended) == ("unexplained", "adequate")
+    assert [(event["kind"], event["run"]) for event in found.events] == [("step", "r1b")]
+    assert found.noise_floor < 1.5 * clean.noise["stress"]
+    assert "Repeats before and after run r1b do not agree" in verdict_sentence(found)
+
+
+def test_an_odd_run_is_told_with_the_unit_in_which_it_fits(classes):
+    clean = synthesize("free_bending", 2, False).data
+    data = rig.run_in_other_unit(clean, 4, 1.0 / 6.894757, "pressure")
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.verdict_mended) == ("slip", "adequate")
+    (slip,) = found.slips
+    assert (slip.name, slip.column, slip.fits) == ("odd_run", data.runs[4].name, "pressure in psi")
+    assert slip.rmse_after < 0.1 * slip.rmse_before
+
+
+def test_exchanged_outputs_are_named_and_the_rest_is_diagnosed(clean, classes):
+    data = rig.exchanged_plugs(clean, 1, 2)
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    (event,) = found.events
+    assert (found.verdict, event["kind"]) == ("slip", "exchanged")
+    assert {event["run"], event["other"]} == {data.runs[1].name, data.runs[2].name}
+    assert found.verdict_mended == "adequate"
+
+
+def test_an_effect_with_memory_wins_over_an_event(classes):
+    """The first run of a strip that softens is unlike its repeat."""
+    made = synthesize("uniaxial", 2, True)
+    assert [effect["name"] for effect in made.truth["effects"]] == ["mullins_softening"]
+    found = diagnose(made.data, Model("pneuflex"), classes).diagnosis
+    assert found.verdict == "effects_missing"
+    assert [effect.name for effect in found.effects] == ["mullins_softening"]
+    assert found.events == ()
+
+
+def test_an_effect_is_named_beside_an_event(classes):
+    made = synthesize("uniaxial", 2, True)
+    data = rig.slipped_winding(made.data, SEVENTH, 0.09)
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert found.verdict == "effects_missing"
+    assert [effect.name for effect in found.effects] == ["mullins_softening"]
+    assert [(event["kind"], event["run"]) for event in found.events] == [("step", "r1b")]

@@ -1,0 +1,114 @@
+"""Files as people have them become the same numbers, and what is open is named."""
+
+import numpy as np
+import pytest
+
+from model_lab.cli.main import main
+from model_lab.importing.importing import make_set, propose
+from model_lab.importing.runs import clock_offset
+from model_lab.measurements.load import load_measurements
+from softhand_common.documents.yaml_document import DocumentError
+
+TIME = np.arange(0.0, 6.0, 0.25)
+PRESSURE = 40.0 * np.sin(np.pi * TIME / 6.0) ** 2  # [kPa]
+ANGLE = 2.0 * PRESSURE + 0.01 * PRESSURE**2  # [deg]
+HAND = "rbo_hand_2:index"
+
+
+def write(path, header, *columns, sign=".", delimiter=",", encoding="utf-8", before="", after=""):
+    rows = [
+        delimiter.join(f"{v:.6f}".replace(".", sign) for v in row)
+        for row in zip(*columns, strict=True)
+    ]
+    path.write_text(before + "\n".join([header, *rows]) + after + "\n", encoding=encoding)
+    return path
+
+
+def numbers(folder):
+    run = load_measurements(folder).runs[0]
+    return run.columns["time"], run.columns["pressure"], run.columns["tip_angle"]
+
+
+def check(folder):
+    time, pressure, angle = numbers(folder)
+    np.testing.assert_allclose(time, TIME, atol=1e-5)
+    np.testing.assert_allclose(pressure, PRESSURE * 1e3, atol=0.2)
+    np.testing.assert_allclose(angle, np.radians(ANGLE), atol=1e-5)
+
+
+DIALECTS = {
+    "plain": ("time [s],pressure [kPa],tip_angle [deg]", {}, 1.0),
+    "semicolons and decimal commas": (
+        "Zeit [s];Druck [mbar];Winkel [°]",
+        {"sign": ",", "delimiter": ";", "encoding": "latin-1"},
+        10.0,
+    ),
+    "tabs and UTF-16": (
+        "t (s)\tp (kPa)\tangle (deg)",
+        {"delimiter": "\t", "encoding": "utf-16"},
+        1.0,
+    ),
+    "blanks and comment sign": ("# t_s p_kPa angle_deg", {"delimiter": " "}, 1.0),
+    "byte order mark": ("temps [s],pression [hPa],angle [deg]", {"encoding": "utf-8-sig"}, 10.0),
+    "preamble and footer": (
+        "Time (s);Pressure (bar);Bending angle (deg)",
+        {"delimiter": ";", "before": "Specimen;A\nMachine;X\n\n", "after": "\nend of file"},
+        0.01,
+    ),
+    "row of units": ("Time,Pressure,Angle\ns,kPa,deg", {}, 1.0),
+    "row of units in brackets": ("Time|Pressure|Angle\n[s]|[kPa]|[deg]", {"delimiter": "|"}, 1.0),
+}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_files_of_many_dialects_hold_the_same_numbers(dialect, tmp_path, capsys):
+    header, given, scale = DIALECTS[dialect]
+    file = write(tmp_path / "r1.csv", header, TIME, PRESSURE * scale, ANGLE, **given)
+    assert main(["import", str(file), "-o", str(tmp_path / "set"), "--hand", HAND, "--yes"]) == 0
+    check(tmp_path / "set")
+    assert "model-lab import" in capsys.readouterr().out
+
+
+def test_what_is_not_known_is_named_with_what_to_add(tmp_path):
+    file = write(tmp_path / "r1.csv", "time,pressure,tip_angle", TIME, PRESSURE, ANGLE)
+    proposal = propose([file])
+    assert proposal.unsure == {
+        "the unit of pressure": "--map 'pressure=pressure:UNIT'",
+        "the unit of tip_angle": "--map 'tip_angle=tip_angle:UNIT'",
+    }
+    with pytest.raises(DocumentError, match="the unit of pressure"):
+        make_set(proposal)
+    told = propose(
+        [file], maps={"pressure": ("pressure", "kPa"), "tip_angle": ("tip_angle", "deg")}
+    )
+    make_set(told, HAND).write(tmp_path / "set")
+    check(tmp_path / "set")
+
+
+def test_two_files_of_one_run_keep_the_stamps_of_the_output_and_tell_a_late_clock(tmp_path):
+    write(tmp_path / "druck.csv", "Zeit [s],Druck [kPa]", TIME, PRESSURE)
+    late = TIME[8:-4] + 1.0
+    write(tmp_path / "winkel.csv", "Zeit [s],Winkel [deg]", late, ANGLE[8:-4])
+    proposal = propose([tmp_path / "druck.csv", tmp_path / "winkel.csv"])
+    found = make_set(proposal, HAND)
+    assert "1.00 s late" in found.remarks[0]
+    mended = make_set(proposal, HAND, {"winkel.csv": -1.0})
+    np.testing.assert_allclose(mended.runs[0].columns["time"], TIME[8:-4], atol=1e-6)
+    np.testing.assert_allclose(mended.runs[0].columns["pressure"], PRESSURE[8:-4], atol=1e-6)
+    np.testing.assert_allclose(mended.runs[0].lead["time"], TIME[:8], atol=1e-6)
+    assert not mended.remarks
+
+
+def test_no_offset_is_told_where_a_sensor_is_only_noisy():
+    told = []
+    for seed in range(50):
+        random = np.random.default_rng(seed)
+        noisy = ANGLE + random.normal(0.0, 4.0, len(ANGLE))
+        told.append(clock_offset(TIME, PRESSURE, TIME, noisy))
+    assert not any(told)
+
+
+def test_a_unit_of_another_quantity_is_refused_with_the_option_that_gave_it(tmp_path):
+    file = write(tmp_path / "r1.csv", "time,pressure,tip_angle", TIME, PRESSURE, ANGLE)
+    with pytest.raises(DocumentError, match=r"expected a unit of pressure, got deg \(--map"):
+        propose([file], maps={"pressure": ("pressure", "deg")})

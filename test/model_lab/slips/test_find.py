@@ -1,0 +1,206 @@
+"""Slips in sets of which the truth is known: the shipped example, stated otherwise."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from bench.hidden import make_set
+from model_lab.comparison.compare import compare
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.result import SLIP
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.save import set_files
+from model_lab.report.comparison_text import comparison_text
+from model_lab.report.sentences import verdict_sentence
+from model_lab.slips.find import find_slips
+from softhand_common.documents.output_file import write_files
+from softhand_model.model_file import load_model
+
+ROOT = Path(__file__).parents[3]
+EXAMPLE = ROOT / "examples" / "measurements" / "finger"
+CASES = ROOT.parent / "shared" / "cases"
+PSI = 6894.757  # [Pa]
+BASE = load_model("base")
+
+
+def merged(stated, mend):
+    """A document with the entries of a mend in the place of its own."""
+    if not (isinstance(stated, dict) and isinstance(mend, dict)):
+        return mend
+    return stated | {key: merged(stated.get(key), value) for key, value in mend.items()}
+
+
+def mended(folder, slips):
+    """The set of a folder, loaded again with the mends pasted into its document."""
+    document = folder / "experiment.yaml"
+    content = yaml.safe_load(document.read_text(encoding="utf-8"))
+    for slip in slips:
+        content = merged(content, yaml.safe_load(slip.mend))
+    document.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return load_measurements(folder)
+
+
+def scaled(data, column, factor):
+    """The set with one column times a factor."""
+    runs = (
+        replace(run, columns={**run.columns, column: factor * run.columns[column]})
+        for run in data.runs
+    )
+    return replace(data, runs=tuple(runs))
+
+
+def case(name):
+    folder = CASES / name
+    if not folder.is_dir():
+        pytest.skip("no shared cases")
+    return load_measurements(folder)
+
+
+def test_pressures_in_psi_that_are_said_to_be_kpa(tmp_path):
+    example = load_measurements(EXAMPLE)
+    write_files(set_files(scaled(example, "pressure", 1e3 / PSI), tmp_path))
+    outcome = diagnose(load_measurements(tmp_path), BASE)
+    (slip,) = outcome.diagnosis.slips
+    assert (slip.name, slip.column, slip.said, slip.fits) == ("unit", "pressure", "kPa", "psi")
+    assert outcome.diagnosis.verdict == SLIP
+    own = diagnose(example, BASE).diagnosis
+    assert outcome.diagnosis.verdict_mended == own.verdict
+    assert slip.rmse_before > 50.0 * slip.rmse_after
+    again = diagnose(mended(tmp_path, [slip]), BASE).diagnosis
+    assert (again.verdict, again.slips) == (own.verdict, ())
+    assert again.rmse_before == pytest.approx(own.rmse_before, rel=1e-3)
+
+
+def test_a_set_without_a_slip_is_told_none():
+    data = load_measurements(EXAMPLE)
+    checked = find_slips(data, BASE)
+    assert checked.slips == () and checked.data is data
+    assert compare(data, BASE).slips == ()
+
+
+def test_the_shared_case_in_psi():
+    (slip,) = compare(case("psi_said_kPa"), BASE).slips
+    assert (slip.column, slip.fits) == ("pressure", "psi")
+
+
+# ---------------------------------------------------------------------- all kinds
+def stated_otherwise(column, change):
+    """The example with a column that holds something else."""
+    data = load_measurements(EXAMPLE)
+    runs = (
+        replace(run, columns={**run.columns, column: change(run.columns[column])})
+        for run in data.runs
+    )
+    return replace(data, runs=tuple(runs))
+
+
+def resized(factors):
+    """The example with entries of its specimens times factors."""
+    data = load_measurements(EXAMPLE)
+    specimens = {
+        name: replace(
+            entry, values={key: factors.get(key, 1.0) * v for key, v in entry.values.items()}
+        )
+        for name, entry in data.specimens.items()
+    }
+    return replace(data, specimens=specimens)
+
+
+def exchanged():
+    """The example with the sizes of its fingers exchanged."""
+    data = load_measurements(EXAMPLE)
+    one, other = data.specimens["thin"], data.specimens["thick"]
+    swapped = {
+        "thin": replace(one, values=other.values),
+        "thick": replace(other, values=one.values),
+    }
+    return replace(data, specimens=swapped)
+
+
+KINDS = {
+    "absolute": (lambda: stated_otherwise("pressure", lambda p: p + 100.9e3), "pressure"),
+    "unit": (lambda: scaled(load_measurements(EXAMPLE), "tip_angle", np.pi / 180.0), "tip_angle"),
+    "sign": (lambda: stated_otherwise("tip_angle", lambda angle: -angle), "tip_angle"),
+    "supplement": (lambda: stated_otherwise("tip_angle", lambda angle: np.pi - angle), "tip_angle"),
+    "complement": (
+        lambda: stated_otherwise("tip_angle", lambda angle: np.pi / 2.0 - angle),
+        "tip_angle",
+    ),
+    "chord": (lambda: stated_otherwise("tip_angle", lambda angle: 0.5 * angle), "tip_angle"),
+    "youngs_modulus": (lambda: resized({"shear_modulus": 3.0}), "shear_modulus"),
+    "radius": (lambda: resized({"height": 0.5, "width": 0.5}), "height, width"),
+    "wall_total": (lambda: resized({"wall": 2.0, "side_wall": 2.0}), "wall, side_wall"),
+    "exchanged": (exchanged, "thin, thick"),
+}
+
+
+@pytest.mark.parametrize(("stated", "column"), KINDS.values(), ids=KINDS)
+def test_each_kind_is_found_and_its_mend_mends(stated, column, request, tmp_path):
+    write_files(set_files(stated(), tmp_path))
+    checked = find_slips(load_measurements(tmp_path), BASE)
+    name = request.node.callspec.id
+    assert [(slip.name, slip.column) for slip in checked.slips] == [(name, column)]
+    after = mended(tmp_path, checked.slips)
+    assert find_slips(after, BASE).slips == ()
+    floor = compare(after, BASE).errors
+    assert floor.held_out.rmse < 1.2 * floor.floor.total
+
+
+def test_an_effect_is_not_called_a_slip(tmp_path):
+    for hidden in ("ballooning", "gent_stiffening", "pressure_offset"):
+        folder = tmp_path / hidden
+        make_set(folder, "free_bending", [(hidden, {})], seed=1, ratio=8.0)
+        assert find_slips(load_measurements(folder), BASE).slips == ()
+    for gain in (0.9, 0.7, 0.5):  # not those of units
+        weaker = scaled(load_measurements(EXAMPLE), "pressure", 1.0 / gain)
+        assert find_slips(weaker, BASE).slips == ()
+
+
+def test_what_fits_as_well_is_told_beside_the_slip():
+    diagnosis = diagnose(resized({"shear_modulus": 3.0}), BASE).diagnosis
+    assert diagnosis.slips[0].name == "youngs_modulus"
+    assert "pressure_gain" in diagnosis.instead
+    first = verdict_sentence(diagnosis).split("\n")[0]
+    assert "Young's modulus" in first and "shear_modulus" in first
+
+
+def test_pressures_below_those_of_the_air_are_refused_before_any_search():
+    vacuum = stated_otherwise("pressure", lambda pressure: -pressure)
+    runs = (
+        replace(run, columns={**run.columns, "tip_angle": -0.2 * run.columns["tip_angle"]})
+        for run in vacuum.runs
+    )
+    vacuum = replace(vacuum, runs=tuple(runs))
+    with pytest.raises(ValueError, match="inflation.*-45"):
+        diagnose(vacuum, BASE)
+    assert "inflation" in comparison_text(compare(vacuum, BASE), "base").split("\n")[0]
+
+
+def test_a_modulus_at_its_bound_is_told_with_what_frees_it():
+    soft = resized({"shear_modulus": 1.3})
+    diagnosis = diagnose(soft, BASE).diagnosis
+    assert diagnosis.at_bound == ("modulus_scale[A]",)
+    assert "--free-modulus" in verdict_sentence(diagnosis).split("\n")[0]
+    free = diagnose(replace(soft, free_modulus=True), BASE).diagnosis
+    assert free.at_bound == () and "--free-modulus" not in verdict_sentence(free)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "column"),
+    [
+        ("E_for_G", "youngs_modulus", "shear_modulus"),
+        ("neg_angle", "sign", "tip_angle"),
+        ("mbar_abs", "absolute", "pressure"),
+    ],
+)
+def test_the_shared_cases(name, kind, column):
+    (slip,) = compare(case(name), BASE).slips
+    assert (slip.name, slip.column) == (kind, column)
+
+
+def test_the_shared_case_of_vacuum():
+    with pytest.raises(ValueError, match="inflation"):
+        diagnose(case("vacuum"), BASE)

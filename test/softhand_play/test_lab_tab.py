@@ -1,0 +1,112 @@
+"""The tab Lab in a real browser: from two dropped files to a hand that moves by the new model."""
+
+import threading
+from pathlib import Path
+
+import pytest
+from finger_csvs import HAND, finger_csvs
+from play_page import PATIENCE, Window, served, wait_until
+
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import load_model
+from softhand_play.messages import Look
+
+pytestmark = pytest.mark.timeout(900)
+LONG = 4 * PATIENCE  # for a diagnosis on a busy machine [s]
+PHONE = {"width": 390, "height": 844}
+WIDEST = 1.02  # of the width of a window
+BALLOONING = effect_classes()["ballooning"]
+BOX = """selector => {
+  const box = document.querySelector(selector).getBoundingClientRect();
+  return [box.left, box.top, box.right, box.bottom];
+}"""
+
+
+@pytest.fixture(scope="module")
+def page():
+    with served(hand="rbo_hand_2", scene="stand") as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def texts():
+    return finger_csvs(BALLOONING(gain=0.6, onset=45e3, sharpness=8.0))
+
+
+def test_two_files_become_a_verdict_and_the_hand_moves_by_the_new_model(page, texts, open_window):
+    window = open_window(page)
+    window.press("Lab")
+    window.choose("measured finger", HAND)
+    for name, text in texts.items():
+        window.drop(name, text)
+    window.reads("free_bending, 2 runs")
+    assert all(words in window.text() for words in (*texts, "tip_angle"))
+    window.press("diagnose")
+    window.reads("diagnose: computing")
+    before = page.player.frames[-1].time
+    wait_until(lambda: page.player.frames[-1].time > before + 0.2, "a hand that goes on")
+    wait_until(lambda: not page.lab.work.is_running, "the diagnosis", LONG)
+    wait_until(lambda: "ballooning" in page.lab.effect.options, "the effect that is in the data")
+    window.reads("verdict: ")
+    window.press("add it, and move the hand with it")
+    settings = wait_until(
+        lambda: page.player.world.settings if page.player.world.settings.model else None,
+        "the new model in the hand",
+        LONG,
+    )
+    assert "ballooning" in [effect.name for effect in load_model(Path(settings.model)).effects]
+    window.press("Hand")
+    straight = page.player.frames[-1].state.joints
+    window.slide("b: index")
+    wait_until(lambda: page.player.frames[-1].pressures[1] > 60e3, "the pressure")
+    assert abs(page.player.frames[-1].state.joints - straight).max() > 0.05
+
+
+def test_a_diagnosis_is_cancelled_and_its_process_ends(page, texts):
+    page.lab._forget()
+    page.lab.finger.value = HAND
+    for name, text in texts.items():
+        page.dropped.open(name, text.encode())
+    page.lab._diagnose()
+    process = page.lab.work._process
+    page.lab._cancel()
+    assert process.returncode is not None
+    assert not page.lab.work.is_running and page.message == "cancelled"
+    assert not [thread for thread in threading.enumerate() if thread.name == "model-lab"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("../../x.csv", "a,b\n", "x.csv"),
+        ("two.csv", "foo,bar\n1,2\n2,3\n3,4\n", "expected"),
+    ],
+)
+def test_a_file_that_is_no_measurement_becomes_a_sentence(page, name, text, words):
+    page.lab._forget()
+    page.attempt(lambda: page.dropped.open(name, text.encode()))
+    assert words in page.message
+    assert page.look is Look.ERROR
+    page.attempt(page.lab._diagnose)
+    assert page.message.startswith("lab: expected measurements")
+
+
+def test_on_a_phone_the_panel_lies_below_the_hand_and_the_status_above(page, chromium):
+    context = chromium.new_context(viewport=PHONE)
+    window = Window(context.new_page(), page.server.address)
+    page.report("bad.yaml: format: expected a hand", Look.ERROR)
+    window.reads("⚠ bad.yaml: format: expected a hand")
+    _, top, right, bottom = window.tab.evaluate(BOX, "canvas[data-engine]")
+    status = window.tab.evaluate(BOX, "#softhand-status")
+    assert bottom - top >= 0.45 * PHONE["height"]
+    assert right <= WIDEST * PHONE["width"]
+    assert status[2] - status[0] > 0.9 * PHONE["width"] and status[3] < 0.15 * PHONE["height"]
+    panel = window.tab.evaluate(BOX, "[role=tab]")
+    assert panel[1] >= bottom
+    window.tab.get_by_text("Softhand Play").click()
+    wait_until(
+        lambda: window.tab.evaluate(BOX, "canvas[data-engine]")[3] > 0.9 * PHONE["height"],
+        "the folded panel",
+    )
+    assert window.tab.title() == "Softhand Play"
+    context.close()
