@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 
+from model_lab.experiments.linear import LinearBase
+from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set as save_set
@@ -333,9 +335,8 @@ def test_a_missing_set_is_named(tmp_path):
 
 
 WRONG_VALUES = {
-    "strain": ("uniaxial", {"stretch": 0.0, "stress": 0.0}, "column stretch", "strain + 1"),
-    "small strain": ("uniaxial", {"stretch": 0.05, "stress": 0.0}, "stretch", "strain + 1"),
-    "percent": ("uniaxial", {"stretch": 150.0, "stress": 0.0}, "column stretch", "strain + 1"),
+    "below -90 %": ("uniaxial", {"stretch": -95.0, "stress": 0.0}, "stretch", "strain + 1"),
+    "beyond percent": ("uniaxial", {"stretch": 6e3, "stress": 0.0}, "stretch", "strain + 1"),
     "gauge": ("valve_pulse", {"p_in": 200.0, "p_out": 0.0}, "column p_out", "absolute"),
     "duration": ("valve_pulse", {"duration": -1.0}, "column duration", "above 0"),
     "direction": ("valve_pulse", {"direction": 2.0}, "column direction", "inflate"),
@@ -359,6 +360,24 @@ def test_values_that_cannot_be_are_located(tmp_path, experiment, values, place, 
     assert place in message
     assert part in message
     assert "row 2 (line 3 of the file)" in message
+
+
+@pytest.mark.parametrize("value", [0.0, 0.05, -0.3, 150.0], ids="{:g}".format)
+def test_what_may_be_strain_or_percent_is_kept_but_drives_no_model(tmp_path, value):
+    content = document(
+        experiment="uniaxial",
+        specimens={"f": {"shear_modulus": 8e4}},
+        columns={"stretch": {"unit": ""}, "stress": {"unit": "Pa"}},
+    )
+    rows = csv_text({"stretch": [1.0, value], "stress": [0.0, 0.0]})
+    data = load_measurements(write_set(tmp_path, content, {"r1.csv": rows}))
+    assert data.runs[0].columns["stretch"].tolist() == [1.0, value]
+    (doubt,) = data.doubts
+    for part in ("r1.csv: row 2 (line 3 of the file), column stretch", "strain + 1", f"{value:g}"):
+        assert part in doubt
+    for model in (Uniaxial, LinearBase):
+        with pytest.raises(DocumentError, match="row 2.*strain"):
+            model(data)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from model_lab.experiments.samples import NO_TIME, SampleRows, Step
 from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.rows import require_possible
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance
 from softhand_model.bending.elastic_chain import compiled_effects
@@ -39,6 +40,7 @@ class LinearBase:
             )
         self._data, self._output = data, data.outputs[0]
         require_columns(data, INPUTS[data.experiment], "the model")
+        require_possible(data)
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(self._rows)
         self.strained = SHAPELESS, "linear"

@@ -13,6 +13,7 @@ from model_lab.aliases import Array
 from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.rows import require_possible
 from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.whole_runs import stress_in_runs
@@ -33,6 +34,7 @@ class Uniaxial:
     def __init__(self, data: MeasurementSet, mode: str = "uniaxial") -> None:
         self._data, self._mode = data, mode
         require_columns(data, INPUTS[data.experiment], "the model")
+        require_possible(data)
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(self._rows)
         for name in dict.fromkeys(run.specimen for run in data.runs):

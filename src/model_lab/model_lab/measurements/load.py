@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from model_lab.aliases import Array, Mask, Tell, tell_nobody
+from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.measurements.bag import MessageField, Source, read_bag_columns
 from model_lab.measurements.csv_file import TableError, read_columns
 from model_lab.measurements.held_input import DRIVING_COLUMN
@@ -28,8 +26,9 @@ from model_lab.measurements.measurement_set import (
     Run,
     Specimen,
 )
+from model_lab.measurements.rows import check_rows
 from model_lab.measurements.specimens import document_of, known_fields, read_specimens
-from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit, largest
+from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import (
     DocumentError,
@@ -45,25 +44,7 @@ TOP_KEYS = ("format", "experiment", "specimens", "runs")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
-STRETCHES = (0.1, 50.0)  # what could be one: strains start at 0, per cent end above
 COLUMN_WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
-# by column: which values (in SI units) are wrong, what was expected, the mend
-_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
-    "stretch": (
-        lambda values: (values < STRETCHES[0]) | (values > STRETCHES[1]),
-        f"a number from {STRETCHES[0]:g} to {STRETCHES[1]:g}",
-        "stretch is 1 at rest, that is strain + 1; if it is strain, write columns: {stretch: "
-        "{unit: '', is: strain}}, with unit: percent if it is in percent",
-    ),
-    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
-    "direction": (
-        lambda values: np.abs(values) != 1.0,
-        "1 (inflate) or -1 (deflate)",
-        "take the row out",
-    ),
-}
 LONGEST_PATH, LONGEST_NAME = 500, 255  # characters
 
 
@@ -107,6 +88,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         free,
         units={**reader.texts, **{name: column.text for name, column in stated.items()}},
         bags=frozenset(reader.bags),
+        doubts=tuple(reader.doubts),
     )
 
 
@@ -181,7 +163,8 @@ def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
 
 class _RunReader:
     """Reads the runs of one document; `bag_units` holds the units of columns met in bags, `texts`
-    the same as they were written, and `bags` the names of runs read from them.
+    the same as they were written, `bags` the names of runs read from them, and `doubts` what is
+    kept although it cannot be what its column is named.
     """
 
     def __init__(
@@ -198,6 +181,7 @@ class _RunReader:
         self.bag_units: Units = {}
         self.texts: dict[str, str] = {}
         self.bags: set[str] = set()
+        self.doubts: list[str] = []
 
     def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
         """The runs of the document, in its order."""
@@ -237,7 +221,7 @@ class _RunReader:
         if "file" in fields:
             path = self._path(fields["file"])
             columns = self._csv(fields["file"], path)
-            check_rows(path, columns)
+            self.doubts += check_rows(path, columns)
             return parted(columns, self._outputs_that_begin())
         if "topics" not in fields:
             raise node.error(
@@ -250,7 +234,7 @@ class _RunReader:
             if self._is_own(path) or str(reason).startswith(node.file):
                 raise
             raise DocumentError(f"{fields['bag'].place}: {reason}") from reason
-        check_rows(path, columns)
+        self.doubts += check_rows(path, columns)
         check_rows(path, lead)
         return columns, lead
 
@@ -391,71 +375,3 @@ def _temperature(fields: Mapping[str, Node]) -> float:
             f"a temperature in K from {low:g} to {high:g}", f"{value:g}; 20 degC are 293.15"
         )
     return value
-
-
-def row_name(index: int) -> str:
-    """How a row is called in errors, given its index from 0 in a file without blank lines.
-
-    >>> row_name(0)
-    'row 1 (line 2 of the file)'
-    """
-    return f"row {index + 1} (line {index + 2} of the file)"
-
-
-def check_rows(path: Path, columns: Mapping[str, Array]) -> None:
-    """Raise DocumentError where time does not rise or a column leaves its range.
-
-    Args:
-        path: the file, for the error.
-        columns: (rows,) in SI units by name.
-    """
-    for name, values in columns.items():
-        most = largest(COLUMN_UNITS.get(name))
-        _refuse_wrong(path, name, values, np.abs(values) > most, f"{most:g} at most in size")
-    if "time" in columns:
-        _check_time(path, columns)
-    for name in columns.keys() & _RANGES.keys():
-        is_wrong, expected, mend = _RANGES[name]
-        values = columns[name]
-        _refuse_wrong(path, name, values, is_wrong(values), expected, f"; {mend}")
-
-
-def _refuse_wrong(
-    path: Path, name: str, values: Array, wrong: Mask, expected: str, mend: str = ""
-) -> None:
-    if wrong.any():
-        index = int(np.argmax(wrong))
-        raise DocumentError(
-            f"{path}: {row_name(index)}, column {shortened(name)}: expected {expected} in SI "
-            f"units, got {values[index]:g}{mend}"
-        )
-
-
-def _check_time(path: Path, columns: Mapping[str, Array]) -> None:
-    time = columns["time"]
-    wrong = np.diff(time) <= 0.0
-    if wrong.any():
-        index = int(np.argmax(wrong)) + 1
-        same = time[index] == time[index - 1]
-        mend = "sort the rows, one run in each file"
-        if same:
-            mend = "keep one row for each time"
-        elif (driving := _driving_in_order(columns)) is not None:
-            mend = (
-                f"the rows are in order, as {driving} goes on smoothly: leave `time` out of "
-                "`columns`, or mend the clock; one run in each file"
-            )
-        raise DocumentError(
-            f"{path}: {row_name(index)}, column time: expected a time after "
-            f"{time[index - 1]:.9g} s, got {time[index]:.9g} s{' again' if same else ''}; {mend}"
-        )
-
-
-def _driving_in_order(columns: Mapping[str, Array]) -> str | None:
-    """The driving column, if sorting the rows by time would make it more ragged than it is."""
-    for name in set(DRIVING_COLUMN.values()) & columns.keys():
-        values = columns[name]
-        ordered = values[np.argsort(columns["time"], kind="stable")]
-        if np.abs(np.diff(values)).sum() < np.abs(np.diff(ordered)).sum():
-            return name
-    return None

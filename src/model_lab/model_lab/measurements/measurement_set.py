@@ -127,7 +127,8 @@ class MeasurementSet:
     jumps (`measurements.held_input`), instead of going straight, or bent as its neighbours say
     (`measurements.bent_input`). wild: readings that were replaced (`measurements.wild_samples`).
     units: of the columns as they were stated, by name; values are in SI units all the same.
-    bags: names of the runs that were read from bags.
+    bags: names of the runs that were read from bags. doubts: values that were kept although they
+    cannot be what their column is named, each as an error would say it (`measurements.rows`).
     """
 
     experiment: str
@@ -141,6 +142,7 @@ class MeasurementSet:
     wild: tuple[WildSample, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     bags: frozenset[str] = frozenset()
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":
