@@ -128,6 +128,33 @@ def test_plan_says_what_it_proposes_or_that_nothing_is_tied(pulls, tmp_path, cap
         assert (out / "next.csv").is_file()
 
 
+def test_plan_takes_what_diagnose_found_and_does_not_search_again(
+    pulls, tmp_path, capsys, monkeypatch
+):
+    """From the JSON, the folder of the report, or what is kept; not the answer on another set."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    answer, report = tmp_path / "d.json", tmp_path / "report"
+    found = ["diagnose", str(pulls), "--jobs", "1", "--json", str(answer), "--report", str(report)]
+    assert main(found) == 0
+    said = capsys.readouterr().out.splitlines()[0]
+
+    def searched(*_):
+        raise AssertionError("the set is searched again")
+
+    monkeypatch.setattr("model_lab.diagnosis.diagnose.diagnose", searched)
+    for given in (["--diagnosis", answer], ["--diagnosis", report], []):
+        out = tmp_path / f"p{len(list(tmp_path.iterdir()))}.json"
+        assert main(["plan", str(pulls), *map(str, given), "--json", str(out)]) == 0
+        assert capsys.readouterr().out.splitlines()[0] == said
+        planned = json.loads(out.read_text())
+        assert planned["next_experiment"] == json.loads(answer.read_text())["next_experiment"]
+    other = _write(tmp_path / "other", error=lambda stretch, _: 1.01 * _stiffened(stretch, _))
+    refused = _refused(["plan", other, "--diagnosis", answer], capsys)
+    assert "run `model-lab diagnose` again" in refused
+    with pytest.raises(AssertionError, match="searched again"):
+        main(["plan", str(other)])
+
+
 def test_a_sealed_effect_is_revealed(tmp_path, capsys):
     folder = tmp_path / "set"
     assert main(["synthesize", "uniaxial", "--hide", "--seed", "1", "--out", str(folder)]) == 0

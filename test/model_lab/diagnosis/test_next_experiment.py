@@ -18,7 +18,7 @@ from model_lab.diagnosis.next_experiment import (
     proposal,
 )
 from model_lab.measurements.load import load_measurements
-from model_lab.report.text import plan_json, plan_text, write_template
+from model_lab.report.text import diagnosis_json, plan_json, plan_text, write_template
 from model_lab.rules import RULES
 from softhand_model.model_file import load_model
 
@@ -135,7 +135,9 @@ def test_a_blocked_tip_tells_a_gauges_zero_by_an_open_chamber_and_a_shorter_fing
     assert best["at_rest"]["force_offset"] == 0.0
     read = offset.parameters["offset"].value
     assert best["at_rest"]["pressure_offset"] == pytest.approx(read, rel=0.2)
-    assert "with the chamber open: the gauge reads" in plan_text(found.diagnosis)
+    assert "with the chamber open: the gauge reads" in plan_text(
+        diagnosis_json(found.diagnosis, "")
+    )
     after = measured_too(tmp_path / "set", name, best, tmp_path / "longer")
     assert names_of(after.diagnosis) == {"pressure_offset"}
 
@@ -178,11 +180,12 @@ def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_pa
 
 
 def test_it_is_told_in_the_units_of_the_bench(outcome):
-    text = plan_text(outcome.diagnosis)
+    answer = diagnosis_json(outcome.diagnosis, "")
+    text = plan_text(answer)
     assert "temperature      20 degC" in text
     assert "peak pressure" in text and "kPa" in text
     assert "breaks the tie" in text
-    content = plan_json(outcome.diagnosis, [])
+    content = plan_json(answer, [])
     assert content["next_experiment"]["peak"] > 1e4
     assert content["tied"] == [list(names) for names in outcome.diagnosis.tied]
 

@@ -75,25 +75,30 @@ def compare(arguments: argparse.Namespace) -> None:
 
 def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
-    from model_lab.cli import lines
+    from model_lab.cli import answers, lines
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
     from model_lab.learning.learn import learn as learn_curve
-    from model_lab.report.text import diagnosis_text
-    from softhand_common.documents.output_file import check_new
+    from model_lab.report.text import diagnosis_json, diagnosis_text
+    from softhand_common.documents.output_file import check_new, write_json
 
     options.check_json(arguments)
     if arguments.report is not None:
         check_new(arguments.report / REPORT, arguments.force)
+        check_new(arguments.report / answers.ANSWER, arguments.force)
     model, classes, data = options.given(arguments)
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
     following = lines.after_diagnosis(arguments, outcome.diagnosis)
     _print_next(following)
-    options.save_json(arguments, outcome.diagnosis.as_json())
+    answer = diagnosis_json(outcome.diagnosis, answers.fingerprint(arguments, model, data))
+    answers.keep(answer)
+    options.save_json(arguments, answer)
     if arguments.report is not None:
         from model_lab.report import write_report
+
+        write_json(arguments.report / answers.ANSWER, answer, arguments.force)
 
         learned = None
         if outcome.diagnosis.verdict == UNEXPLAINED:
@@ -175,23 +180,29 @@ def ladder(arguments: argparse.Namespace) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> None:
-    """Diagnose, print what to do next, and write template and JSON."""
+    """Take what `diagnose` found, or diagnose; print what to do next, write template and JSON."""
+    from model_lab.cli import answers
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.measurements.save import check_folder
-    from model_lab.report.text import plan_json, plan_text, write_template
+    from model_lab.report.text import diagnosis_json, plan_json, plan_text, write_template
 
     options.check_json(arguments)
     if arguments.out is not None:
         check_folder(arguments.out, arguments.force)
     model, classes, data = options.given(arguments)
-    with Progress("diagnosing and planning") as progress:
-        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
-    diagnosis, files = outcome.diagnosis, []
-    print(plan_text(diagnosis), end="")
-    if diagnosis.next_experiment is not None and arguments.out is not None:
-        files = write_template(diagnosis.next_experiment, data, arguments.out)
+    fingerprint = answers.fingerprint(arguments, model, data)
+    answer = answers.kept(arguments.diagnosis, fingerprint)
+    if answer is None:
+        with Progress("diagnosing and planning") as progress:
+            outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
+        answer = diagnosis_json(outcome.diagnosis, fingerprint)
+        answers.keep(answer)
+    files, planned = [], answer["next_experiment"]
+    print(plan_text(answer), end="")
+    if planned is not None and arguments.out is not None:
+        files = write_template(planned, data, arguments.out)
         print(f"Written: {', '.join(map(str, files))}")
-    options.save_json(arguments, plan_json(diagnosis, files))
+    options.save_json(arguments, plan_json(answer, files))
 
 
 def synthesize(arguments: argparse.Namespace) -> None:
@@ -415,8 +426,9 @@ COMMANDS: Mapping[str, Command] = {
     ),
     "plan": Command(
         "the next experiment, which would separate what is still tied",
-        "Diagnose, and propose the experiment in which the effects that the data cannot tell "
-        "apart differ most, within the pressures that the set has seen. With --out it is written "
+        "Propose the experiment in which the effects that the data cannot tell apart differ "
+        "most, within the pressures that the set has seen, by what `diagnose` of the same set, "
+        "model and effects has found; without that, diagnose first. With --out it is written "
         "as a template: a CSV file of time [s] and pressure [kPa] to be played, and the part of "
         "experiment.yaml for it. --json is in SI units.",
         (
@@ -425,6 +437,12 @@ COMMANDS: Mapping[str, Command] = {
         ),
         (
             *options.GIVEN,
+            argument(
+                "--diagnosis",
+                type=Path,
+                metavar="FILE",
+                help="what `diagnose` wrote: its JSON, or the folder of its report",
+            ),
             argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
             *options.RESULTS,
             options.SEED,

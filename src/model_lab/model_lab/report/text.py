@@ -190,12 +190,19 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
     }
 
 
-def plan_text(diagnosis: Diagnosis) -> str:
-    """What `plan` prints."""
-    said = _said(diagnosis)
-    if diagnosis.next_experiment is None:
-        return "\n".join([*said, _nothing(diagnosis)]) + "\n"
-    return "\n".join([*said, "", proposal_text(diagnosis.next_experiment)]) + "\n"
+def diagnosis_json(diagnosis: Diagnosis, fingerprint: str) -> dict[str, Any]:
+    """What `diagnose --json` writes, all in SI units; said: the verdict in sentences; fingerprint:
+    of what was diagnosed.
+    """
+    return {**diagnosis.as_json(), "said": _said(diagnosis), "fingerprint": fingerprint}
+
+
+def plan_text(answer: Mapping[str, Any]) -> str:
+    """What `plan` prints of an answer as `diagnosis_json` gives it."""
+    planned = answer["next_experiment"]
+    if planned is None:
+        return "\n".join([*answer["said"], _nothing(answer)]) + "\n"
+    return "\n".join([*answer["said"], "", proposal_text(planned)]) + "\n"
 
 
 def proposal_text(planned: Mapping[str, Any]) -> str:
@@ -204,15 +211,13 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
     return f"{text_table(rows, indent='')}\n\n{_promise(planned)}"
 
 
-def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
-    """What `plan --json` writes; all in SI units."""
+def plan_json(answer: Mapping[str, Any], files: list[Path]) -> dict[str, Any]:
+    """What `plan --json` writes of such an answer; all in SI units."""
+    same = ("experiment", "verdict", "tied", "next_experiment")
     return {
         "format": PLAN_FORMAT,
-        "experiment": diagnosis.experiment,
-        "verdict": diagnosis.verdict,
-        "effects": [effect.name for effect in diagnosis.effects],
-        "tied": [list(names) for names in diagnosis.tied],
-        "next_experiment": diagnosis.next_experiment,
+        **{name: answer[name] for name in same},
+        "effects": [effect["name"] for effect in answer["effects"]],
         "files": [str(path) for path in files],
     }
 
@@ -255,10 +260,10 @@ def _specimen(planned: Mapping[str, Any], data: MeasurementSet) -> Specimen:
     return replace(first, name=name, mount=planned["mount"], values=values)
 
 
-def _nothing(diagnosis: Diagnosis) -> str:
-    if any(diagnosis.tied):
+def _nothing(answer: Mapping[str, Any]) -> str:
+    if any(answer["tied"]):
         return "No experiment of the bank can be done with these specimens."
-    if diagnosis.verdict == ADEQUATE:
+    if answer["verdict"] == ADEQUATE:
         return "Nothing is tied: more of the same runs would only show smaller effects."
     return "Nothing is tied: there is no experiment to propose."
 
