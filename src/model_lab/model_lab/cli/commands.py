@@ -285,8 +285,9 @@ COMMANDS: Mapping[str, Command] = {
                 default=[],
                 metavar="NAME=COLUMN[:UNIT]",
                 help="which column is time, pressure, tip_angle, tip_force, stretch, strain or "
-                "stress, and its unit; may be given again. The tip angle may be made of what was "
-                "tracked: quaternion(X,Y,Z,W), markers(X1,Y1,X2,Y2), tip(X,Y) from the base, or "
+                "stress, and its unit (of time also a rate, 30Hz); may be given again. The "
+                "tip angle may be made of what was tracked: quaternion(X,Y,Z,W), "
+                "plane_markers(X1,Y1,X2,Y2), markers(...) in space, tip(X,Y) from the base, or "
                 "chord(ANGLE)",
             ),
             argument(

@@ -15,6 +15,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 
+SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
 
 
@@ -75,17 +76,28 @@ def markers_angle(positions: Array) -> Array:
 
     Of two markers, both on the tip, it is how far the line between them has turned. Of three, at
     base, between and tip, it is that of an arc through them: twice the turn from chord to chord.
-    Two coordinates of three markers are six numbers too: they count as two markers in space.
+    Six numbers are two markers in space.
     """
-    count = 3 if len(positions) == 9 else 2
-    points = positions.reshape(count, -1, positions.shape[1])
+    size = 2 if len(positions) == 4 else 3
+    return _of_points(positions.reshape(len(positions) // size, size, -1))
+
+
+def plane_markers_angle(positions: Array) -> Array:
+    """The same of two or three markers in a plane, as a camera sees them: (4 or 6, samples)."""
+    return _of_points(positions.reshape(len(positions) // 2, 2, -1))
+
+
+def _of_points(points: Array) -> Array:
     chords = np.diff(points, axis=0)
-    if count == 2:
+    if len(chords) == 1:
         return direction_angle(chords[0])
     first, second = chords / np.linalg.norm(chords, axis=1, keepdims=True)
-    across = np.sum(first * second, axis=0)
-    turn = np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), across)
-    return _from_first(2.0 * turn)
+    along = np.sum(first * second, axis=0)
+    if len(first) == 2:
+        across = first[0] * second[1] - first[1] * second[0]
+    else:
+        across = np.linalg.norm(np.cross(first, second, axis=0), axis=0)
+    return _from_first(2.0 * np.arctan2(across, along))
 
 
 def tip_angle(position: Array) -> Array:
@@ -111,6 +123,7 @@ def _from_first(angle: Array) -> Array:
 DERIVATIONS = {
     "quaternion": Derivation("xyzw", (4,), quaternion_angle, "the turn since the first sample"),
     "markers": Derivation("", (4, 6, 9), markers_angle, "the turn since the first sample"),
+    "plane_markers": Derivation("", (4, 6), plane_markers_angle, "the turn since the first sample"),
     "tip": Derivation("xyz", (2, 3), tip_angle, "twice the turn of the chord from the origin"),
     "chord": Derivation("", (1,), chord_angle, "twice the angle of the chord"),
 }
@@ -119,8 +132,39 @@ DERIVATIONS = {
 def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> list[str]:
     """The columns that arguments name: a lone name stands for its parts."""
     if len(names) == 1 and names[0] not in known and parts:
-        spelt = [[f"{names[0]}{sign}{part}" for part in parts] for sign in (".", "_", "")]
-        for columns in spelt:
-            if set(columns) <= set(known):
-                return columns
+        for sign in SIGNS:
+            for spelt in (parts, parts.upper()):
+                columns = [f"{names[0]}{sign}{part}" for part in spelt]
+                if set(columns) <= set(known):
+                    return columns
     return list(names)
+
+
+def suggestion(names: Sequence[str]) -> str | None:
+    """The function that gives a tip angle of columns, by their names: of a quaternion, or of two
+    or three markers; None where they hold neither.
+
+    >>> suggestion(["Rotation X", "Rotation Y", "Rotation Z", "Rotation W"])
+    'quaternion(Rotation)'
+    >>> suggestion(["base x", "base y", "tip x", "tip y"])
+    'plane_markers(base x,base y,tip x,tip y)'
+    """
+    for whole in _wholes(names, "xyzw"):
+        return f"quaternion({whole})"
+    for parts, kind in (("xyz", "markers"), ("xy", "plane_markers")):
+        bodies = list(_wholes(names, parts).values())
+        if len(bodies) in (2, 3):
+            return f"{kind}({','.join(column for body in bodies for column in body)})"
+    return None
+
+
+def _wholes(names: Sequence[str], parts: str) -> dict[str, list[str]]:
+    """Columns of all the parts of what has them, by the name of the whole."""
+    found = {}
+    for name in names:
+        for spelt in (parts, parts.upper()):
+            columns = [name[:-1] + part for part in spelt]
+            whole = name[:-1].rstrip("".join(SIGNS))
+            if name.endswith(spelt[0]) and set(columns) <= set(names) and whole:
+                found[whole] = columns
+    return found

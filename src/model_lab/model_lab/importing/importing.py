@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from model_lab.importing.derived import argument_names, derivation
+from model_lab.importing.derived import argument_names, derivation, suggestion
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.meaning import NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
@@ -99,10 +99,12 @@ def propose(
     sources = tuple(source for source in every if source.quantities) or every
     found = experiment or experiment_of(set().union(*(one.quantities for one in sources)))
     unsure = _unsure(sources, found)
-    orientation = _orientation(every)
-    if orientation and set(unsure) & {"the experiment", "the column of tip_angle"}:
-        unsure = {"the tip angle": f"--map 'tip_angle=quaternion({orientation})'"}
-    return Proposal(sources, found, unsure)
+    tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
+    if any(tracked) and set(unsure) & {"the experiment", "the column of tip_angle"}:
+        call = next(text for text in tracked if text)
+        kept = {what: how for what, how in unsure.items() if what.startswith("the unit of ")}
+        unsure = {"the tip angle": f"--map 'tip_angle={call}'"} | kept
+    return Proposal(every if unsure else sources, found, unsure)
 
 
 def _tables(path: Path, maps: Maps, messages: Path | None) -> Iterable[Table]:
@@ -160,20 +162,11 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
     for source in sources:
         for meant in source.meanings:
             if not meant.is_sure and _matters(meant, experiment):
+                unit = "UNIT" if meant.quantity != "time" else "UNIT, or a rate of frames as 30Hz"
                 unsure[f"the unit of {meant.column}"] = (
-                    f"--map '{meant.quantity}={meant.column}:UNIT'"
+                    f"--map '{meant.quantity}={meant.column}:{unit}'"
                 )
     return unsure
-
-
-def _orientation(sources: Sequence[Source]) -> str | None:
-    """What columns of a quaternion have in common, of the first that a file has."""
-    for source in sources:
-        names = {column.name for column in source.table.columns}
-        for name in sorted(names):
-            if name.endswith("x") and {name[:-1] + part for part in "yzw"} <= names:
-                return name[:-1].rstrip("._")
-    return None
 
 
 def _matters(meant: Meant, experiment: str | None) -> bool:

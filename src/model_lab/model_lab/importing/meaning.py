@@ -32,6 +32,8 @@ TELLING_UNITS = {
     "tip_force": ("N", "mN"),
 }  # units that say what a column without a telling name is
 QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
+FRAME_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
+EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))  # from which number, and [s] of 1
 NEEDED = {
@@ -68,7 +70,8 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
     Args:
         table: the file.
         given: (column, unit) by quantity, stated by the user for all files; unit "" where the file
-            says it. A column that the file lacks is passed over.
+            says it; that of time may be a rate of frames such as 30Hz. A column that the file lacks
+            is passed over.
 
     Raises DocumentError where several columns may be the same quantity, or a unit is none of it.
     """
@@ -83,7 +86,8 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         likely = [one for one in free if _quantity(one) == quantity]
         if not likely:
             likely = [one for one in free if not _quantity(one) and _by_unit(one) == quantity]
-        if quantity in given or not likely:
+        elsewhere = quantity in given and quantity != "time"  # each file has times of its own
+        if quantity in found or elsewhere or not likely:
             continue
         if len(likely) > 1:
             raise DocumentError(
@@ -92,7 +96,18 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
                 f"say which: --map '{quantity}={likely[0].name}'"
             )
         found[quantity] = _meant(likely[0], quantity)
+    if "time" not in found and not found.keys() & {"stretch", "strain", "stress"}:
+        counting = [one for one in free if _quantity(one) is None and _counts_evenly(one)]
+        if len(counting) == 1:
+            found["time"] = Meant(counting[0].name, "time", None)
     return tuple(found.values())
+
+
+def _counts_evenly(column: Column) -> bool:
+    """Whether a column with a name rises by equal steps, as one of time or frames does."""
+    steps = np.diff(column.values)
+    even = len(steps) > 1 and bool(np.all(np.abs(steps - steps[0]) <= EVEN * np.abs(steps[0])))
+    return even and steps[0] > 0.0 and not column.name.startswith("column ")
 
 
 def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
@@ -104,6 +119,9 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
         )
     if not unit or column.is_clock:
         return _meant(column, quantity)
+    rate = FRAME_RATE.match(unit)
+    if rate and quantity == "time" and float(rate[1]) > 0.0:
+        return Meant(column.name, "time", "s", 1.0 / float(rate[1]))
     usual = unit_for(quantity, unit)
     if usual is None:
         raise DocumentError(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from model_lab.aliases import Array
-from model_lab.importing.cells import MISSING, Row, is_data, is_time, read_cells
-from model_lab.importing.units import unit_in_header, usual_unit
+from model_lab.importing.cells import MISSING, is_data, is_time, read_cells
+from model_lab.importing.headers import header
 
 CLOCK = "clock"  # unit of a column that holds times of a clock, which are read as seconds
 
@@ -82,52 +81,12 @@ def read_table(path: Path) -> Table:
     width = max(set(widths), key=widths.count)
     data = [index for index, row in enumerate(rows) if is_data(row) and len(row) == width]
     body = [rows[index] for index in data]
-    names, units, header_lines = _header(rows[: data[0]], width)
+    names, units, header_lines = header(rows[: data[0]], width)
     columns = tuple(
         _column(name, unit, [row[place] for row in body])
         for place, (name, unit) in enumerate(zip(names, units, strict=True))
     )
     return Table(path, columns, len(rows) - len(body) - header_lines)
-
-
-def _header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int]:
-    """Names and units as written of the columns, and the number of lines that hold them."""
-    found = [row for row in map(_joined(width), before[-2:]) if len(row) == width]
-    if not found:
-        return [f"column {place + 1}" for place in range(width)], [""] * width, 0
-    last = found[-1]
-    if len(found) == 2 and _is_row_of_units(last):
-        return _unique(found[0]), [cell.strip("[]()") for cell in last], 2
-    parts = [unit_in_header(cell) for cell in last]
-    return _unique([name for name, _ in parts]), [unit for _, unit in parts], 1
-
-
-def _joined(width: int) -> Callable[[Row], Row]:
-    """A function that puts units in brackets back to their names, where blanks part columns."""
-
-    def join(row: Row) -> Row:
-        if len(row) == width:
-            return row
-        text = " ".join(row)
-        together = re.sub(r"\s+(?=[\[(])", "", text).split(" ")
-        return together if len(together) == width else row
-
-    return join
-
-
-def _is_row_of_units(cells: Row) -> bool:
-    """Whether each cell is a unit, in brackets or not, or empty; one at least is one."""
-    texts = [cell.strip("[]() ") for cell in cells]
-    return any(texts) and all(not text or text == "-" or usual_unit(text) for text in texts)
-
-
-def _unique(names: Sequence[str]) -> list[str]:
-    """Names of columns, none empty and none twice."""
-    found: list[str] = []
-    for place, name in enumerate(names):
-        plain = name.strip().strip('"') or f"column {place + 1}"
-        found.append(plain if plain not in found else f"{plain} ({place + 1})")
-    return found
 
 
 # ---------------------------------------------------------------------- numbers

@@ -1,0 +1,92 @@
+"""Names and units of columns, from the lines above the numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from model_lab.importing.cells import Row, is_number
+from model_lab.importing.units import unit_in_header, usual_unit
+
+LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
+MOST_LEVELS = 6  # lines of a header that are looked at; motion capture writes five
+IDENTIFIER = re.compile(r"[0-9A-Fa-f:]*[0-9][0-9A-Fa-f:]*$")  # of a body, which no one reads
+
+
+def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int]:
+    """Names and units as written of `width` columns, and the number of lines that hold them.
+
+    before: rows of cells above the numbers. Where the last line names several columns alike, as
+    motion capture and trackers of markers write x and y for each body, the lines above tell them
+    apart: `tip x`.
+    """
+    levels = _levels(before, width)
+    if not levels:
+        return [f"column {place + 1}" for place in range(width)], [""] * width, 0
+    if len(levels) > 1 and _is_row_of_units(levels[0]):
+        return _unique(levels[1]), [cell.strip("[]()") for cell in levels[0]], 2
+    parts = [unit_in_header(cell) for cell in levels[0]]
+    names = [name for name, _ in parts]
+    used = 1
+    for number, level in enumerate(levels[1:], 2):
+        if len(set(names)) == len(names):
+            break
+        if _tells_apart(names, level):
+            names = [
+                f"{above} {name}".strip() if above else name
+                for above, name in zip(level, names, strict=True)
+            ]
+            used = number
+    return _unique(names), [unit for _, unit in parts], used
+
+
+def _levels(before: Sequence[Row], width: int) -> list[Row]:
+    """The lines of the header, the last first, each with a cell for every column."""
+    levels: list[Row] = []
+    for row in reversed(before[-MOST_LEVELS:]):
+        cells = _filled(row, width)
+        if cells is None:
+            if not levels and row is before[-1]:
+                continue  # a line between the header and the numbers
+            break
+        levels.append(cells)
+    return levels
+
+
+def _filled(row: Row, width: int) -> Row | None:
+    """The cells of a line of the header; None for another line.
+
+    Units in brackets are put back to their names, where blanks part columns. A last cell may be
+    missing, and there may be one beyond the numbers, such as that of a comment.
+    """
+    if len(row) == width:
+        return row
+    together = re.sub(r"\s+(?=[\[(])", "", " ".join(row)).split(" ")
+    if len(together) == width:
+        return together
+    if len(row) == width - 1 >= LEAST_FILLED - 1:
+        return [*row, ""]
+    return row[:width] if len(row) == width + 1 and all(row) else None
+
+
+def _is_row_of_units(cells: Row) -> bool:
+    """Whether each cell is a unit, in brackets or not, or empty; one at least is one."""
+    texts = [cell.strip("[]() ") for cell in cells]
+    return any(texts) and all(not text or text == "-" or usual_unit(text) for text in texts)
+
+
+def _tells_apart(names: Sequence[str], level: Row) -> bool:
+    """Whether the cells of a line above are words that differ where names are the same."""
+    words = [cell for cell in level if cell]
+    if all(IDENTIFIER.match(word) or is_number(word) for word in words):
+        return False
+    return len(set(zip(level, names, strict=True))) > len(set(names))
+
+
+def _unique(names: Sequence[str]) -> list[str]:
+    """Names of columns, none empty and none twice."""
+    found: list[str] = []
+    for place, name in enumerate(names):
+        plain = name.strip().strip('"') or f"column {place + 1}"
+        found.append(plain if plain not in found else f"{plain} ({place + 1})")
+    return found
