@@ -103,7 +103,16 @@ def one_run():
 
 PHONE = 390  # [pixels]
 KINDS = ("missing", "unexplained", "adequate", "one_run")
-ALWAYS = {"ladder", "curves", "residuals", "ranking", "parameters", "rest"}
+ALWAYS = {
+    "ladder",
+    "curves",
+    "loops",
+    "residuals",
+    "ranking",
+    "parameters",
+    "rest-over-input",
+    "rest",
+}
 
 
 @pytest.mark.parametrize("kind", KINDS)

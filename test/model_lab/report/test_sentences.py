@@ -160,3 +160,8 @@ def test_an_effect_whose_parameter_the_data_do_not_determine_is_said_as_a_guess(
 def test_a_set_unlike_those_that_were_counted_gets_a_sentence_in_place_of_a_number():
     said = verdict_sentence(replace(diagnosis("effects_missing", (GENT,)), beyond=("left",)))
     assert "of 100" not in said and "unlike those on which it was counted (left in" in said
+
+
+def test_a_sentence_is_in_the_units_that_the_user_stated():
+    stated = replace(diagnosis("adequate"), units={"pressure": "psi", "tip_angle": "rad"})
+    assert "its error of 0.1 rad is noise, whose floor lies at 0.01 rad" in verdict_sentence(stated)

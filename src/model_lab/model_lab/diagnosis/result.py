@@ -11,7 +11,8 @@ from scipy.stats import t as student
 
 from model_lab.aliases import Array
 from model_lab.diagnosis.search import Scored
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet
+from model_lab.measurements.units import Display, display_of, stated_display
 from model_lab.rules import RULES
 from model_lab.slips.slip import Slip
 
@@ -149,7 +150,8 @@ class Diagnosis:
     `series.events`. With either, all else is about the data without them, and verdict_mended is the
     verdict on these. instead: effects that would explain the data as stated as well as the slips
     do. at_bound: parameters of the calibration that lie on a bound in the model as it is.
-    residual_tests: whether the residual within runs is white, see `series.within_runs`.
+    residual_tests: whether the residual within runs is white, see `series.within_runs`. units: of
+    the columns as they were stated.
     """
 
     experiment: str
@@ -185,6 +187,13 @@ class Diagnosis:
     residual_tests: Mapping[str, Any] | None = None
     instead: tuple[str, ...] = ()
     at_bound: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def display(self) -> Display:
+        """How outputs are shown: in the unit that the user stated for them."""
+        stated = [name for name in OUTPUTS[self.experiment] if name in self.units]
+        return stated_display(stated[0], self.units[stated[0]]) if stated else display_of(self.unit)
 
     def as_json(self) -> dict[str, Any]:
         """The dictionary that `--json` writes."""

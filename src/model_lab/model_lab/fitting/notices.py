@@ -19,7 +19,6 @@ from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
 from model_lab.measurements.held_input import jumps
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
-from model_lab.measurements.units import display_of
 from model_lab.rules import RULES
 
 FREQUENCIES = 240  # at which a line is sought
@@ -82,7 +81,7 @@ def _scattered(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
         return None
     levels = np.array([noise, floor.within, floor.total])
     times = floor.total / noise
-    shown = display_of(data.unit).shown(floor.total)
+    shown = data.output_display.shown(floor.total)
     text = f"repeats scatter by {shown}, {times:.2g} times the stated noise"
     return Notice("repeats", times, floor.total, text, np.arange(3.0), levels, np.array([2]))
 
@@ -110,7 +109,7 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
     if not (free & many)[best] or not _stands_out(mean, grid, best, len(courses)):
         return None
     size = float(np.sqrt(np.mean(residual**2) * mean[best]))
-    shown = display_of(data.unit).shown(size)
+    shown = data.output_display.shown(size)
     text = f"a line of {grid[best]:.3g} Hz runs through the error of most runs, {shown} (rms)"
     return Notice("line", float(grid[best]), size, text, grid, mean, np.array([best]))
 
@@ -181,7 +180,7 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     lies[replaced] = moved
     size = float(np.mean(np.abs(lies[found])))
     many = f"{len(found)} single sample{'s lie' if len(found) > 1 else ' lies'}"
-    text = f"{many} far from both neighbours, by {display_of(data.unit).shown(size)}"
+    text = f"{many} far from both neighbours, by {data.output_display.shown(size)}"
     text += f" ({len(np.unique(replaced))} of them do not count)" if len(replaced) else ""
     return Notice("wild_samples", float(len(found)), size, text, order, residual, found)
 
@@ -213,7 +212,7 @@ def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     if line.pvalue > RULES.notice_p_value or abs(change) < RULES.notice_drift * floor.total:
         return None
     marked = np.zeros(0, np.int64)
-    shown = display_of(data.unit).shown(change)
+    shown = data.output_display.shown(change)
     text = f"the error drifts by {shown} from the first run to the last"
     size = float(np.sqrt(np.mean(means**2)))
     return Notice("drift", change, size, text, order, means, marked)
@@ -258,7 +257,7 @@ def _size(data: MeasurementSet, residual: Array) -> Notice | None:
     said = float(np.sqrt(np.mean((data.table.value - residual) ** 2)))
     if not max(read, said) > RULES.notice_size * min(read, said):
         return None
-    shown = display_of(data.unit).shown
+    shown = data.output_display.shown
     text = (
         f"the model says {shown(said)} where {shown(read)} are read (rms): look at the units of "
         "`columns`, and at the sizes and the modulus of the specimens"
@@ -275,8 +274,9 @@ def _absolute(data: MeasurementSet) -> Notice | None:
     low, high = RULES.atmosphere
     if not (low < least.min() and least.max() < high and _rests(data)):
         return None
+    shown = data.shown_in("Pa").shown(float(least.min()), 4)
     text = (
-        f"no pressure is below {least.min() / 1e3:.4g} kPa, at which the actuator rests: expected "
+        f"no pressure is below {shown}, at which the actuator rests: expected "
         "is gauge pressure, 0 at rest; take that of the air off if these are absolute"
     )
     order, marked = np.arange(len(least), dtype=float), np.zeros(0, np.int64)

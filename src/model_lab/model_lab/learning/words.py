@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from model_lab.learning.effect_file import Shape
 from model_lab.learning.learn import Candidate, Learning
-from model_lab.measurements.units import display_of
 
 MOST_ALTERNATIVES = 8  # alternatives
 
 
 def verdict(learning: Learning) -> str:
     """What was learned, in a sentence or two."""
-    shown = display_of(learning.problem.data.unit).shown
+    shown = learning.problem.data.output_display.shown
     before, floor = shown(learning.base.held_out.rmse), shown(learning.problem.floor.total)
     if learning.chosen is None:
         return (
@@ -59,7 +58,7 @@ def curve_rows(candidate: Candidate) -> list[list[str]]:
 
 def alternative_rows(learning: Learning) -> list[list[str]]:
     """Table of the candidates that were fitted as a whole, a header first."""
-    shown = display_of(learning.problem.data.unit).shown
+    shown = learning.problem.data.output_display.shown
     every = [one for one in (learning.chosen, *learning.others) if one is not None]
     rows = [["stage", "form", "against", "held-out error", ""]]
     for one in every[:MOST_ALTERNATIVES]:

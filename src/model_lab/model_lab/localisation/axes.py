@@ -14,11 +14,13 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run
+from model_lab.measurements.units import Display
 from model_lab.rules import RULES
 
 SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
 LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
 
+NO_UNIT = Display("")
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTION_NAMES = ("inflating", "deflating")
@@ -39,7 +41,8 @@ class Axis:
     """One axis; values (samples,) in SI units, NaN where it has none.
 
     noun: what is meant by the axis in this experiment. categories: names of the values 0, 1, ... of
-    an axis without order. of_run: the value does not change within a run.
+    an axis without order. of_run: the value does not change within a run. display: how its values
+    are shown.
     """
 
     name: str
@@ -48,12 +51,13 @@ class Axis:
     values: Array
     categories: tuple[str, ...] = ()
     of_run: bool = False
+    display: Display = NO_UNIT
 
 
 def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
     """The axes along which a set varies, in the order of its table."""
     axes = [*_course_axes(data), *_run_axes(data)]
-    varied = [axis for axis in axes if _varies(axis)]
+    varied = [replace(axis, display=data.shown_in(axis.unit)) for axis in axes if _varies(axis)]
     return tuple(
         axis
         for index, axis in enumerate(varied)

@@ -17,7 +17,7 @@ from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import COURSES, Axis, axes_of
 from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.measurements.units import Display, display_of
+from model_lab.measurements.units import Display
 from model_lab.rules import RULES
 
 MOST_DIGITS = 6
@@ -85,7 +85,7 @@ def _range_phrase(axis: Axis, below: float | None, above: float | None, outside:
     if axis.name == "time_since_step" and axis.noun != "pulse duration":
         return _since_phrase(below, above, outside)
     named = axis.name in ("pressure", "pressure_rate", "temperature")
-    words = _range_words(display_of(axis.unit), below, above, outside)
+    words = _range_words(axis.display, below, above, outside)
     return words if named else f"{axis.noun} {words}"
 
 

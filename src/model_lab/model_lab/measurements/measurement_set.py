@@ -12,7 +12,13 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS, SampleTable, make_table
-from model_lab.measurements.units import COLUMN_UNITS, Display, display_of, stated_display
+from model_lab.measurements.units import (
+    COLUMN_UNITS,
+    Display,
+    display_among,
+    display_of,
+    stated_display,
+)
 from softhand_model.effects.effect import STRETCHED
 
 SET_FORMAT = "softhand-measurement/1"  # of its document on disk
@@ -173,6 +179,15 @@ class MeasurementSet:
         if column in self.units:
             return stated_display(column, self.units[column])
         return display_of(COLUMN_UNITS.get(column, ""))
+
+    def shown_in(self, unit: str) -> Display:
+        """How values of an SI unit are shown: as a column of it was stated, if there is one."""
+        return display_among(self.units, unit)
+
+    @property
+    def output_display(self) -> Display:
+        """How the measured columns are shown."""
+        return self.display(self.outputs[0])
 
     @property
     def has_time(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -196,6 +196,23 @@ def display_of(unit: str) -> Display:
     '20 degC'
     """
     return _DISPLAYS.get(unit, Display(unit))
+
+
+def display_among(units: Mapping[str, str], unit: str) -> Display:
+    """How values of an SI unit, or of its rate, are shown beside columns that were stated in
+    `units`: as the first of them that has it, else as at the bench.
+
+    >>> display_among({"pressure": "psi"}, "Pa/s").unit
+    'psi/s'
+    >>> display_among({"pressure": "psi"}, "rad").unit
+    'deg'
+    """
+    quantity = unit.removesuffix("/s")
+    stated = [name for name in units if quantity and COLUMN_UNITS.get(name) == quantity]
+    if not stated:
+        return display_of(unit)
+    display = stated_display(stated[0], units[stated[0]])
+    return display if quantity == unit else Display(f"{display.unit}/s", display.factor)
 
 
 def stated_display(column: str, text: str) -> Display:

@@ -13,7 +13,7 @@ from model_lab.comparison.ladder import Ladder, Rung
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.localisation.localise import Dependence
-from model_lab.measurements.units import Display, display_of
+from model_lab.measurements.units import Display
 from model_lab.report.event_sentences import event_sentences
 from model_lab.report.sentences import (
     bound_sentence,
@@ -136,7 +136,7 @@ def _calibration(calibration: Mapping[str, Any]) -> str:
 
 def _before_all(found: Comparison) -> list[str]:
     """What is told before the model is compared: slips, data outside the model, bounds."""
-    said = slip_sentences(found.slips, found.data.unit)
+    said = slip_sentences(found.slips, found.data.output_display)
     if found.outside:
         said.append(f"{found.outside[0].upper()}{found.outside[1:]}.")
     bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
@@ -144,7 +144,7 @@ def _before_all(found: Comparison) -> list[str]:
 
 
 def _errors(found: Comparison) -> str:
-    display, floor = display_of(found.data.unit), found.errors.floor
+    display, floor = found.data.output_display, found.errors.floor
     holdout = found.errors.holdout
     kept = "blocks of the runs" if holdout == "blocks" else holdout
     how = "fitted to all the data" if found.errors.calibrated else "as its file has it"
@@ -162,7 +162,7 @@ def _errors(found: Comparison) -> str:
 
 
 def _judgement(found: Comparison) -> str:
-    floor, display = found.errors.floor, display_of(found.data.unit)
+    floor, display = found.errors.floor, found.data.output_display
     if found.errors.held_out.rmse <= floor.upper:
         error = "The held-out error lies within the noise floor."
     else:
@@ -204,7 +204,7 @@ def _failures(found: Comparison) -> str:
 def _series(found: Comparison) -> str:
     """Events between runs, and whether the residual within runs is white."""
     events = [event.as_json() for event in found.series.events]
-    lines = event_sentences(events, (), found.data.unit)
+    lines = event_sentences(events, (), found.data.output_display)
     if not events and found.series.freedom:
         lines.append(
             f"Repeats do not depend on the order of the runs (p {found.series.p_value:.2g})."
@@ -228,7 +228,7 @@ def _within_runs(within: WithinRuns) -> str:
 
 def _signed(found: Comparison) -> str:
     word = "more" if found.errors.held_out.bias > 0.0 else "less"
-    shown = display_of(found.data.unit).shown(abs(found.errors.held_out.bias))
+    shown = found.data.output_display.shown(abs(found.errors.held_out.bias))
     return f"{shown} {word} is measured than predicted, on the average"
 
 
@@ -248,7 +248,7 @@ def _loops(found: Comparison) -> str:
     middle = float(np.median(closed)) if len(closed) else 0.0
     if abs(middle) < found.errors.floor.total:
         return ""
-    shown = display_of(found.data.unit).shown(abs(middle))
+    shown = found.data.output_display.shown(abs(middle))
     word = "more" if middle > 0.0 else "less"
     return f"On the way down {shown} {word} is measured than on the way up."
 
@@ -261,7 +261,7 @@ def _run_table(found: Comparison) -> str:
 
 
 def _parts(noun: str, parts: Iterable[Part], found: Comparison) -> str:
-    display = display_of(found.data.unit)
+    display = found.data.output_display
     protocols = {run.name: run.protocol for run in found.data.runs}
     unit = f"[{display.unit}]"
     head = [noun, "samples", f"all data {unit}", "fit", f"held out {unit}", "fit", f"bias {unit}"]
@@ -353,7 +353,7 @@ def _relation_json(found: Comparison) -> dict[str, Any] | None:
 # ---------------------------------------------------------------------- ladder
 def ladder_text(ladder: Ladder) -> str:
     """What `ladder` prints."""
-    display, floor = display_of(ladder.data.unit), ladder.floor
+    display, floor = ladder.data.output_display, ladder.floor
     largest = max(rung.errors.held_out.rmse for rung in ladder.rungs)
     unit = f"[{display.unit}]"
     rows = [["model", f"held out {unit}", "fit", f"all data {unit}", "over floor", ""]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from model_lab.measurements.units import display_of
+from model_lab.measurements.units import Display
 from model_lab.series.events import DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
 from model_lab.series.run_scale import OUTPUT_SCALE
 from model_lab.slips.slip import Slip
@@ -16,21 +16,21 @@ LARGE_FACTOR = 2.0  # from which a change is said as a factor
 
 
 def event_sentences(
-    events: Sequence[Mapping[str, Any]], slips: Sequence[Slip], unit: str
+    events: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display
 ) -> list[str]:
     """Events as a diagnosis has them, a sentence each; slips: of the odd runs among them.
 
     >>> step = {"kind": "step", "run": "r7", "before": "r6", "specimen": None,
     ...     "quantity": "scale", "size": 0.09, "p_value": 2e-6, "largest_input": "r7"}
-    >>> print(event_sentences([step], [], "rad")[0])
+    >>> print(event_sentences([step], [], Display("deg"))[0])
     Repeats before and after run r7 do not agree (+9 %, p 2e-06): an event between runs r6 and r7 \
 (the largest input so far is in r7), not noise.
     """
-    return [_sentence(event, slips, unit) for event in events]
+    return [_sentence(event, slips, display) for event in events]
 
 
-def _sentence(event: Mapping[str, Any], slips: Sequence[Slip], unit: str) -> str:
-    size = change_words(event, unit)
+def _sentence(event: Mapping[str, Any], slips: Sequence[Slip], display: Display) -> str:
+    size = change_words(event, display)
     of = f" of {event['specimen']}" if event["specimen"] else ""
     about = f"({size}, p {event['p_value']:.2g})"
     if event["kind"] == STEP_EVENT:
@@ -43,11 +43,11 @@ def _sentence(event: Mapping[str, Any], slips: Sequence[Slip], unit: str) -> str
     if event["kind"] == DRIFT_EVENT:
         return f"Repeats{of} go with the order of the runs {about}: a drift, not noise."
     slip = next((s for s in slips if s.name in OF_SERIES and s.column == event["run"]), None)
-    return _odd_sentence(event, slip, about, unit)
+    return _odd_sentence(event, slip, about, display)
 
 
-def _odd_sentence(event: Mapping[str, Any], slip: Slip | None, about: str, unit: str) -> str:
-    shown = display_of(unit).shown
+def _odd_sentence(event: Mapping[str, Any], slip: Slip | None, about: str, display: Display) -> str:
+    shown = display.shown
     if slip is None:
         return f"Run {event['run']} is unlike its repeats {about} and is set aside."
     if event["kind"] == EXCHANGED:
@@ -65,15 +65,15 @@ def _odd_sentence(event: Mapping[str, Any], slip: Slip | None, about: str, unit:
     return f"{text}: its error is {shown(slip.rmse_before)}. Look at it, or measure it again."
 
 
-def change_words(event: Mapping[str, Any], unit: str) -> str:
+def change_words(event: Mapping[str, Any], display: Display) -> str:
     """How much an event changes the outputs.
 
-    >>> change_words({"quantity": "scale", "size": 5.9}, "rad")
+    >>> change_words({"quantity": "scale", "size": 5.9}, Display("deg"))
     '6.9 times as large'
     """
     if event["quantity"] != OUTPUT_SCALE:
         sign = "+" if event["size"] > 0 else "-"
-        return f"{sign}{display_of(unit).shown(abs(event['size']))}"
+        return f"{sign}{display.shown(abs(event['size']))}"
     factor = 1.0 + event["size"]
     if not 1.0 / LARGE_FACTOR < factor < LARGE_FACTOR:
         return f"{factor:.2g} times as large"

@@ -85,17 +85,17 @@ def _place(learning: Learning) -> tuple[Array, str]:
     chosen = learning.chosen
     against = chosen.shape.axis if chosen else "pressure"
     if against == "output":
-        display = display_of(data.unit)
+        display = data.output_display
         name = data.outputs[0].replace("_", " ")
         return display.factor * data.table.value, f"{name} [{display.unit}]"
     axis = next((one for one in axes_of(data) if one.name == against), axes_of(data)[0])
-    display = display_of(axis.unit)
+    display = axis.display
     return display.factor * axis.values + display.offset, f"{axis.noun} [{display.unit or '-'}]"
 
 
 def _residual_panel(learning: Learning) -> Panel:
     """Held-out residuals before and after along the axis of the curve."""
-    unit = display_of(learning.problem.data.unit).unit
+    unit = learning.problem.data.output_display.unit
     label = _place(learning)[1]
     y = Scale(f"residual [{unit}]")
     return Panel(tuple(_residuals(learning)), Scale(label), y, "Residual before and after")
@@ -103,7 +103,7 @@ def _residual_panel(learning: Learning) -> Panel:
 
 def _residuals(learning: Learning) -> Iterator[Points]:
     place, _ = _place(learning)
-    factor = display_of(learning.problem.data.unit).factor
+    factor = learning.problem.data.output_display.factor
     parts = [("before", learning.base)]
     if learning.chosen is not None:
         parts.append(("after", learning.final))
@@ -131,7 +131,7 @@ def _means(place: Array, rest: Array) -> tuple[Array, Array]:
 
 def _error_panel(learning: Learning) -> Panel:
     """Held-out errors of the candidates as bars, the floor as a line."""
-    display = display_of(learning.problem.data.unit)
+    display = learning.problem.data.output_display
     chosen = [learning.chosen, *learning.further] if learning.chosen else []
     every = [*chosen, *learning.others]
     shapes = [one.shape for one in every]

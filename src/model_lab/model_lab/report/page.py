@@ -17,12 +17,12 @@ from model_lab.diagnosis.diagnose import Outcome
 from model_lab.learning.learn import Learning
 from model_lab.learning.words import verdict
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS
-from model_lab.measurements.units import display_of
 from model_lab.report import tables
 from model_lab.report.curves import curves
 from model_lab.report.drawing import Drawing, Panel, Scale
 from model_lab.report.errors import ladder, ranking, rest
 from model_lab.report.learned import picture_of
+from model_lab.report.loops import loops, rest_over_input
 from model_lab.report.marks import Points
 from model_lab.report.parameters import parameters
 from model_lab.report.picture import draw_row
@@ -80,6 +80,8 @@ def template(name: str) -> Template:
         "tables": tables,
         "ladder": ladder,
         "curves": curves,
+        "loops": loops,
+        "rest_over_input": rest_over_input,
         "residuals": residuals,
         "oddities": oddities,
         "ranking": ranking,
@@ -138,7 +140,7 @@ def proposal(view: View) -> Drawing | None:
     planned = view.diagnosis.next_experiment
     if planned is None or planned["duration"] is None:
         return None
-    kelvin = display_of("K").shown(planned["temperature"])
+    kelvin = view.data.shown_in("K").shown(planned["temperature"])
     mount = str(planned["mount"]).replace("_", " ")
     caption = (
         f"{str(planned['description']).capitalize()}, within {planned['duration']:.3g} s, with "
@@ -147,7 +149,7 @@ def proposal(view: View) -> Drawing | None:
     )
     inputs = planned["inputs"]
     name = "stretch" if "stretch" in inputs else "pressure"
-    display = display_of("" if name == "stretch" else "Pa")
+    display = view.data.shown_in("" if name == "stretch" else "Pa")
     shown = display.factor * np.array(inputs[name], float)
     course = Points(np.array(inputs["time"], float), shown, "after", width=1.6)
     panel = Panel((course,), Scale("time [s]"), Scale(f"{name} [{display.unit or '-'}]"))

@@ -12,7 +12,6 @@ from model_lab.fitting.notices import Notice
 from model_lab.localisation.axes import Axis
 from model_lab.localisation.bins import Bins
 from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise
-from model_lab.measurements.units import display_of
 from model_lab.report.drawing import FLOOR_KEY, Drawing, Key, Panel, Scale
 from model_lab.report.marks import DASHES, Band, Bars, Mark, Points, Strip
 from model_lab.report.sentences import listed
@@ -141,7 +140,7 @@ def _keys(view: View) -> Iterator[Key]:
 def _scale(bins: Bins) -> Scale:
     """Label of the axis; names of categories; a bent scale where few values lie far out."""
     axis, names = bins.axis, _names(bins)
-    display = display_of(axis.unit)
+    display = axis.display
     label = f"{axis_title(axis)} [{display.unit}]" if display.unit else axis_title(axis)
     if names:
         ticks = tuple((float(at), name) for at, name in enumerate(names))
@@ -153,7 +152,7 @@ def _scale(bins: Bins) -> Scale:
 def _usual(bins: Bins) -> float:
     """Value up to which a bent scale is nearly straight; 0 for a straight one."""
     known = bins.axis.values[np.isfinite(bins.axis.values)]
-    values = abs(display_of(bins.axis.unit).factor * known)
+    values = abs(bins.axis.display.factor * known)
     usual = float(np.percentile(values, 75))
     bent = bins.axis.name in BENT_SCALES and values.max() > SKEWED_RATIO * usual > 0.0
     return usual if bent else 0.0
@@ -183,7 +182,7 @@ def _names(bins: Bins) -> tuple[str, ...]:
     if bins.axis.categories:
         return tuple(name.replace("_", " ") for name in bins.axis.categories)
     if bins.axis.of_run and bins.count <= MOST_CATEGORY_VALUES and np.all(bins.low == bins.high):
-        display = display_of(bins.axis.unit)
+        display = bins.axis.display
         return tuple(display.number(value) for value in bins.center.tolist())
     return ()
 
@@ -192,7 +191,7 @@ def _places(bins: Bins, values: Array, index: IntArray) -> Array:
     """Where values of an axis are drawn; index: of their bins."""
     if _names(bins):
         return values if bins.axis.categories else index.astype(float)
-    display, usual = display_of(bins.axis.unit), _usual(bins)
+    display, usual = bins.axis.display, _usual(bins)
     shown = display.factor * values + display.offset
     return np.arcsinh(shown / usual) if usual else shown
 

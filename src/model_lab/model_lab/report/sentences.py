@@ -13,7 +13,7 @@ from model_lab.diagnosis.result import (
     NamedEffect,
 )
 from model_lab.localisation.axes import DRIVING_QUANTITY
-from model_lab.measurements.units import display_of
+from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
 from model_lab.rules import RULES
 from model_lab.slips.slip import Slip
@@ -75,18 +75,17 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
     return ""
 
 
-def slip_sentences(slips: Sequence[Slip], unit: str) -> list[str]:
-    """Slips, a sentence each, with the mend of each; unit: of the outputs.
+def slip_sentences(slips: Sequence[Slip], display: Display) -> list[str]:
+    """Slips, a sentence each, with the mend of each; display: of the outputs.
 
     >>> slip = Slip("unit", "pressure", "kPa", "psi", 0.8, 0.01, "columns: {pressure: {unit: psi}}")
-    >>> print(slip_sentences([slip], "rad")[0].split(":")[0])
+    >>> print(slip_sentences([slip], Display("deg"))[0].split(":")[0])
     The data fit if pressure is psi, not kPa as stated
     """
-    shown = display_of(unit).shown
     return [
         f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated: the error falls "
-        f"from {shown(slip.rmse_before)} to {shown(slip.rmse_after)}. In experiment.yaml: "
-        f"{slip.mend}"
+        f"from {display.shown(slip.rmse_before)} to {display.shown(slip.rmse_after)}. In "
+        f"experiment.yaml: {slip.mend}"
         for slip in slips
         if slip.name not in OF_SERIES
     ]
@@ -111,14 +110,14 @@ def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> s
 def _verdict(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict_mended is not None:
         plain = replace(diagnosis, verdict=diagnosis.verdict_mended, verdict_mended=None)
-        told = slip_sentences(diagnosis.slips, diagnosis.unit)
+        told = slip_sentences(diagnosis.slips, diagnosis.display)
         if diagnosis.instead:
             instead = listed(diagnosis.instead, "or")
             told.append(f"The data as stated would fit with {instead}, too.")
-        told += event_sentences(diagnosis.events, diagnosis.slips, diagnosis.unit)
+        told += event_sentences(diagnosis.events, diagnosis.slips, diagnosis.display)
         without = "taken out" if diagnosis.events else "mended"
         return "\n".join([*told, f"With that {without}: {_verdict(plain)}"])
-    shown = display_of(diagnosis.unit).shown
+    shown = diagnosis.display.shown
     before, after = shown(diagnosis.rmse_before), shown(diagnosis.rmse_after)
     floor = shown(diagnosis.noise_floor)
     if diagnosis.verdict == ADEQUATE:
@@ -163,7 +162,7 @@ def _depends(diagnosis: Diagnosis) -> str:
 
 def _helps(diagnosis: Diagnosis) -> str:
     """What takes much of the error and is not the whole."""
-    display = display_of(diagnosis.unit)
+    display = diagnosis.display
     errors = [diagnosis.rmse_before, *(one.rmse_after for one in diagnosis.helps)]
     falls = [
         f"{one.name} takes {'it' if place == 0 else 'the rest'} from {display.number(before)} to "
@@ -178,12 +177,12 @@ def story_sentence(diagnosis: Diagnosis) -> str:
 
     >>> from types import SimpleNamespace as Made
     >>> steps = Made(name="tube_lag", rmse_after=0.02), Made(name="gravity", rmse_after=0.01)
-    >>> story_sentence(Made(story=steps, unit="N", rmse_before=0.05))
+    >>> story_sentence(Made(story=steps, display=Display("N"), rmse_before=0.05))
     'One after the other: 0.05 N as it is, 0.02 N with tube_lag, 0.01 N with gravity too.'
     """
     if len(diagnosis.story) < 2:
         return ""
-    shown = display_of(diagnosis.unit).shown
+    shown = diagnosis.display.shown
     falls = [
         f"{shown(step.rmse_after)} with {step.name}{' too' if place else ''}"
         for place, step in enumerate(diagnosis.story)
@@ -195,7 +194,7 @@ def _left_over(diagnosis: Diagnosis) -> str:
     """What the named effects leave, where that is more than the floor itself."""
     if diagnosis.rmse_after <= RULES.rest_error * diagnosis.noise_floor:
         return ""
-    rest = display_of(diagnosis.unit).shown(diagnosis.unexplained.rms)
+    rest = diagnosis.display.shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
     return f"; {rest} of it nothing known explains{varies}"
@@ -227,19 +226,19 @@ def class_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
     apart = "; `model-lab plan` can" if can else ", nor can a run within what the set has seen"
     article = "an" if effect.cause[0] in "aeiou" else "a"
     return (
-        f"{article} {effect.cause}{_size_words(effect)} "
+        f"{article} {effect.cause}{_size_words(effect, diagnosis)} "
         f"({listed(list(effect.members.values()), 'or')}: these data cannot tell{apart})"
     )
 
 
-def _size_words(effect: NamedEffect) -> str:
+def _size_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
     """Size of an effect by its first parameter; by name if that has no unit."""
     if not effect.parameters:
         return ""
     name, entry = next(iter(effect.parameters.items()))
     if not entry.unit:
         return f" with {name} = {entry.value:.3g} ± {entry.std:.2g}"
-    display = display_of(entry.unit)
+    display = display_among(diagnosis.units, entry.unit)
     return f" of {display.number(entry.value)} ± {display.shown(entry.std, 2)}"
 
 

@@ -13,7 +13,6 @@ from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.learning.learn import Learning
 from model_lab.learning.words import alternative_rows, curve_rows
 from model_lab.localisation.axes import axes_of
-from model_lab.measurements.units import display_of
 from model_lab.report.parameters import parameter_estimates
 from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
@@ -86,7 +85,7 @@ def runs(view: View) -> Table:
     errors = np.sqrt([np.bincount(view.data.table.run, square) / counts for square in squares])
     for index in np.sort(np.argsort(-errors[-1])[:TABLE_RUNS]):
         run = view.data.runs[index]
-        warm = display_of("K").shown(run.temperature)
+        warm = view.data.shown_in("K").shown(run.temperature)
         shown = [view.display.shown(float(error)) for error in errors[:, index]]
         rows.append([run.name, run.specimen, run.protocol, warm, str(run.samples), *shown])
     return Table(head, rows)
@@ -203,6 +202,6 @@ def detectable(view: View) -> Table | None:
     rows = []
     for entry in view.diagnosis.detectable:
         units = {parameter.name: parameter.unit for parameter in classes[entry.name].parameters}
-        value = display_of(units[entry.parameter]).shown(entry.smallest, 2)
+        value = view.data.shown_in(units[entry.parameter]).shown(entry.smallest, 2)
         rows.append([entry.name, entry.parameter, value])
     return Table(["effect", "parameter", "weakest that would have shown"], rows) if rows else None

@@ -124,7 +124,7 @@ def _failures(diagnosis: Diagnosis) -> str:
 
 
 def _ranking(diagnosis: Diagnosis) -> str:
-    display = display_of(diagnosis.unit)
+    display = diagnosis.display
     rows = [
         [
             entry.name,
@@ -151,7 +151,7 @@ def _next_experiment(diagnosis: Diagnosis) -> str:
 
 def addition_text(addition: Addition, path: Path) -> str:
     """What `add` prints."""
-    display = display_of(addition.problem.data.unit)
+    display = addition.problem.data.output_display
     before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
     floor = display.shown(addition.problem.floor.total)
     if after < before:

@@ -15,7 +15,7 @@ from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import resting_share
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
 from model_lab.measurements.sample_table import Series
-from model_lab.measurements.units import Display, display_of
+from model_lab.measurements.units import Display
 
 RESTING_SHARE = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
 TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
@@ -126,7 +126,7 @@ class View:
             parts.append(run.specimen)
         temperatures = [entry.temperature for entry in self.data.runs]
         if max(temperatures) - min(temperatures) > 1.0:
-            parts.append(display_of("K").shown(run.temperature))
+            parts.append(self.data.shown_in("K").shown(run.temperature))
         if len(self.data.outputs) > 1:
             parts.append(self.data.outputs[first.output].removeprefix("torque_"))
         return ", ".join(parts)
@@ -148,7 +148,7 @@ class View:
             shown = [run.columns["time"] - t for run, t in zip(data.runs, starts, strict=True)]
             return "time", Display("s"), shown
         name = "stretch" if data.stretched else "pressure"
-        display = Display("-") if name == "stretch" else display_of("Pa")
+        display = Display("-") if name == "stretch" else data.shown_in("Pa")
         return name, display, [data.driving(run) for run in data.runs]
 
     def _over_time(self) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.measurements.units import display_of
 from model_lab.rules import RULES
 
 ACTUATED = ("free_bending", "blocked_tip", "base_torque")
@@ -20,7 +19,7 @@ def below_ambient(data: MeasurementSet, base: str) -> str | None:
     pressure = np.concatenate([run.columns.get("pressure", np.zeros(1)) for run in data.runs])
     if float(np.mean(pressure < RULES.vacuum)) <= RULES.vacuum_share:
         return None
-    least = display_of("Pa").shown(float(pressure.min()))
+    least = data.shown_in("Pa").shown(float(pressure.min()))
     return (
         "the model is one of inflation: expected gauge pressures of 0 or more, got pressures down "
         f"to {least}, which is below the air around; a chamber that is sucked flat bends by other "
