@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 from softhand_model.bending.balance import SteppedBalance
 from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
-from softhand_model.bending.run_loops import LONG
 from softhand_model.bending.whole_runs import (
     Runs,
     force_in_runs,
@@ -20,6 +19,7 @@ from softhand_model.bending.whole_runs import (
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
+from softhand_model.effects.whole_runs import LONG
 
 CLASSES = effect_classes()
 RUNS, SAMPLES, LANES = 3, 120, 5

@@ -15,8 +15,8 @@ from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
 from softhand_model.bending.whole_runs import force_in_runs
 from softhand_model.effects import Effect
-from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
-from softhand_model.effects.stages import SectionShape
+from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides, remembers
+from softhand_model.effects.stages import SectionShape, StructureEffect
 from softhand_model.hand import section
 
 SPRINGS = ("exact", "linear")
@@ -54,7 +54,8 @@ class BlockedTip:
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * rows.modulus_factor(staged)
         force = self._force(staged, modulus, rows.chamber_pressure(staged, self._pressure))
-        force = rows.through(staged.tip_force, staged.structure, force)
+        rubbing = [e for e in staged.structure if overrides(e, StructureEffect, "tip_force")]
+        force = rows.through(staged, rubbing, "tip_force", force)
         return rows.reading(staged, "tip_force", force)
 
     def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.bent_input import begun, bends, between
 from model_lab.measurements.measurement_set import MeasurementSet
-from softhand_model.bending.run_loops import LONG
 from softhand_model.bending.whole_runs import Runs
 from softhand_model.effects import Effect
-from softhand_model.effects.pipeline import StagedEffects, remembers
+from softhand_model.effects.pipeline import StagedEffects, overrides
+from softhand_model.effects.stages import InputEffect, Memory
+from softhand_model.effects.whole_runs import LONG, in_whole_runs
 
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
@@ -92,21 +93,31 @@ class SampleRows:
         """Largest value (lanes, runs, 1) of each run."""
         return np.maximum.reduceat(values, self._starts, axis=1)
 
-    def through(self, step: Step, effects: Sequence[Effect], values: Array) -> Array:
-        """Outputs (lanes, rows, 1) of what effects make of inputs (lanes, rows, 1), in steps if one
-        of them remembers.
+    def through(
+        self, staged: StagedEffects, effects: Sequence[Effect], method: str, values: Array
+    ) -> Array:
+        """Outputs (lanes, rows, 1) of what this method of effects, one after the other, makes of
+        inputs (lanes, rows, 1): in steps for an effect that remembers and has no `in_runs`.
         """
-        surround = partial(self._surround, effects)
-        if remembers(effects):
-            return self.in_steps(step, values, surround)
-        surround(slice(None))
-        return step(values, NO_TIME)
+        for effect in effects:
+            values = self._through_one(effect, method, staged.memory[effect.name], values)
+        return values
+
+    def _through_one(self, effect: Effect, method: str, memory: Memory, values: Array) -> Array:
+        act, in_runs = getattr(effect, method), in_whole_runs(effect, method)
+        if in_runs is None and effect.has_memory:
+            surround = partial(self._surround, [effect])
+            return self.in_steps(lambda value, dt: act(value, memory, dt), values, surround)
+        self._surround([effect], slice(None))
+        found: Array = in_runs(values, self.runs) if in_runs else act(values, memory, NO_TIME)
+        return found
 
     def chamber_pressure(self, staged: StagedEffects, reading: Array) -> Array:
         """Pressure (lanes, rows, 1) [Pa] in the chamber where a gauge shows (1, rows, 1) [Pa]."""
         if staged.delays:
             reading = self._delayed(staged, reading)
-        return self.through(staged.chamber_pressure, staged.input, reading)
+        acting = [e for e in staged.input if overrides(e, InputEffect, "chamber_pressure")]
+        return self.through(staged, acting, "chamber_pressure", reading)
 
     def _delayed(self, staged: StagedEffects, reading: Array) -> Array:
         """The reading (lanes, rows, 1) as it was when what shows now was read.
@@ -126,8 +137,8 @@ class SampleRows:
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
-        shown = partial(staged.reading, output)
-        return self.through(shown, staged.output, values)[:, :, 0]
+        acting = [effect for effect in staged.output if effect.shows(output)]
+        return self.through(staged, acting, "reading", values)[:, :, 0]
 
     def _surround(self, effects: Sequence[Effect], rows: Indices | slice) -> None:
         """Pass effects the values of their axes (`Effect.around`) at the rows of a call."""

@@ -12,10 +12,10 @@ from model_lab.experiments.samples import SampleRows, Step
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_keys
 from softhand_model.bending.loaded_finger import running_integral
-from softhand_model.bending.run_loops import LONG
 from softhand_model.chain.segments import SegmentChain, cut_chain
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
+from softhand_model.effects.whole_runs import LONG
 from softhand_model.hand import section
 from softhand_model.hand.actuator import PROFILES, Actuator
 from softhand_model.hand.hand import ChainDescription, Mount

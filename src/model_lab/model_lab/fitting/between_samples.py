@@ -16,7 +16,7 @@ from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.held_input import jumps, with_jumps
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.rules import RULES
-from softhand_model.effects.stages import Memory, lagged
+from softhand_model.effects.whole_runs import lagged_in_runs
 
 LAGS = np.geomspace(0.02, 50.0, 16)  # time constants over the time between samples
 
@@ -40,9 +40,7 @@ def _lags(data: MeasurementSet, predicted: Array) -> Array:
     """Predictions (lags, samples) that lag behind."""
     rows = SampleRows(data)
     apart = np.median(np.concatenate([np.diff(run.columns["time"]) for run in data.runs]))
-    constants, memory = (LAGS * apart)[:, None, None], Memory()
-    given = np.broadcast_to(predicted[:, None], (len(LAGS), len(predicted), 1))
-    return rows.in_steps(lambda value, dt: lagged(value, memory, dt, constants), given)[:, :, 0]
+    return lagged_in_runs(predicted[None, :, None], rows.runs, LAGS * apart)[:, :, 0]
 
 
 def _held_out(data: MeasurementSet, lags: Array) -> Array:

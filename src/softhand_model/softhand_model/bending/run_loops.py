@@ -28,8 +28,8 @@ from softhand_model.bending.elastic_chain import (
     rest,
     stress_at,
 )
+from softhand_model.effects.whole_runs import LONG
 
-LONG = 1e12  # [s] after which all transients have ended
 LOOP_HALVES = 60  # bisections of the range of stretches when secants do not converge
 # numbers (lanes,) of one section while its balance is sought
 LOAD, STRETCH_ROW, SLOPE, STRESS, MOVED_ROW, AFTER_ROW = range(6)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_common.numerics.arrays import Array, Flags, Indices
+from softhand_common.numerics.arrays import Array, Indices
 from softhand_model.bending.elastic_chain import (
     ElasticChain,
     compiled_effects,
@@ -26,24 +26,18 @@ from softhand_model.bending.run_loops import follow, march, march_at_once, march
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
+from softhand_model.effects.whole_runs import RunTimes
 from softhand_model.hand import section
 
 NUMBERS_AT_ONCE = 500  # numbers of each quantity at a time, so that they fit into the cache
 
 
 @dataclass(frozen=True)
-class Runs:
-    """Runs of samples.
-
-    starts (runs + 1,): first row of each, and the number of rows. dt (rows,) [s]: of the step to
-    each sample, 0 at the first of a run. steady (runs,): whether a run has been at its first sample
-    for long; others start at rest. before (runs,): the earlier run from which a specimen comes, -1
-    for a virgin one.
+class Runs(RunTimes):
+    """Runs of samples. before (runs,): the earlier run from which a specimen comes, -1 for a virgin
+    one.
     """
 
-    starts: Indices
-    dt: Array
-    steady: Flags
     before: Indices
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy as np
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter, unseen_when_stretched
 from softhand_model.effects.stages import InputEffect, Memory, lagged
+from softhand_model.effects.whole_runs import RunTimes, lagged_in_runs
 
 
 class PressureOffset(InputEffect):
@@ -96,6 +97,10 @@ class TubeLag(InputEffect):
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
         """Pressure [Pa] in the chamber."""
         return lagged(pressure, memory, dt, self.values["time_constant"])
+
+    def in_runs(self, pressure: Array, times: RunTimes) -> Array:
+        """The same (lanes, rows, 1) through whole runs."""
+        return lagged_in_runs(pressure, times, self.values["time_constant"])
 
 
 class DeadZone(InputEffect):

@@ -18,6 +18,7 @@ from softhand_model.effects.stages import (
     Strain,
     lagged,
 )
+from softhand_model.effects.whole_runs import RunTimes, lagged_in_runs
 
 ONE_SENSOR = STRETCHED | {"free_bending", "blocked_tip"}
 THREE_SENSORS: Mapping[str, str] = {"base_torque": "three torques have three sensors"}
@@ -109,6 +110,10 @@ class AngleSensorLag(OutputEffect):
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading [rad]."""
         return lagged(value, memory, dt, self.values["time_constant"])
+
+    def in_runs(self, value: Array, times: RunTimes) -> Array:
+        """The same (lanes, rows, 1) through whole runs."""
+        return lagged_in_runs(value, times, self.values["time_constant"])
 
 
 class CameraPerspective(OutputEffect):
@@ -210,6 +215,14 @@ class SensorDrift(OutputEffect):
         """Reading in the output's unit; what was before the first sample counts as no time."""
         elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
         memory["elapsed"] = elapsed
+        return self._drifted(value, elapsed)
+
+    def in_runs(self, value: Array, times: RunTimes) -> Array:
+        """The same (lanes, rows, 1) through whole runs."""
+        return self._drifted(value, times.elapsed())
+
+    def _drifted(self, value: Array, elapsed: Array) -> Array:
+        """Reading so long [s] after the run began."""
         settling = self.values["settling_time"]
         within = -self.values["rate"] * settling * np.expm1(-elapsed / settling)
         return np.asarray(value + within + self.values["per_run"] * self.around.get("session", 0.0))

@@ -17,6 +17,7 @@ from softhand_model.effects.effect import (
 )
 from softhand_model.effects.kernel import HEIGHT, RATIO, SIDE_WALL, WALL, WIDTH, Kernel, Trial
 from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
+from softhand_model.effects.whole_runs import RunTimes
 from softhand_model.hand import section
 
 UNCHANGED = 1e-7  # of the force: less is rounding, not motion
@@ -233,5 +234,15 @@ class TipFriction(StructureEffect):
         """Force [N] that reaches the gauge."""
         change = force - memory.get("force", 0.0)
         memory["force"] = force
+        return self._rubbed(force, change)
+
+    def in_runs(self, force: Array, times: RunTimes) -> Array:
+        """The same (lanes, rows, 1) through whole runs."""
+        change, first = np.diff(force, axis=1, prepend=0.0), times.starts[:-1]
+        change[:, first] = np.where(times.steady[:, None], 0.0, force[:, first])
+        return self._rubbed(force, change)
+
+    def _rubbed(self, force: Array, change: Array) -> Array:
+        """Force [N] that reaches the gauge after a change [N]."""
         direction = np.sign(change) * (np.abs(change) > UNCHANGED * np.abs(force))
         return force * (1.0 - self.values["coefficient"] * direction)

@@ -1,0 +1,90 @@
+"""What effects that remember make of whole runs, computed at once instead of step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand_common.numerics.arrays import Array, Flags, Indices
+from softhand_common.numerics.compiled import compiled
+from softhand_model.effects.effect import Effect
+
+LONG = 1e12  # [s] after which all transients have ended
+
+
+@dataclass(frozen=True)
+class RunTimes:
+    """Times of the samples of runs, one run after the other.
+
+    starts (runs + 1,): first row of each, and the number of rows. dt (rows,) [s]: of the step to
+    each sample, 0 at the first of a run. steady (runs,): whether a run has been at its first sample
+    for long; others start at rest.
+    """
+
+    starts: Indices
+    dt: Array
+    steady: Flags
+
+    def elapsed(self) -> Array:
+        """Time (1, rows, 1) [s] since the run of each row began."""
+        time = np.cumsum(self.dt)
+        return (time - np.repeat(time[self.starts[:-1]], np.diff(self.starts)))[None, :, None]
+
+
+def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Array] | None:
+    """The effect's `in_runs`, if that does what this method of its stage does: it is of the same
+    class, or of one below.
+    """
+    for owner in type(effect).__mro__:
+        if "in_runs" in vars(owner):
+            found: Callable[[Array, RunTimes], Array] | None = getattr(effect, "in_runs", None)
+            return found
+        if method in vars(owner):
+            return None
+    return None
+
+
+def lagged_in_runs(values: Array, times: RunTimes, time_constant: Array | float) -> Array:
+    """What follows values (lanes or 1, rows, 1) with time constants (lanes,) [s], (lanes, rows, 1):
+    `stages.lagged`, stepped through each run.
+    """
+    constants = np.ravel(np.asarray(time_constant, float))
+    lanes = max(len(values), len(constants))
+    given = np.empty((values.shape[1], lanes))
+    given[:] = values[:, :, 0].T
+    constants = np.array(np.broadcast_to(constants, lanes))
+    _lag(given, constants, times.starts, times.dt, times.steady, found := np.empty_like(given))
+    return found.T[:, :, None]
+
+
+@compiled
+def _lag(
+    values: Array, constants: Array, starts: Indices, dt: Array, steady: Flags, found: Array
+) -> None:
+    """Fill found (rows, lanes) with what follows values (rows, lanes)."""
+    lanes = values.shape[1]
+    left, share = np.empty(lanes), np.empty(lanes)
+    follows, before = np.empty(lanes), np.empty(lanes)
+    for run in range(len(steady)):
+        lasts = -1.0
+        for lane in range(lanes):
+            follows[lane] = before[lane] = 0.0
+            if steady[run]:
+                before[lane] = values[starts[run], lane]
+                follows[lane] = before[lane] * (1.0 - constants[lane] / LONG)
+        for row in range(starts[run], starts[run + 1]):
+            if dt[row] != lasts:
+                lasts = dt[row]
+                for lane in range(lanes):
+                    steps = lasts / constants[lane]
+                    gone = -np.expm1(-steps)
+                    left[lane] = 1.0 - gone
+                    share[lane] = gone / steps if steps > 0.0 else 1.0
+            for lane in range(lanes):
+                value = values[row, lane]
+                rest = left[lane] * (follows[lane] - before[lane])
+                follows[lane] = value - share[lane] * (value - before[lane]) + rest
+                before[lane] = value
+                found[row, lane] = follows[lane]
