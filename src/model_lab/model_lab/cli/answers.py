@@ -23,7 +23,7 @@ from softhand_common.documents.json_document import read_json
 from softhand_common.documents.output_file import UnwritableFile, write_json
 from softhand_model.model_file import Model
 
-ANSWER = "diagnosis.json"  # beside a report
+ANSWER = "report.json"  # beside the page of a report
 PACKAGES = ("model_lab", "softhand_model")  # on whose code an answer depends
 
 

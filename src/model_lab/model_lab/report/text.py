@@ -213,10 +213,11 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
 
 def plan_json(answer: Mapping[str, Any], files: list[Path]) -> dict[str, Any]:
     """What `plan --json` writes of such an answer; all in SI units."""
-    same = ("experiment", "verdict", "tied", "next_experiment")
+    same = ("experiment", "verdict", "next_experiment")
     return {
         "format": PLAN_FORMAT,
         **{name: answer[name] for name in same},
+        "tied": [list(names) for names in answer["tied"]],
         "effects": [effect["name"] for effect in answer["effects"]],
         "files": [str(path) for path in files],
     }
