@@ -253,7 +253,16 @@ def test_missing_column_is_named():
         ValvePulse(measured(columns))
 
 
-def test_hundred_thousand_pulses_in_ten_lanes_are_quick():
+def least_processor_time(work):
+    durations = []
+    for _ in range(3):
+        start = time.process_time()
+        work()
+        durations.append(time.process_time() - start)
+    return min(durations)
+
+
+def test_pulses_in_lanes_are_predicted_by_arrays_not_one_by_one():
     data = ValvePulse(measured(pulses(100_000)))
     lanes = np.linspace(0.9, 1.1, 10)
     naive = {name: value * lanes for name, value in NAIVE.items()}
@@ -262,9 +271,6 @@ def test_hundred_thousand_pulses_in_ten_lanes_are_quick():
         EFFECTS[name].in_lanes({key: value * lanes for key, value in VALUES[name].items()})
         for name in names
     ]
-    durations = []
-    for _ in range(3):
-        start = time.perf_counter()
-        data.predict(naive, effects)
-        durations.append(time.perf_counter() - start)
-    assert min(durations) < 0.2
+    numbers = np.ones((10, 100_000))
+    functions = least_processor_time(lambda: [np.exp(numbers) for _ in range(30)])
+    assert least_processor_time(lambda: data.predict(naive, effects)) < functions
