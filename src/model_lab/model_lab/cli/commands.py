@@ -42,20 +42,21 @@ def import_files(arguments: argparse.Namespace) -> None:
 
     check_folder(arguments.out, arguments.force)
     maps, shifts = dict(arguments.map), dict(arguments.shift)
+    given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""))
     with Progress("reading") as progress:
         progress("the files", 0, 0)
-        proposal = propose(arguments.files, arguments.experiment, maps, arguments.msgs)
+        proposal = propose(arguments.files, arguments.experiment, maps, *given)
     print(text_table(told.table_rows(proposal)))
     if proposal.unsure and not arguments.yes and sys.stdin.isatty():
         maps = told.asked(proposal, maps, input)
-        proposal = propose(arguments.files, arguments.experiment, maps, arguments.msgs)
+        proposal = propose(arguments.files, arguments.experiment, maps, *given)
     found = make_set(proposal, arguments.hand, shifts)
     found.write(arguments.out)
-    given = (arguments.experiment, maps, arguments.hand, shifts, arguments.msgs)
+    said = (arguments.experiment, maps, arguments.hand, shifts, arguments.msgs, arguments.decimal)
     print(f"\n{proposal.experiment}, {len(found.runs)} runs; written: {arguments.out}")
     for remark in found.remarks:
         print(f"note: {remark}")
-    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, *given)}")
+    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, *said)}")
     _print_next([f"model-lab compare {arguments.out}", f"model-lab diagnose {arguments.out}"])
 
 
@@ -295,6 +296,11 @@ COMMANDS: Mapping[str, Command] = {
                 type=Path,
                 metavar="DIR",
                 help="definitions PACKAGE/msg/NAME.msg of message types that a bag does not define",
+            ),
+            argument(
+                "--decimal",
+                choices=list(options.DECIMAL_SIGNS),
+                help="decimal sign of the numbers, where they do not show it",
             ),
             argument(
                 "--shift",

@@ -26,6 +26,7 @@ MAPPED = (
     "stress",
     "temperature",
 )  # quantities of columns of an imported file
+DECIMAL_SIGNS = {"point": ".", "comma": ","}  # by name
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 """What `ArgumentParser.add_argument` takes."""
 

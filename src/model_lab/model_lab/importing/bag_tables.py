@@ -35,7 +35,7 @@ def _table(path: Path, topic: TopicTable) -> Table:
         for field, values in topic.columns.items()
         if not field.startswith(PASSED_OVER)
     ]
-    return Table(path, (Column("time", "s", topic.time), *columns), 0)
+    return Table(path, (Column("time", "s", topic.time), *columns))
 
 
 def _unit(units: dict[str, str], field: str) -> str:

@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from model_lab.importing.clocks import is_time
+from model_lab.importing.numerals import is_missing, is_number
 from softhand_common.documents.yaml_document import DocumentError
 
 Row = list[str]
@@ -17,14 +19,13 @@ JUDGED_LINES = 2000  # by which the delimiter is chosen
 SPREADSHEETS = (".xlsx", ".xlsm")
 DELIMITERS = (";", "\t", "|", ",", " ")  # in the order in which they are preferred
 COMMENT_SIGNS = re.compile(r"^\s*(?:#|%|//|\*)+\s*")
-NUMBER = re.compile(r"[+-]?(?:\d+[\d.,' ]*|[.,]\d+)(?:[eE][+-]?\d+)?$")
-CLOCK_TEXT = re.compile(r"(?:\d+:)?\d{1,2}:\d{1,2}(?:[.,]\d+)?$")
-DATE_TEXT = re.compile(r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{2,4})[T ]\d{1,2}:\d{2}")
-MISSING = ("", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a", "inf", "-inf")
+LINE_ENDS = re.compile(r"\r*\n|\r")
+MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))  # of byte orders
 
 
-def read_cells(path: Path) -> list[Row]:
-    """Rows of cells of a file, without blank ones; preamble and header are among them.
+def read_cells(path: Path) -> tuple[list[Row], str]:
+    """Rows of cells of a file, without blank ones, and the sign between them ("" in spreadsheets);
+    preamble and header are among the rows.
 
     A text file is split at the delimiter at which most of its lines become rows of numbers.
 
@@ -36,40 +37,47 @@ def read_cells(path: Path) -> list[Row]:
     if path.stat().st_size > LARGEST_TABLE:
         size = path.stat().st_size
         raise DocumentError(f"{path}: expected at most {LARGEST_TABLE} bytes, got {size}")
-    sheets = _sheets(path) if path.suffix.lower() in SPREADSHEETS else [_best_split(path)]
-    rows = max(sheets, key=count_of_data, default=[])
+    if path.suffix.lower() in SPREADSHEETS:
+        rows, delimiter = max(_sheets(path), key=count_of_data, default=[]), ""
+    else:
+        rows, delimiter = _best_split(path)
     if not count_of_data(rows):
         raise DocumentError(
             f"{path}: expected a table with at least two columns of numbers, got none; "
             "CSV, TXT and XLSX files are read"
         )
-    return rows
+    return rows, delimiter
+
+
+def is_value(cell: str) -> bool:
+    """Whether a cell holds a number or a time."""
+    return is_number(cell) or is_time(cell)
 
 
 def is_data(cells: Row) -> bool:
-    """Whether a row holds what was measured: two numbers or times at least, and no words."""
-    known = [cell for cell in cells if cell.lower() not in MISSING]
-    return len(known) > 1 and all(is_number(cell) or is_time(cell) for cell in known)
+    """Whether a row may hold what was measured: two numbers or times at least."""
+    known = 0
+    for cell in cells:
+        known += is_value(cell)
+        if known == 2:
+            return True
+    return False
 
 
-def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, with a decimal point or comma.
-
-    >>> is_number("-1.234,5e-3"), is_number("A12")
-    (True, False)
-    """
-    return NUMBER.match(cell) is not None
-
-
-def is_time(cell: str) -> bool:
-    """Whether a cell holds a time of day, a stop watch's time, or a date with a time."""
-    return CLOCK_TEXT.match(cell) is not None or DATE_TEXT.match(cell) is not None
+def is_pure(cells: Row) -> bool:
+    """Whether a row holds what was measured, and no words."""
+    return is_data(cells) and all(is_missing(cell) or is_value(cell) for cell in cells)
 
 
 def count_of_data(rows: list[Row]) -> int:
-    """Number of rows of numbers that have as many cells as most of them."""
-    widths = [len(row) for row in rows if is_data(row)]
-    return max((widths.count(width) for width in set(widths)), default=0)
+    """Number of rows of numbers that have as many cells as most of them; those with words among
+    them count as less.
+    """
+    counts: dict[int, float] = {}
+    for row in rows:
+        if is_data(row):
+            counts[len(row)] = counts.get(len(row), 0) + (2 if is_pure(row) else 1)
+    return int(max(counts.values(), default=0))
 
 
 def _sheets(path: Path) -> list[list[Row]]:
@@ -105,18 +113,21 @@ def _without_empty_columns(rows: list[Row]) -> list[Row]:
     return [[row[place] for place in kept] for row in filled]
 
 
-def _best_split(path: Path) -> list[Row]:
+def _best_split(path: Path) -> tuple[list[Row], str]:
     """Rows of a text file, split at the delimiter that suits its first lines best."""
-    lines = _decoded(path.read_bytes()).splitlines()
+    lines = LINE_ENDS.split(_decoded(path.read_bytes()))
     first = lines[:JUDGED_LINES]
     best = max(DELIMITERS, key=lambda delimiter: count_of_data(list(_split(first, delimiter))))
-    return list(_split(lines, best))
+    return _without_last(list(_split(lines, best))), best
 
 
 def _decoded(content: bytes) -> str:
-    """The text of a file: UTF-16 with its mark, else UTF-8, else as Windows writes it."""
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return content.decode("utf-16", errors="replace")
+    """The text of a file: UTF-16 by its mark or zeros, else UTF-8, else as Windows writes it."""
+    encoding = next((name for mark, name in MARKS if content.startswith(mark)), "")
+    if not encoding and b"\0" in content[:4]:
+        encoding = "utf-16-be" if content[0] == 0 else "utf-16-le"
+    if encoding:
+        return content.decode(encoding, errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -124,10 +135,10 @@ def _decoded(content: bytes) -> str:
 
 
 def _split(lines: Sequence[str], delimiter: str) -> Iterator[Row]:
-    """Rows of lines, without blank ones; comment signs and delimiters at the end do not count."""
+    """Rows of lines, without those that are blank or of delimiters; comment signs do not count."""
     for whole in lines:
-        line = COMMENT_SIGNS.sub("", whole).strip(" \r").rstrip(delimiter)
-        if not line.strip():
+        line = COMMENT_SIGNS.sub("", whole).strip(" ")
+        if not line.strip().strip(delimiter):
             continue
         if delimiter == " ":
             yield re.split(r"\s+", line.strip())
@@ -137,3 +148,14 @@ def _split(lines: Sequence[str], delimiter: str) -> Iterator[Row]:
             yield [cell.strip() for cell in next(reader)]
         except csv.Error:
             yield [line]
+
+
+def _without_last(rows: list[Row]) -> list[Row]:
+    """Rows without the empty cell that a delimiter at their end makes, if all rows of numbers of
+    that width have it.
+    """
+    widest = max((len(row) for row in rows if is_data(row)), default=0)
+    while widest and all(not row[-1] for row in rows if len(row) == widest and is_data(row)):
+        rows = [row[:-1] if len(row) == widest and not row[-1] else row for row in rows]
+        widest -= 1
+    return rows

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
-from model_lab.importing.cells import Row, is_number
+from model_lab.importing.cells import Row
+from model_lab.importing.numerals import is_number
 from model_lab.importing.units import unit_in_header, usual_unit
 
 LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
@@ -23,8 +25,9 @@ def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int
     levels = _levels(before, width)
     if not levels:
         return [f"column {place + 1}" for place in range(width)], [""] * width, 0
-    if len(levels) > 1 and _is_row_of_units(levels[0]):
-        return _unique(levels[1]), [cell.strip("[]()") for cell in levels[0]], 2
+    for units, above in pairwise(levels):
+        if _is_row_of_units(units):
+            return _unique(above), [cell.strip("[]() ") for cell in units], 2
     parts = [unit_in_header(cell) for cell in levels[0]]
     names = [name for name, _ in parts]
     used = 1

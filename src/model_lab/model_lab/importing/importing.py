@@ -78,6 +78,7 @@ def propose(
     experiment: str | None = None,
     maps: Maps | None = None,
     messages: Path | None = None,
+    decimal: str = "",
 ) -> Proposal:
     """What measurement files hold, by names, units and numbers of their columns.
 
@@ -87,13 +88,14 @@ def propose(
         maps: what the user says of columns, by quantity; in place of a column the tip angle may be
             a function of columns, see `derived`.
         messages: folder of definitions of message types that a bag does not define.
+        decimal: decimal sign of text files, "" for the one that their numbers show.
 
     Raises DocumentError for what cannot be read, is ambiguous, or is no unit of its quantity.
     """
     if experiment is not None and experiment not in NEEDED:
         raise DocumentError(f"experiment: expected {listed(NEEDED)}, got {shortened(experiment)}")
     given = maps or {}
-    tables = [table for path in paths for table in _tables(path, given, messages)]
+    tables = [table for path in paths for table in _tables(path, given, messages, decimal)]
     _check_maps(tables, given)
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
@@ -107,9 +109,9 @@ def propose(
     return Proposal(every if unsure else sources, found, unsure)
 
 
-def _tables(path: Path, maps: Maps, messages: Path | None) -> Iterable[Table]:
+def _tables(path: Path, maps: Maps, messages: Path | None, decimal: str) -> Iterable[Table]:
     """The tables of a file, with the derived columns that the user asks for."""
-    for table in read_tables(path, messages):
+    for table in read_tables(path, messages, decimal):
         found = table
         for name, unit in maps.values():
             found = _with_derived(found, name, unit)
@@ -162,11 +164,17 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
     for source in sources:
         for meant in source.meanings:
             if not meant.is_sure and _matters(meant, experiment):
-                unit = "UNIT" if meant.quantity != "time" else "UNIT, or a rate of frames as 30Hz"
-                unsure[f"the unit of {meant.column}"] = (
-                    f"--map '{meant.quantity}={meant.column}:{unit}'"
-                )
+                unsure[f"the unit of {meant.column}"] = _how(source.table, meant)
     return unsure
+
+
+def _how(table: Table, meant: Meant) -> str:
+    """The text that says the unit of a column."""
+    column, given = table.column(meant.column), f"--map '{meant.quantity}={meant.column}"
+    if column is not None and column.is_clock:
+        return f"{given}:h' if hours and minutes, {given}:min' if minutes and seconds"
+    unit = "UNIT" if meant.quantity != "time" else "UNIT, or a rate of frames as 30Hz"
+    return f"{given}:{unit}'"
 
 
 def _matters(meant: Meant, experiment: str | None) -> bool:
@@ -229,9 +237,7 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                     f"tip_angle is {meant.column}: {call[0].said}; 0 at the first sample, which "
                     "should be at rest, and positive to the side where it goes farthest"
                 )
-        if source.table.left_out:
-            name, lines = source.table.path.name, source.table.left_out
-            yield f"{name}: {lines} lines without numbers are left out"
+        yield from (f"{source.table.path.name}: {said}" for said in source.table.remarks)
 
 
 def _remarks_on_specimen(

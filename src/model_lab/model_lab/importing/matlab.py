@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.io
 
+from model_lab.aliases import Array
 from model_lab.importing.tables import Column, Table
 from model_lab.importing.units import unit_in_header
 from softhand_common.documents.yaml_document import DocumentError
@@ -47,17 +48,35 @@ def read_matlab(path: Path) -> tuple[Table, ...]:
 def _structures(variables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Vectors and columns (rows,) by name, of the variables and of each structure among them."""
     vectors: dict[str, Any] = {}
+    labels = [names for value in variables.values() if (names := _names(value))]
     for name, value in variables.items():
+        if _names(value):
+            continue
         if hasattr(value, "_fieldnames"):
             yield from _structures({key: getattr(value, key) for key in value._fieldnames})
         elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 1:
             vectors[name] = value
         elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 2:
-            vectors |= {f"{name} {place + 1}": column for place, column in enumerate(value.T)}
+            vectors |= _columns(name, value, labels)
         elif isinstance(value, np.ndarray) and value.dtype == object:
             inside = {f"{name} {place + 1}": one for place, one in enumerate(value.flat)}
             yield from _structures(inside)
     yield vectors
+
+
+def _names(value: Any) -> list[str]:
+    """The texts of a cell array, or of rows of letters; empty for what is none."""
+    texts = np.atleast_1d(value).tolist() if isinstance(value, np.ndarray) else []
+    return [text.strip() for text in texts] if all(isinstance(t, str) for t in texts) else []
+
+
+def _columns(name: str, matrix: Array, labels: Sequence[list[str]]) -> dict[str, Array]:
+    """Columns of a matrix by name, or its rows if as many names as these are beside it."""
+    for names in labels:
+        for vectors in (matrix.T, matrix):
+            if len(names) == len(vectors) == len(set(names)):
+                return dict(zip(names, vectors, strict=True))
+    return {f"{name} {place + 1}": column for place, column in enumerate(matrix.T)}
 
 
 def _table(path: Path, vectors: Mapping[str, Any]) -> Table | None:
@@ -71,4 +90,4 @@ def _table(path: Path, vectors: Mapping[str, Any]) -> Table | None:
         for name, values in vectors.items()
         if len(values) == rows
     ]
-    return Table(path, tuple(columns), 0)
+    return Table(path, tuple(columns))

@@ -9,21 +9,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model_lab.importing.tables import Column, Table
+from model_lab.importing.tables import SHORT_CLOCK, Column, Table
 from model_lab.importing.units import unit_for, usual_unit
 from model_lab.rules import RULES
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
 WORDS = {
-    "time": "time zeit temps t stamp timestamp zeitstempel uhrzeit heure sec seconds elapsed clock",
-    "pressure": "pressure druck pression p press innendruck kammerdruck luftdruck",
-    "tip_angle": "angle winkel theta phi alpha bend bending biegung biegewinkel spitzenwinkel "
-    "flexion",
-    "tip_force": "force kraft fz fn blockierkraft spitzenkraft effort",
-    "stretch": "stretch lambda streckung etirement",
-    "strain": "strain dehnung deformation epsilon allongement",
-    "stress": "stress spannung contrainte sigma",
+    "time": "time zeit temps tiempo t stamp timestamp zeitstempel uhrzeit heure hora sec seconds "
+    "elapsed clock datetime",
+    "pressure": "pressure druck pression presion p press innendruck kammerdruck luftdruck",
+    "tip_angle": "angle winkel angulo theta phi alpha bend bending biegung biegewinkel "
+    "spitzenwinkel flexion",
+    "tip_force": "force kraft fuerza fz fn blockierkraft spitzenkraft effort",
+    "stretch": "stretch lambda streckung etirement estiramiento",
+    "strain": "strain dehnung deformation deformacion epsilon allongement",
+    "stress": "stress spannung contrainte tension sigma",
     "temperature": "temperature temperatur temp",
 }  # of each quantity; long ones are also found inside of other words
 TELLING_UNITS = {
@@ -35,13 +36,18 @@ QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_
 FRAME_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
 EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
-EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))  # from which number, and [s] of 1
+EPOCH_UNITS = (1.0, 1e-3, 1e-6, 1e-9)  # [s] of 1 in numbers since 1970
+EPOCH_SECONDS = (9e8, 4e9)  # [s] between which a number since 1970 is believed: 1998 to 2096
+WHOLE_STEP = 5.0  # between whole numbers, from which on they may as well be milliseconds
 NEEDED = {
     "free_bending": ("pressure", "tip_angle"),
     "blocked_tip": ("pressure", "tip_force"),
     "uniaxial": ("stretch", "stress"),
 }  # beside time; stretch may be given as a strain
 INPUT = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
+
+
+CLOCK_SCALES = {"h": 60.0, "min": 1.0}  # by unit of the first part of a clock of two parts
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,8 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
             f"{table.path}: expected an angle, got {column.name}, a component of a quaternion: the "
             f"sine or cosine of half an angle; --map 'tip_angle=quaternion({whole})'"
         )
+    if column.unit == SHORT_CLOCK and unit in CLOCK_SCALES:
+        return Meant(column.name, quantity, "s", CLOCK_SCALES[unit])
     if not unit or column.is_clock:
         return _meant(column, quantity)
     rate = FRAME_RATE.match(unit)
@@ -165,21 +173,21 @@ def _meant(column: Column, quantity: str) -> Meant:
 
 
 def _time(column: Column) -> Meant:
-    """Time in the unit that the file writes, else in seconds if that makes a run of usual length,
-    or since 1970 in the unit in which it is about today.
+    """Time in the unit that the file writes, else since 1970 in the unit in which it is about
+    today, or in seconds if that makes a run of usual length and steps.
     """
     if column.is_clock:
-        return Meant(column.name, "time", "s")
-    first = float(np.nanmax(np.abs(column.values)))
-    for least, scale in EPOCHS:
-        if first >= least:
-            return Meant(column.name, "time", "s", scale)
+        return Meant(column.name, "time", None if column.unit == SHORT_CLOCK else "s")
     if column.unit:
         return Meant(column.name, "time", unit_for("time", column.unit))
-    span = float(np.nanmax(column.values) - np.nanmin(column.values))
-    return Meant(
-        column.name, "time", "s" if RULES.durations[0] < span < RULES.durations[1] else None
-    )
+    for scale in EPOCH_UNITS:
+        if EPOCH_SECONDS[0] <= float(np.nanmin(column.values)) * scale <= EPOCH_SECONDS[1]:
+            return Meant(column.name, "time", "s", scale)
+    known = column.values[np.isfinite(column.values)]
+    usual = RULES.durations[0] < float(np.ptp(known)) < RULES.durations[1]
+    steps = np.diff(known)
+    whole = bool(np.all(known == np.round(known))) and float(np.median(steps)) >= WHOLE_STEP
+    return Meant(column.name, "time", "s" if usual and not whole else None)
 
 
 def experiment_of(quantities: Iterable[str]) -> str | None:

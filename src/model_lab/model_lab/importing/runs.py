@@ -13,6 +13,7 @@ from numpy.polynomial import Polynomial
 from model_lab.aliases import Array
 from model_lab.importing.meaning import INPUT, Meant
 from model_lab.importing.tables import Table
+from model_lab.measurements.rows import check_time
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
@@ -126,8 +127,10 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     of_output = next(one for one in members if output in one.quantities)
     paths = tuple(dict.fromkeys(map(_path, members)))
     name = _run_name(paths)
+    _check_clock(of_output, output, driving)
     if of_input is of_output:
         return _of_one_file(of_input, name, driving, output, paths)
+    _check_clock(of_input, driving, driving)
     time, values = of_output.series(output)
     input_time, inputs = of_input.series(driving)
     if time is None or input_time is None:
@@ -140,6 +143,11 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     inside = (time >= input_time[0]) & (time <= input_time[-1])
     if inside.sum() < 3:
         raise DocumentError(f"{paths[0]}: expected some time in common with {paths[-1]}, got none")
+    if not inside.all():
+        remarks.append(
+            f"{_path(of_output).name}: {int((~inside).sum())} of {len(inside)} samples are left "
+            f"out, as {_path(of_input).name} has none at their times"
+        )
     time, values = time[inside], values[inside]
     offset = clock_offset(input_time, inputs, time, values)
     if offset:
@@ -152,6 +160,14 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     return ImportedRun(
         name, _named(columns, driving, output), _named(lead, driving), paths, tuple(remarks)
     )
+
+
+def _check_clock(source: Source, quantity: str, driving: str) -> None:
+    """Raise DocumentError where the times of a quantity do not rise."""
+    time, values = source.series(quantity)
+    if time is not None:
+        columns = {"time": time - time[0]} | ({driving: values} if quantity == driving else {})
+        check_time(_path(source), columns, lambda index: f"row {index + 1} of {quantity}")
 
 
 def _of_one_file(

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
 from model_lab.aliases import Array
-from model_lab.importing.cells import MISSING, is_data, is_time, read_cells
+from model_lab.importing.cells import Row, is_data, is_value, read_cells
+from model_lab.importing.clocks import is_time, may_be_hours, seconds
 from model_lab.importing.headers import header
+from model_lab.importing.numerals import (
+    Roles,
+    decimal_sign,
+    is_missing,
+    is_number,
+    numbers,
+    roles,
+)
+from model_lab.importing.units import unit_in_header
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import DocumentError
 
 CLOCK = "clock"  # unit of a column that holds times of a clock, which are read as seconds
+SHORT_CLOCK = "clock of two parts"  # ... such as 12:27, hours and minutes or minutes and seconds
+MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no accident
 
 
 @dataclass(frozen=True)
@@ -29,16 +40,16 @@ class Column:
     @property
     def is_clock(self) -> bool:
         """Whether the column was written as times of a clock or dates."""
-        return self.unit == CLOCK
+        return self.unit in (CLOCK, SHORT_CLOCK)
 
 
 @dataclass(frozen=True)
 class Table:
-    """A file's columns, and the lines that are left out: before the header, after the numbers."""
+    """A file's columns, and remarks on what is left out of it."""
 
     path: Path
     columns: tuple[Column, ...]
-    left_out: int
+    remarks: tuple[str, ...] = ()
 
     def with_column(self, column: Column) -> Table:
         """The table with one column more."""
@@ -55,10 +66,11 @@ class Table:
         return found[0] if found else None
 
 
-def read_tables(path: Path, messages: Path | None = None) -> tuple[Table, ...]:
+def read_tables(path: Path, messages: Path | None = None, decimal: str = "") -> tuple[Table, ...]:
     """The tables of a file: the topics of a bag, the structures of a MAT file, or a single one.
 
-    messages: folder of definitions of a bag's own message types.
+    messages: folder of definitions of a bag's own message types. decimal: sign of a text file's
+    numbers, "" for the one that they show.
     """
     if path.suffix.lower() == ".mat":
         from model_lab.importing.matlab import read_matlab  # here, as it loads scipy.io
@@ -68,71 +80,127 @@ def read_tables(path: Path, messages: Path | None = None) -> tuple[Table, ...]:
         from model_lab.importing.bag_tables import read_bag  # here, as it loads rosbags
 
         return read_bag(path, messages)
-    return (read_table(path),)
+    return (read_table(path, decimal),)
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, decimal: str = "") -> Table:
     """The table of a CSV or text file in any dialect, or of a spreadsheet.
 
-    Rows with words between the numbers are left out. Raises DocumentError for what has no table.
+    decimal: its decimal sign, "" for the one that its numbers show. Columns of words, and rows
+    without numbers, are left out; so are single cells that cannot be read, which become NaN.
+
+    Raises DocumentError for what has no table or two, for more than a few cells that cannot be
+    read, and for numbers that may be read in two ways.
     """
-    rows = read_cells(path)
+    rows, delimiter = read_cells(path)
     widths = [len(row) for row in rows if is_data(row)]
     width = max(set(widths), key=widths.count)
-    data = [index for index, row in enumerate(rows) if is_data(row) and len(row) == width]
-    body = [rows[index] for index in data]
-    names, units, header_lines = header(rows[: data[0]], width)
+    kept = _measured_columns([row for row in rows if len(row) == width and is_data(row)])
+    good = [index for index, row in enumerate(rows) if len(row) == width and _fits(row, kept)]
+    first = _first_below_header(rows, good[0], width)
+    between = range(first, good[-1] + 1)
+    names, units, header_lines = header(rows[:first], width)
+    _refuse_second_table(path, [rows[index] for index in between], names, width)
+    body = [rows[index] for index in between if len(rows[index]) == width and is_data(rows[index])]
+    remarks = _left_out(len(rows) - len(body) - header_lines)
+    remarks += _unreadable(path, body, {place: names[place] for place in kept})
+    remarks += [f"the words of {names[place]} are left out" for place in _places(width, kept)]
+    seen = roles(cell for row in body for cell in row)
     columns = tuple(
-        _column(name, unit, [row[place] for row in body])
-        for place, (name, unit) in enumerate(zip(names, units, strict=True))
+        _column(
+            path, names[place], units[place], [row[place] for row in body], seen, delimiter, decimal
+        )
+        for place in kept
     )
-    return Table(path, columns, len(rows) - len(body) - header_lines)
+    return Table(path, columns, tuple(remarks))
+
+
+def _first_below_header(rows: Sequence[Row], good: int, width: int) -> int:
+    """Index of the first row of numbers below the header; good: of the first without words."""
+    worded = [len(row) == width and not is_data(row) for row in rows[:good]]
+    if not any(worded):
+        return good
+    below = good - worded[::-1].index(True)
+    return next(n for n in range(below, good + 1) if len(rows[n]) == width and is_data(rows[n]))
+
+
+def _places(width: int, kept: Sequence[int]) -> list[int]:
+    return [place for place in range(width) if place not in kept]
+
+
+def _measured_columns(rows: Sequence[Row]) -> list[int]:
+    """Places of the columns that hold numbers or times in most of the rows that hold anything."""
+    kept = []
+    for place in range(len(rows[0])):
+        known = [row[place] for row in rows if not is_missing(row[place])]
+        if sum(map(is_value, known)) * 2 >= len(known):
+            kept.append(place)
+    return kept
+
+
+def _fits(row: Row, kept: Sequence[int]) -> bool:
+    """Whether a row has no words where numbers are expected, and two numbers at least."""
+    known = [row[place] for place in kept if not is_missing(row[place])]
+    return len(known) > 1 and all(map(is_value, known))
+
+
+def _refuse_second_table(path: Path, rows: Sequence[Row], names: list[str], width: int) -> None:
+    """Raise DocumentError where another header stands between rows of numbers."""
+    for row in rows:
+        words = [cell for cell in row if cell and not is_value(cell)]
+        if len(row) != width or len(words) < width or width < 2:
+            continue
+        if [unit_in_header(cell)[0] for cell in row] != names:
+            raise DocumentError(
+                f"{path}: expected one table, got a second one below {listed(row)}; keep each in "
+                "a file of its own"
+            )
+
+
+def _left_out(lines: int) -> list[str]:
+    return [f"{lines} lines without numbers are left out"] if lines else []
+
+
+def _unreadable(path: Path, body: Sequence[Row], names: Mapping[int, str]) -> list[str]:
+    """Remarks on cells that are no numbers. Raises DocumentError where these are many."""
+    remarks = []
+    for place, name in names.items():
+        wrong = [row[place] for row in body if not _is_known(row[place])]
+        if len(wrong) > MOST_UNREADABLE * len(body):
+            raise DocumentError(
+                f"{path}: column {shortened(name)}: expected numbers, got {shortened(wrong[0])} "
+                f"and {len(wrong) - 1} cells more that are none"
+            )
+        if wrong:
+            remarks.append(
+                f"{len(wrong)} cells of {name} are no numbers and are left out, the first is "
+                f"{shortened(wrong[0])}"
+            )
+    return remarks
+
+
+def _is_known(cell: str) -> bool:
+    return is_missing(cell) or is_value(cell)
 
 
 # ---------------------------------------------------------------------- numbers
-def _column(name: str, unit: str, cells: Sequence[str]) -> Column:
-    known = [cell for cell in cells if cell.lower() not in MISSING]
+def _column(
+    path: Path,
+    name: str,
+    unit: str,
+    cells: Sequence[str],
+    others: Roles,
+    delimiter: str,
+    decimal: str,
+) -> Column:
+    known = [cell for cell in cells if _is_known(cell) and not is_missing(cell)]
     if known and all(map(is_time, known)):
-        return Column(name, CLOCK, _seconds(cells))
-    return Column(name, unit, numbers(cells))
-
-
-def numbers(cells: Sequence[str]) -> Array:
-    """Numbers (rows,) of cells with decimal points or commas; NaN for an empty cell.
-
-    Of a point and a comma in one cell, the last is the decimal sign.
-
-    >>> numbers(["1.234,5", "2,5"]).tolist(), numbers(["1,234.5"]).tolist()
-    ([1234.5, 2.5], [1234.5])
-    """
-    texts = pd.Series(cells, dtype=str).str.replace(r"[' \u00a0]", "", regex=True)
-    texts = texts.mask(texts.str.lower().isin(MISSING))
-    both = texts.str.contains(".", regex=False) & texts.str.contains(",", regex=False)
-    comma = texts.str.contains(",", regex=False)
-    if both.any():
-        comma_last = (texts.str.rfind(",") > texts.str.rfind("."))[both].any()
-        thousands = "." if comma_last else ","
-        texts = texts.str.replace(thousands, "", regex=False)
-    if comma.any():
-        texts = texts.str.replace(",", ".", regex=False)
-    return np.asarray(pd.to_numeric(texts, errors="coerce"), float)
-
-
-def _seconds(cells: Sequence[str]) -> Array:
-    """Seconds (rows,) of times of a clock such as 27:19.12, 12:27:19 or 2026-03-01T12:27:19."""
-    texts = pd.Series(cells, dtype=str).str.replace(",", ".", regex=False)
-    texts = texts.mask(texts.str.lower().isin(MISSING))
-    if texts.str.contains(r"\d[-./]\d", regex=True).any() and texts.str.contains("[T ]").any():
-        day_first = not texts.dropna().iloc[0][:4].isdecimal()
-        stamps = pd.to_datetime(texts, format="mixed", dayfirst=day_first, utc=True)
-        return np.asarray((stamps - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), float)
-    parts = texts.str.split(":")
-    total = parts.map(lambda one: _total(one) if isinstance(one, list) else np.nan)
-    return np.asarray(total, float)
-
-
-def _total(parts: Sequence[str]) -> float:
-    seconds = 0.0
-    for part in parts:
-        seconds = 60.0 * seconds + float(part)
-    return seconds
+        return Column(name, SHORT_CLOCK if may_be_hours(known) else CLOCK, seconds(cells))
+    try:
+        sign = decimal or decimal_sign(known, others, point=delimiter in ("", ","))
+    except ValueError as reason:
+        raise DocumentError(
+            f"{path}: column {shortened(name)}: expected numbers of one kind, got {reason}; say "
+            "--decimal point or --decimal comma"
+        ) from reason
+    return Column(name, unit, numbers([cell if is_number(cell) else "" for cell in cells], sign))

@@ -63,6 +63,7 @@ def again(
     hand: str | None,
     shifts: Mapping[str, float],
     messages: Path | None = None,
+    decimal: str | None = None,
 ) -> str:
     """The command that makes the same set again without questions."""
     words = ["model-lab", "import", *map(str, files), "-o", str(out)]
@@ -74,6 +75,8 @@ def again(
         words += ["--shift", f"{name}={shift:g}"]
     if messages:
         words += ["--msgs", str(messages)]
+    if decimal:
+        words += ["--decimal", decimal]
     if hand:
         words += ["--hand", hand]
     return shlex.join([*words, "--yes"])

@@ -10,6 +10,7 @@ SPELLINGS = {
     "°": "deg",
     "º": "deg",
     "grad": "deg",
+    "grados": "deg",
     "degre": "deg",
     "degres": "deg",
     "degree": "deg",
@@ -23,6 +24,7 @@ SPELLINGS = {
     "seconds": "s",
     "sekunden": "s",
     "secondes": "s",
+    "segundos": "s",
     "msec": "ms",
     "millis": "ms",
     "milliseconds": "ms",
@@ -63,9 +65,8 @@ def usual_unit(text: str) -> str:
     plain = text.strip()
     if plain.isdecimal():
         return ""
-    for candidate in dict.fromkeys(
-        (SPELLINGS.get(plain.lower(), plain), plain.replace("²", "**2"))
-    ):
+    lower = plain.lower()
+    for candidate in dict.fromkeys((SPELLINGS.get(lower, plain), plain.replace("²", "**2"), lower)):
         if any(_measures(quantity, candidate) for quantity in QUANTITIES):
             return candidate
     return SPELLINGS[plain.lower()] if plain == "%" else ""
@@ -83,7 +84,7 @@ def unit_in_header(cell: str) -> tuple[str, str]:
     found = _SEPARATED.match(cell.strip())
     if found and usual_unit(found["unit"]) and len(found["unit"]) > 1:
         return found["name"], found["unit"]
-    if found and found["unit"] in ("s", "N") and found["name"]:
+    if found and found["unit"] in ("s", "N", "°") and found["name"]:
         return found["name"], found["unit"]
     return cell.strip(), ""
 

@@ -68,7 +68,7 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
         most = largest(COLUMN_UNITS.get(name))
         _refuse(_wrong(path, name, values, np.abs(values) > most, f"{most:g} at most in size"))
     if "time" in columns:
-        _check_time(path, columns)
+        check_time(path, columns)
     for name in columns.keys() & _RANGES.keys():
         _refuse(_out_of_range(path, name, columns[name], _RANGES))
     doubts = [
@@ -108,7 +108,13 @@ def _wrong(
     )
 
 
-def _check_time(path: Path, columns: Mapping[str, Array]) -> None:
+def check_time(
+    path: Path, columns: Mapping[str, Array], name_of: Callable[[int], str] = row_name
+) -> None:
+    """Raise DocumentError where the column `time` (rows,) [s] does not rise.
+
+    name_of: how a row is called, by its index; other columns may tell which rows are in order.
+    """
     time = columns["time"]
     wrong = np.diff(time) <= 0.0
     if wrong.any():
@@ -123,7 +129,7 @@ def _check_time(path: Path, columns: Mapping[str, Array]) -> None:
                 "`columns`, or mend the clock; one run in each file"
             )
         raise DocumentError(
-            f"{path}: {row_name(index)}, column time: expected a time after "
+            f"{path}: {name_of(index)}, column time: expected a time after "
             f"{time[index - 1]:.9g} s, got {time[index]:.9g} s{' again' if same else ''}; {mend}"
         )
 

@@ -1,0 +1,110 @@
+"""Times of a clock and dates as text, in seconds."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.importing.numerals import is_missing
+
+_CLOCK = r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
+_HALF = r"(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
+_ZONE = r"\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?"
+_DATE = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
+_TEXT = re.compile(f"(?:{_DATE})?{_CLOCK}{_HALF}{_ZONE}$")
+HOUR, HALF_DAY, DAY = 3600.0, 43200.0, 86400.0  # [s]
+ORDERS = ("day first", "month first")
+
+
+def is_time(cell: str) -> bool:
+    """Whether a cell holds a time of day, a stop watch's time, or a date with a time.
+
+    >>> is_time("27:19.12"), is_time("2026-03-01T12:27:19Z"), is_time("3/1/2026 1:02:03 PM")
+    (True, True, True)
+    """
+    return ":" in cell and _TEXT.match(cell) is not None
+
+
+def may_be_hours(cells: Sequence[str]) -> bool:
+    """Whether times of two parts such as 12:27 may be hours and minutes, or minutes and seconds."""
+    found = [match for match in map(_TEXT.match, cells) if match is not None]
+    return all(
+        match["first"] is None
+        and match["a"] is None
+        and match["last"].isdecimal()
+        and int(match["middle"]) < 24
+        for match in found
+    )
+
+
+def seconds(cells: Sequence[str]) -> Array:
+    """Seconds (rows,) of times of a clock or of dates, NaN for a cell without one.
+
+    Two parts are minutes and seconds. A clock that begins anew goes on: after an hour if it shows
+    minutes and seconds, else after half a day or a day. Of dates such as 3/1/2026 the order is
+    taken in which the whole takes less time.
+    """
+    found = [None if is_missing(cell) else _TEXT.match(cell) for cell in cells]
+    clock = np.array([np.nan if one is None else _of_day(one) for one in found])
+    if any(one is not None and one["a"] for one in found):
+        days = [_days(found, order) for order in ORDERS]
+        return clock + min((one for one in days if one is not None), key=_span) * DAY
+    short = all(one is None or one["first"] is None for one in found)
+    return _going_on(clock, (HOUR,) if short else (HALF_DAY, DAY))
+
+
+def _span(days: Array) -> float:
+    return float(np.nanmax(days) - np.nanmin(days))
+
+
+def _of_day(match: re.Match[str]) -> float:
+    """Seconds of a time since the day began, or the stop watch."""
+    parts = (match["middle"], match["last"].replace(",", "."))
+    hours = float(match["first"] or 0)
+    if match["half"]:
+        if match["first"] is None:  # hours and minutes
+            parts, hours = (match["last"], "0"), float(match["middle"])
+        hours = hours % 12.0 + (12.0 if match["half"] in "Pp" else 0.0)
+    since = HOUR * hours + 60.0 * float(parts[0]) + float(parts[1])
+    zone = match["zone"]
+    if zone and zone[0] in "+-":
+        away = HOUR * float(zone[1:3]) + 60.0 * float(zone[-2:])
+        since -= away if zone[0] == "+" else -away
+    return since
+
+
+def _days(found: Sequence[re.Match[str] | None], order: str) -> Array | None:
+    """Number (rows,) of the day of each date; None where they are none in this order."""
+    try:
+        return np.array([np.nan if one is None else _day(one, order) for one in found])
+    except ValueError:
+        return None
+
+
+def _day(match: re.Match[str], order: str) -> float:
+    if match["a"] is None:
+        raise ValueError("expected a date in every row")
+    a, b, c = (int(match[name]) for name in "abc")
+    if len(match["a"]) == 4:
+        year, month, day = a, b, c
+    else:
+        year = c + 2000 if c < 100 else c
+        day, month = (a, b) if order == ORDERS[0] else (b, a)
+    return float(datetime.date(year, month, day).toordinal())
+
+
+def _going_on(clock: Array, periods: Sequence[float]) -> Array:
+    """A clock (rows,) without the jumps back where it begins anew."""
+    known = np.flatnonzero(np.isfinite(clock))
+    steps = np.diff(clock[known])
+    added = np.zeros(len(steps))
+    for period in periods:
+        begins = (added == 0.0) & (steps < -0.5 * period) & (steps >= -period)
+        added[begins] = period
+    result = clock.copy()
+    result[known[1:]] += np.cumsum(added)
+    return result
