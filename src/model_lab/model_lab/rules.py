@@ -19,6 +19,11 @@ DEVELOPMENT = (
 )
 BY_HAND = "chosen by hand, never tuned"
 SLIP_SEEDS = "chosen on seed 0 of `bench.lab.slips`, for few false alarms"
+SERIES_SEEDS = (
+    "chosen on seeds 700 to 759 of `bench.second_author --kind series`: odd runs changed by 9 "
+    "times and more, a false one by 1.6; sets of six runs with a drift or a changed sensor had "
+    "p-values of 0.017 and 0.027"
+)
 CONVENTION = "a usual level of confidence"
 CONTRACT = "part of the definition of the result in its JSON"
 STANDARD = "from the standard or physical range that the meaning names"
@@ -257,6 +262,18 @@ class Rules:
     )
     event_error: float = _rule(
         1.0, "change of runs by an event, over their scatter within a run, that matters", BY_HAND
+    )
+    odd_run_error: float = _rule(
+        3.0,
+        "the same of one run that is unlike its repeats",
+        SERIES_SEEDS,
+    )
+    few_event_freedom: int = _rule(
+        4, "differences between repeats up to which a large event needs less proof", SERIES_SEEDS
+    )
+    few_event_p_value: float = _rule(0.05, "p-value of a large event in so few", SERIES_SEEDS)
+    large_event: float = _rule(
+        4.0, "change of runs by such an event, over their scatter within a run", SERIES_SEEDS
     )
     axis_p_value: float = _rule(
         0.001, "p-value below which a set is not adequate for an axis or the input", BY_HAND

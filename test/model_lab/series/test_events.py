@@ -11,6 +11,7 @@ from scipy.stats import f as variance_ratio
 from model_lab.bench import rig_faults as rig
 from model_lab.bench.synthesize import Synthesised, synthesize
 from model_lab.experiments.forward import Forward
+from model_lab.rules import RULES
 from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, examine
 from model_lab.series.run_scale import run_values, within_groups
 
@@ -42,6 +43,28 @@ def test_no_event_in_clean_sets():
         clean = synthesize("uniaxial", seed, False)
         found += bool(examined(clean.data, clean.truth).events)
     assert found <= 2
+
+
+def six_runs(seed):
+    """Three protocols, each measured twice, and the truth of the set."""
+    whole = synthesize("free_bending", seed, False)
+    runs = (*whole.data.runs[:3], *whole.data.runs[6:9])
+    assert [run.protocol for run in runs[:3]] == [run.protocol for run in runs[3:]]
+    return replace(whole.data, runs=runs), whole.truth
+
+
+def test_a_changed_sensor_is_seen_in_six_runs_too():
+    """Three differences between repeats prove little alone; that they are large counts as well."""
+    steps = alone = false = 0
+    for seed in range(300, 312):
+        data, truth = six_runs(seed)
+        changed = rig.slipped_winding(data, 3, 0.15)
+        found = examined(changed, truth)
+        steps += any(event.kind in (STEP_EVENT, DRIFT_EVENT) for event in found.events)
+        alone += found.p_value <= RULES.event_p_value
+        false += bool(examined(data, truth).events)
+    assert steps >= 10 and false <= 1
+    assert alone < steps
 
 
 @pytest.mark.parametrize("first", [3, SEVENTH, 9])

@@ -115,10 +115,13 @@ def examine(data: MeasurementSet, residual: Array, within: float) -> Series:
     while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
         values = run_values(table, measured, predicted)
         tried = [_best(data, one, patterns, group, events) for one in values]
-        found = min(tried, key=lambda event: event.p_value)
+        found = min(tried, key=lambda event: (not _matters(event, values, within), event.p_value))
         found = replace(found, p_value=min(1.0, len(values) * found.p_value))  # Bonferroni
         first_p_value = found.p_value if not events else first_p_value
-        most = RULES.further_event_p_value if events else RULES.event_p_value
+        few = freedom <= RULES.few_event_freedom
+        large = _over_scatter(found, values, within) >= RULES.large_event
+        most = RULES.event_p_value if not (few and large) else RULES.few_event_p_value
+        most = RULES.further_event_p_value if events else most
         several = [found] if found.p_value <= most else []
         if not several and freedom - len(events) > RULES.event_freedom:
             pairs = [_two_odd_runs(data, one, group, events) for one in values]
@@ -357,10 +360,17 @@ def _p_value(share: float, shapes: Array, group: IntArray, known: Array, freedom
     return float(min(chance, bound))
 
 
-def _matters(event: Event, values: Sequence[RunValues], floor_within: float) -> bool:
-    """Whether the runs that an event changes change by more than they scatter within."""
+def _matters(event: Event, values: Sequence[RunValues], within: float) -> bool:
+    """Whether the runs that an event changes change by so much more than they scatter within. One
+    run alone may scatter more, as runs differ by more than their samples do.
+    """
+    least = RULES.odd_run_error if event.kind == ODD_RUN else RULES.event_error
+    return _over_scatter(event, values, within) > least
+
+
+def _over_scatter(event: Event, values: Sequence[RunValues], within: float) -> float:
+    """Root mean square change of the runs that an event changes, over their scatter within."""
     one = next(v for v in values if (v.quantity, v.output) == (event.quantity, event.output))
     change = abs(event.size) * one.size * event.pattern.shape
     changed = event.pattern.shape > 0.0
-    level = float(np.sqrt(np.mean(change[changed] ** 2)))
-    return level > RULES.event_error * floor_within
+    return float(np.sqrt(np.mean(change[changed] ** 2))) / within
