@@ -1,5 +1,7 @@
 """Stress of a stretched strip: closed forms of each effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lab_sets import measured, run
@@ -67,6 +69,35 @@ def test_mullins_softens_the_second_pull():
     assert first == pytest.approx(NEO_HOOKEAN)
     lost = 0.4 * (1 - np.exp(-(3.0 - STRETCH) / 0.5))
     assert second == pytest.approx(NEO_HOOKEAN * (1 - lost))
+
+
+def test_mullins_knows_how_far_a_strip_was_stretched_before():
+    """Below the stretch of 4 that no run holds: softened from the first sample on."""
+    softening = EFFECTS["mullins_softening"](softening=0.4, stretch_scale=0.5)
+    data = pulled(STRETCH, STRETCH)
+    runs = (replace(data.runs[0], stretched_to=4.0), data.runs[1])
+    lost = 0.4 * (1 - np.exp(-(4.0 - STRETCH) / 0.5))
+    softened = NEO_HOOKEAN * (1 - lost)
+    for one in (replace(data, runs=runs), in_modes(replace(data, runs=runs))):
+        first, second = stresses(one, softening).reshape(2, -1)
+        assert first == pytest.approx(softened)
+        assert second == pytest.approx(softened)  # the same strip
+    less = (data.runs[0], replace(data.runs[1], stretched_to=2.0))  # than in the first run
+    first, second = stresses(replace(data, runs=less), softening).reshape(2, -1)
+    assert first == pytest.approx(NEO_HOOKEAN)
+    assert second == pytest.approx(NEO_HOOKEAN * (1 - 0.4 * (1 - np.exp(-(3.0 - STRETCH) / 0.5))))
+    viscous = EFFECTS["viscoelasticity"](relative_modulus=0.5, relaxation_time=2.0)
+    both = stresses(replace(data, runs=runs), softening, viscous)
+    alone = stresses(pulled(STRETCH), viscous)
+    assert not np.allclose(both[: len(STRETCH)], alone)
+    rubbing = EFFECTS["hysteresis"](relative_pressure=0.1, stretch_scale=0.3)
+    assert stresses(replace(data, runs=runs), rubbing) == pytest.approx(stresses(data, rubbing))
+
+
+def in_modes(data):
+    """The same pulls as a set of rubber."""
+    runs = tuple(replace(run, mode="uniaxial") for run in data.runs)
+    return replace(data, experiment="rubber", runs=runs)
 
 
 def test_viscous_stress_relaxes_after_a_jump():

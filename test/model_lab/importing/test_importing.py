@@ -112,3 +112,62 @@ def test_a_unit_of_another_quantity_is_refused_with_the_option_that_gave_it(tmp_
     file = write(tmp_path / "r1.csv", "time,pressure,tip_angle", TIME, PRESSURE, ANGLE)
     with pytest.raises(DocumentError, match=r"expected a unit of pressure, got deg \(--map"):
         propose([file], maps={"pressure": ("pressure", "deg")})
+
+
+# ---------------------------------------------------------------------- specimens
+BEND = ("time [s],pressure [kPa],tip_angle [deg]", TIME, PRESSURE, ANGLE)
+
+
+def of_names(tmp_path, names, *options):
+    files = [write(tmp_path / f"{name}.csv", *BEND) for name in names]
+    out = tmp_path / "set"
+    command = ["import", *map(str, files), "-o", str(out), "--hand", HAND, "--yes", *options]
+    assert main(command) == 0
+    return {run.name: (run.specimen, run.protocol) for run in load_measurements(out).runs}
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["thin_1", "thin_2", "thick_1"], [("thin", "run"), ("thin", "run"), ("thick", "run")]),
+        (
+            ["thin_ramp_1", "thin_half_1", "thick_ramp_1"],
+            [("thin", "ramp"), ("thin", "half"), ("thick", "ramp")],
+        ),
+        (["finger_A_1", "finger_B_1"], [("A", "finger"), ("B", "finger")]),
+        (["ramp_1", "ramp_2", "half_1"], [("index", "ramp"), ("index", "ramp"), ("index", "half")]),
+        (["run1", "run2"], [("index", "run"), ("index", "run")]),
+        (["20kPa_1", "40kPa_1"], [("index", "20kPa"), ("index", "40kPa")]),
+        (["ramp_1", "thick_ramp_1"], [("index", "ramp"), ("index", "thick_ramp")]),
+    ],
+)
+def test_names_of_files_say_specimens_and_protocols(tmp_path, names, expected, capsys):
+    assert list(of_names(tmp_path, names).values()) == expected
+    output = capsys.readouterr().out
+    several = len({specimen for specimen, _ in expected}) > 1
+    assert ("are taken as 2 specimens" in output) == several
+    assert ("may name another" in output) == (
+        names[0] == "ramp_1" and several is False and "thick_ramp_1" in names
+    )
+
+
+def test_one_specimen_can_be_said(tmp_path, capsys):
+    found = of_names(tmp_path, ["thin_1", "thick_1"], "--specimen", "mine")
+    assert found == {"thin_1": ("mine", "thin"), "thick_1": ("mine", "thick")}
+    assert "--specimen mine" in capsys.readouterr().out
+
+
+def test_how_far_strips_were_stretched_before(tmp_path, capsys):
+    stretch = 1.0 + TIME / 6.0
+    pulls = ("time [s],stretch [-],stress [kPa]", TIME, stretch, 67.0 * (stretch - stretch**-2))
+    files = [str(write(tmp_path / f"pull_{n}.csv", *pulls)) for n in (1, 2)]
+    command = ["import", *files, "-o", str(tmp_path / "set"), "--yes", "--stretched-to", "2"]
+    assert main([*command, "--stretched-to", "pull_2.csv=2.5"]) == 0
+    runs = load_measurements(tmp_path / "set").runs
+    assert [run.stretched_to for run in runs] == [2.0, 2.5]
+    assert "--stretched-to 2 --stretched-to pull_2.csv=2.5" in capsys.readouterr().out
+    assert main([*command, "--stretched-to", "other.csv=2.5", "--force"]) == 2
+    assert "pull_1.csv" in capsys.readouterr().err
+    bent = str(write(tmp_path / "bent_1.csv", *BEND))
+    assert main(["import", bent, "-o", str(tmp_path / "b"), "--yes", "--stretched-to", "2"]) == 2
+    assert "--stretched-to: expected runs whose stretch" in capsys.readouterr().err

@@ -57,6 +57,19 @@ def test_a_unit_beside_the_field_is_converted(tmp_path):
     np.testing.assert_allclose(ratio, np.pi / 180.0)
 
 
+def test_the_mend_of_exchanged_columns_can_be_pasted(tmp_path):
+    record.write_bag(tmp_path / "r1", _ramp())
+    right = _load(tmp_path)
+    exchanged = {"pressure": TOPICS["tip_angle"], "tip_angle": TOPICS["pressure"]}
+    assert not np.allclose(_load(tmp_path, exchanged)["pressure"], right["pressure"])
+    mend = {"pressure": {"from": "tip_angle"}, "tip_angle": {"from": "pressure"}}
+    pasted = {name: exchanged[name] | mend[name] for name in exchanged}
+    for name in TOPICS:
+        np.testing.assert_allclose(_load(tmp_path, pasted)[name], right[name])
+    with pytest.raises(DocumentError, match="from"):
+        _load(tmp_path, TOPICS | {"pressure": TOPICS["pressure"] | {"from": "force"}})
+
+
 def test_the_noise_of_a_set_of_bags_is_in_the_unit_of_the_field(tmp_path):
     record.write_bag(tmp_path / "r1", _ramp())
     topics = TOPICS | {"tip_angle": TOPICS["tip_angle"] | {"unit": "deg"}}

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 
+from model_lab.comparison.compare import compare
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set as save_set
 from model_lab.measurements.units import column_unit
+from model_lab.report.comparison_text import comparison_text
 from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.model_file import load_model
 
 REAL = os.environ.get("SOFTHAND_MEASUREMENTS")
 
@@ -378,6 +381,39 @@ def test_what_may_be_strain_or_percent_is_kept_but_drives_no_model(tmp_path, val
     for model in (Uniaxial, LinearBase):
         with pytest.raises(DocumentError, match="row 2.*strain"):
             model(data)
+
+
+STRIP = {
+    "experiment": "uniaxial",
+    "specimens": {"f": {"shear_modulus": 8e4}},
+    "columns": {"stretch": {"unit": ""}, "stress": {"unit": "Pa"}},
+}
+PULL = {"r1.csv": csv_text({"stretch": [1.0, 2.0], "stress": [0.0, 1e5]})}
+
+
+def test_how_far_a_strip_was_stretched_before_is_read_written_and_told(tmp_path):
+    pull = _run(file="r1.csv", stretched_to=2.5)
+    content = document(**STRIP, runs={"r1": pull}, noise={"stress": 1e3})
+    data = load_measurements(write_set(tmp_path / "a", content, PULL))
+    assert data.runs[0].stretched_to == 2.5
+    save_set(data, tmp_path / "b")
+    again = load_measurements(tmp_path / "b")
+    assert again.runs[0].stretched_to == 2.5
+    assert "stretched to 2.5 before" in comparison_text(compare(again, load_model("base")), "base")
+
+
+@pytest.mark.parametrize(
+    ("entry", "part"),
+    [
+        ({"stretched_to": 0.5}, "strain + 1"),
+        ({"stretched_to": 150}, "strain + 1"),
+        ({"stretched_to": 2.0, "virgin": True}, "virgin"),
+    ],
+)
+def test_a_stretch_before_that_cannot_be_is_refused(tmp_path, entry, part):
+    content = document(**STRIP, runs={"r1": _run(file="r1.csv", **entry)})
+    message = _message(write_set(tmp_path, content, PULL))
+    assert "runs.r1.stretched_to" in message and part in message
 
 
 @pytest.mark.parametrize(

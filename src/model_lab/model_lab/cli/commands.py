@@ -50,13 +50,29 @@ def import_files(arguments: argparse.Namespace) -> None:
     if proposal.unsure and not arguments.yes and sys.stdin.isatty():
         maps = told.asked(proposal, maps, input)
         proposal = propose(arguments.files, arguments.experiment, maps, *given)
-    found = make_set(proposal, arguments.hand, shifts)
+    stretched_to = dict(arguments.stretched_to)
+    found = make_set(
+        proposal,
+        arguments.hand,
+        shifts,
+        specimen=arguments.specimen,
+        stretched_to=stretched_to,
+    )
     found.write(arguments.out)
-    said = (arguments.experiment, maps, arguments.hand, shifts, arguments.msgs, arguments.decimal)
+    said = told.Said(
+        arguments.experiment,
+        maps,
+        arguments.hand,
+        shifts,
+        arguments.msgs,
+        arguments.decimal,
+        arguments.specimen,
+        stretched_to,
+    )
     print(f"\n{proposal.experiment}, {len(found.runs)} runs; written: {arguments.out}")
     for remark in found.remarks:
         print(f"note: {remark}")
-    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, *said)}")
+    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, said)}")
     _print_next([f"model-lab compare {arguments.out}", f"model-lab diagnose {arguments.out}"])
 
 
@@ -314,6 +330,20 @@ COMMANDS: Mapping[str, Command] = {
                 "--hand",
                 metavar="HAND[:FINGER]",
                 help="hand by name or file, of which a finger was measured",
+            ),
+            argument(
+                "--specimen",
+                metavar="NAME",
+                help="name of the specimen of all runs (default: as the names of the files say)",
+            ),
+            argument(
+                "--stretched-to",
+                type=options.stretch_before,
+                action="append",
+                default=[],
+                metavar="[FILE=]STRETCH",
+                help="largest stretch of the specimen before the run, 1 for none, of a file or of "
+                "all; may be given again",
             ),
             argument("--yes", action="store_true", help="ask nothing; take what is certain"),
             argument("--force", action="store_true", help="overwrite files that exist"),

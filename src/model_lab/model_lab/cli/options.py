@@ -81,6 +81,15 @@ def clock_shift(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f"expected FILE=SECONDS, got {text}") from None
 
 
+def stretch_before(text: str) -> tuple[str, float]:
+    """File ("" for all) and largest stretch before its run, of [FILE=]STRETCH."""
+    file, _, stretch = text.rpartition("=")
+    try:
+        return file, float(stretch)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected [FILE=]STRETCH, got {text}") from None
+
+
 # ---------------------------------------------------------------------- declared
 DATA = argument(
     "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"

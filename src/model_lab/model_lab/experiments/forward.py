@@ -21,6 +21,7 @@ from model_lab.measurements.bent_input import with_bends
 from model_lab.measurements.held_input import DRIVING_COLUMN, with_jumps
 from model_lab.measurements.lead import with_lead
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.preconditioning import with_preconditioning
 from model_lab.rules import RULES
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
@@ -130,7 +131,15 @@ class Forward:
         samples, and the places of its own ones. What remembers without a time of its own follows
         the path alone.
         """
-        led, own = with_lead(self._data)
+        if any(run.stretched_to > 1.0 for run in self._data.runs):
+            pulled, own = with_preconditioning(self._data)
+            driven, places = self._driven(pulled)
+            return driven, np.arange(driven.table.samples)[places][own]
+        return self._driven(self._data)
+
+    def _driven(self, data: MeasurementSet) -> tuple[MeasurementSet, Indices | slice]:
+        """The set with its leads and what is between samples, and the places of its own."""
+        led, own = with_lead(data)
         if led.jumps:
             driven, places = with_jumps(led)
             return driven, places[own]

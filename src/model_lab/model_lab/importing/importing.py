@@ -11,8 +11,9 @@ import yaml
 
 from model_lab.importing.derived import argument_names, derivation, suggestion
 from model_lab.importing.geometry import finger_of_hand
-from model_lab.importing.meaning import NEEDED, Meant, experiment_of, meanings
+from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
+from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.tables import Column, Table, read_tables
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
@@ -187,6 +188,8 @@ def make_set(
     hand: str | None = None,
     shifts: Mapping[str, float] | None = None,
     title: str = "",
+    specimen: str | None = None,
+    stretched_to: Mapping[str, float] | None = None,
 ) -> ImportedSet:
     """The set of a proposal without open questions.
 
@@ -195,6 +198,9 @@ def make_set(
         hand: shipped hand or hand file, or HAND:ACTUATOR, of which the specimen is a finger.
         shifts: time [s] to add to the clock of a file, by its name.
         title: of the set.
+        specimen: name of the specimen of all runs; None: as the names of the files say.
+        stretched_to: largest stretch of the specimen before the run, by the name of its file; ""
+            for those of all others.
 
     Raises DocumentError where something is open, or files do not belong together.
     """
@@ -206,25 +212,58 @@ def make_set(
     sources = [_shifted(source, shifts or {}) for source in proposal.sources]
     runs = tuple(joined(members, experiment, needed) for members in paired(sources, needed))
     runs = _with_own_names(runs)
-    name, specimen = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
+    name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
+    names = [run.name for run in runs]
+    found = assigned(names)
+    if specimen or len(found.names) < 2:
+        protocols = {run: protocol_of(run) for run in names}
+        found = replace(
+            found, specimens=dict.fromkeys(names, specimen or name), protocols=protocols
+        )
+    pulled = _pulled(runs, stretched_to or {}, experiment)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
-        "specimens": {name: specimen},
+        "specimens": {one: dict(entry) for one in found.names},
         "columns": {column: {"unit": unit} for column, unit in _units(sources, runs).items()},
-        "runs": {run.name: _run_entry(run, name) for run in runs},
+        "runs": {run.name: _run_entry(run.name, found, pulled) for run in runs},
     }
     remarks = [remark for run in runs for remark in run.remarks]
     remarks += [
         *_remarks_on_files(sources),
-        *_remarks_on_specimen(name, specimen, experiment, runs),
+        *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
     ]
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)))
 
 
-def _run_entry(run: ImportedRun, specimen: str) -> dict[str, str]:
-    return {"specimen": specimen, "protocol": protocol_of(run.name), "file": f"{run.name}.csv"}
+def _run_entry(name: str, found: Assigned, pulled: Mapping[str, float]) -> dict[str, object]:
+    entry: dict[str, object] = {
+        "specimen": found.specimens[name],
+        "protocol": found.protocols[name],
+        "file": f"{name}.csv",
+    }
+    return entry | ({"stretched_to": pulled[name]} if name in pulled else {})
+
+
+def _pulled(
+    runs: Sequence[ImportedRun], stretched_to: Mapping[str, float], experiment: str
+) -> dict[str, float]:
+    """Largest stretch before each run, by its name. Raises DocumentError for a file of no run."""
+    files = {path.name: run.name for run in runs for path in run.files}
+    if stretched_to and INPUT[experiment] != "stretch":
+        raise DocumentError(
+            f"--stretched-to: expected runs whose stretch is measured, got {experiment}; import "
+            "what was done to the specimen before as a run"
+        )
+    unknown = [name for name in stretched_to if name and name not in files]
+    if unknown:
+        raise DocumentError(
+            f"--stretched-to: expected one of the files {listed(files)}, "
+            f"got {shortened(unknown[0])}"
+        )
+    every = {run.name: stretched_to[""] for run in runs} if "" in stretched_to else {}
+    return every | {files[name]: value for name, value in stretched_to.items() if name}
 
 
 def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
@@ -240,24 +279,38 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
         yield from (f"{source.table.path.name}: {said}" for said in source.table.remarks)
 
 
-def _remarks_on_specimen(
-    name: str, specimen: Mapping[str, object], experiment: str, runs: Sequence[ImportedRun]
+def _remarks_on_specimens(
+    found: Assigned, entry: Mapping[str, object], experiment: str, stated: bool
 ) -> Iterable[str]:
-    """What must be written into experiment.yaml by hand."""
-    if len({protocol_of(run.name) for run in runs}) > 1:
+    """How runs were given to specimens, and what must be written into experiment.yaml by hand."""
+    names = found.names
+    every = " and ".join(names)
+    if len(names) > 1:
         yield (
-            f"all {len(runs)} runs are taken as runs of one specimen, {name}; give others an entry "
-            "of their own under specimens in experiment.yaml, and name it in their runs"
+            f"by the names of the files, {every} are taken as {len(names)} specimens; if they are "
+            "one, say --specimen NAME"
         )
-    if not specimen:
+    elif found.unsure and not stated:
+        yield (
+            f"all {len(found.specimens)} runs are taken as runs of one specimen, {names[0]}, "
+            f"though {' and '.join(found.unsure)} may name another; give it an entry of its own "
+            "under specimens in experiment.yaml and name it in its runs"
+        )
+    if entry and len(names) > 1:
+        yield (
+            f"{every} have the same dimensions, those of --hand: write those in which they differ "
+            "into experiment.yaml"
+        )
+    if not entry:
         sizes = (
             "shear_modulus [Pa] and gauge_length [m]"
             if experiment == "uniaxial"
             else "length, height, width, wall, side_wall [m] and shear_modulus [Pa]"
         )
+        has = "the specimen has" if len(names) == 1 else "the specimens have"
         yield (
-            f"the specimen has no dimensions yet: write {sizes} of {name} into experiment.yaml, or "
-            "import a finger with --hand HAND; without them, compare with --model linear"
+            f"{has} no dimensions yet: write {sizes} of {every} into experiment.yaml, or import a "
+            "finger with --hand HAND; without them, compare with --model linear"
         )
 
 
@@ -302,15 +355,6 @@ def _with_own_names(runs: Sequence[ImportedRun]) -> tuple[ImportedRun, ...]:
         seen[run.name] = number = seen.get(run.name, 0) + 1
         found.append(run if number == 1 else replace(run, name=f"{run.name}_{number}"))
     return tuple(found)
-
-
-def protocol_of(name: str) -> str:
-    """Name of a run without the number of its repeat.
-
-    >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
-    ('ramp', 'run', '7')
-    """
-    return name.rstrip("0123456789").rstrip("_- ") or name
 
 
 def csv_of(run: ImportedRun) -> str:

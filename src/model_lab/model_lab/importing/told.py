@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -55,28 +56,40 @@ def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str
     return answers
 
 
-def again(
-    files: Sequence[Path],
-    out: Path,
-    experiment: str | None,
-    maps: Maps,
-    hand: str | None,
-    shifts: Mapping[str, float],
-    messages: Path | None = None,
-    decimal: str | None = None,
-) -> str:
+@dataclass(frozen=True)
+class Said:
+    """What the user said of files, as the options of the command."""
+
+    experiment: str | None
+    maps: Maps
+    hand: str | None
+    shifts: Mapping[str, float]
+    messages: Path | None = None
+    decimal: str | None = None
+    specimen: str | None = None
+    stretched_to: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def words(self) -> list[str]:
+        """The options with their values."""
+        given = {
+            "--experiment": self.experiment,
+            "--msgs": self.messages,
+            "--decimal": self.decimal,
+            "--specimen": self.specimen,
+            "--hand": self.hand,
+        }
+        words = [word for option, value in given.items() if value for word in (option, str(value))]
+        for quantity, (name, unit) in self.maps.items():
+            words += ["--map", f"{quantity}={name}{f':{unit}' if unit else ''}"]
+        for name, shift in self.shifts.items():
+            words += ["--shift", f"{name}={shift:g}"]
+        for name, stretch in self.stretched_to.items():
+            words += ["--stretched-to", f"{name}={stretch:g}" if name else f"{stretch:g}"]
+        return words
+
+
+def again(files: Sequence[Path], out: Path, said: Said) -> str:
     """The command that makes the same set again without questions."""
-    words = ["model-lab", "import", *map(str, files), "-o", str(out)]
-    if experiment:
-        words += ["--experiment", experiment]
-    for quantity, (name, unit) in maps.items():
-        words += ["--map", f"{quantity}={name}{f':{unit}' if unit else ''}"]
-    for name, shift in shifts.items():
-        words += ["--shift", f"{name}={shift:g}"]
-    if messages:
-        words += ["--msgs", str(messages)]
-    if decimal:
-        words += ["--decimal", decimal]
-    if hand:
-        words += ["--hand", hand]
-    return shlex.join([*words, "--yes"])
+    words = ["model-lab", "import", *map(str, files), "-o", str(out), *said.words, "--yes"]
+    return shlex.join(words)

@@ -22,11 +22,12 @@ from model_lab.measurements.measurement_set import (
     OUTPUTS,
     ROOM_TEMPERATURE,
     SET_FORMAT,
+    STRETCHED,
     MeasurementSet,
     Run,
     Specimen,
 )
-from model_lab.measurements.rows import check_rows
+from model_lab.measurements.rows import STRETCHES, check_rows
 from model_lab.measurements.specimens import document_of, known_fields, read_specimens
 from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit
 from softhand_common.documents.quoted import listed, shortened
@@ -44,6 +45,7 @@ TOP_KEYS = ("format", "experiment", "specimens", "runs")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
+STRETCHED_TO = "stretched_to"  # key of a run
 COLUMN_WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
 LONGEST_PATH, LONGEST_NAME = 500, 255  # characters
 
@@ -198,6 +200,7 @@ class _RunReader:
     def _run(self, name: str, node: Node, told: Told) -> Run:
         of_rubber = self._experiment == "rubber"
         more = [*RUN_KEYS, "description", *(["mode"] if of_rubber else [])]
+        more += [STRETCHED_TO] if self._experiment in STRETCHED else []
         fields = known_fields(node, ["specimen"], more)
         mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
@@ -209,7 +212,10 @@ class _RunReader:
         if "bag" in fields:
             self.bags.add(name)
         steady = initial == "steady"
-        return Run(name, specimen, protocol, temperature, columns, virgin, steady, mode, lead)
+        pulled = _stretched_to(fields, virgin)
+        return Run(
+            name, specimen, protocol, temperature, columns, virgin, steady, mode, lead, pulled
+        )
 
     def _columns(
         self, node: Node, fields: Mapping[str, Node], told: Told
@@ -315,14 +321,20 @@ class _RunReader:
         if "time" in topics:
             raise node.error("no time", "time; it is that of the messages, take it out")
         entries = {
-            name: known_fields(entry, ["topic", "field"], ["unit", "is", AMBIENT])
+            name: known_fields(entry, ["topic", "field"], ["unit", "is", "from", AMBIENT])
             for name, entry in topics.items()
         }
         units = {
             name: _unit(entry["unit"], name) if "unit" in entry else Unit()
             for name, entry in entries.items()
         }
-        sources = {name: _source(topics[name], entry, name) for name, entry in entries.items()}
+        origins = {
+            name: str(entry["from"].choice(entries)) if "from" in entry else name
+            for name, entry in entries.items()
+        }
+        sources = {
+            name: _source(topics[origin], entries[origin], name) for name, origin in origins.items()
+        }
         columns, lead = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], told)
         if not (self._outputs_that_begin() and lead.keys() >= set(INPUTS[self._experiment])):
             lead = {}
@@ -355,6 +367,21 @@ def _source(node: Node, entry: Mapping[str, Node], column: str) -> Source:
         raise DocumentError(f"{entry['field'].place}: {reason}") from reason
     topic = entry["topic"].text()
     return Source(f"/{topic.lstrip('/')}", field, node.place, COLUMN_UNITS.get(column) == "rad")
+
+
+def _stretched_to(fields: Mapping[str, Node], virgin: bool) -> float:
+    """Largest stretch [-] of a specimen before a run."""
+    if STRETCHED_TO not in fields:
+        return 1.0
+    node = fields[STRETCHED_TO]
+    value = node.number()
+    low, high = 1.0, STRETCHES[1]
+    if not low <= value <= high:
+        mend = "; it is a stretch, 1 at rest: strain + 1"
+        raise node.error(f"the largest stretch before the run, {low:g} to {high:g}{mend}")
+    if virgin and value > 1.0:
+        raise node.error("no stretch before a run that is `virgin`")
+    return value
 
 
 def _mode(node: Node, fields: Mapping[str, Node]) -> str:

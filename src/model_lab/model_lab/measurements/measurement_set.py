@@ -91,7 +91,8 @@ class Run:
     has never been stretched before; `steady`: it starts in the steady state of its first sample
     instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`. lead: columns
     (k,) of time and inputs before the first sample, which a model is driven with too; empty for
-    none.
+    none. stretched_to: largest stretch of the specimen before the run, in pulls that no run of the
+    set holds (`measurements.preconditioning`).
     """
 
     name: str
@@ -103,6 +104,7 @@ class Run:
     steady: bool = False
     mode: str = ""
     lead: Mapping[str, Array] = field(default_factory=dict)
+    stretched_to: float = 1.0
 
     @property
     def samples(self) -> int:

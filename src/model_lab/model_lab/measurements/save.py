@@ -92,6 +92,7 @@ def run_entry(run: Run) -> dict:
         | ({"virgin": True} if run.virgin else {})
         | ({"initial": "steady"} if run.steady else {})
         | ({"mode": run.mode} if run.mode else {})
+        | ({"stretched_to": float(run.stretched_to)} if run.stretched_to > 1.0 else {})
     )
 
 

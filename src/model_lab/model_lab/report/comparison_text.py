@@ -19,6 +19,7 @@ from model_lab.report.sentences import (
     bound_sentence,
     counted,
     notice_sentence,
+    preconditioning_sentence,
     slip_sentences,
 )
 from model_lab.report.text import text_table
@@ -43,6 +44,7 @@ def comparison_text(found: Comparison, model_name: str) -> str:
         "\n".join(_before_all(found)),
         _head(found, model_name),
         _errors(found),
+        preconditioning_sentence(found.data),
         notice_sentence([notice.text for notice in found.notices]),
         _series(found),
         _failures(found),

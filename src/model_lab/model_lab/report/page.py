@@ -32,6 +32,7 @@ from model_lab.report.sentences import (
     counted,
     listed,
     notice_sentence,
+    preconditioning_sentence,
     story_sentence,
     tie_sentences,
     verdict_sentence,
@@ -120,7 +121,7 @@ def _facts(view: View) -> str:
         f"Experiment {data.experiment.replace('_', ' ')}: {counted(len(data.runs), 'run')}, "
         f"{counted(samples, 'sample')}, {counted(len(data.specimens), 'specimen')}, "
         f"{counted(len(data.protocols()), 'protocol')}. All errors are root mean squares over "
-        f"{held} that were held out of the fit."
+        f"{held} that were held out of the fit. {preconditioning_sentence(data)}".strip()
     )
 
 

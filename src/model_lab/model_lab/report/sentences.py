@@ -13,6 +13,7 @@ from model_lab.diagnosis.result import (
     NamedEffect,
 )
 from model_lab.localisation.axes import DRIVING_QUANTITY
+from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
 from model_lab.rules import RULES
@@ -198,6 +199,17 @@ def _left_over(diagnosis: Diagnosis) -> str:
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
     return f"; {rest} of it nothing known explains{varies}"
+
+
+def preconditioning_sentence(data: MeasurementSet) -> str:
+    """How far runs were stretched before, as the set states it; empty where it does not."""
+    told = {run.name: run.stretched_to for run in data.runs if run.stretched_to > 1.0}
+    if not told:
+        return ""
+    if len(told) == len(data.runs) and len(set(told.values())) == 1:
+        return f"All runs were stretched to {next(iter(told.values())):g} before."
+    parts = [f"{name} to {stretch:g}" for name, stretch in told.items()]
+    return f"Stretched before the run: {listed(parts)}."
 
 
 def notice_sentence(clauses: Sequence[str]) -> str:

@@ -1,0 +1,88 @@
+"""Which specimen and which protocol a run has, by the names of files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+PROTOCOL_WORDS = (
+    "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus cycle "
+    "zyklus cyc creep kriechen hold halten relax relaxation pull zug load unload loading "
+    "unloading up down auf ab inflate deflate test run lauf exp experiment trial versuch messung "
+    "measurement data daten log rec record recording repeat wdh rep low high small large max "
+    "min first last before after cold warm hot kalt bending blocked free uniaxial tensile chirp square triangle "
+    "staircase treppe steps random"
+)  # that say what was done, not to which specimen
+SETTING = re.compile(r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$")
+_PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
+FALLBACK_PROTOCOL = "run"
+
+
+@dataclass(frozen=True)
+class Assigned:
+    """Specimen ("" for the only one) and protocol of each run, by its name.
+
+    unsure: words in the names of some runs alone, which may name a specimen or a protocol.
+    """
+
+    specimens: Mapping[str, str]
+    protocols: Mapping[str, str]
+    unsure: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the specimens, in the order of the runs."""
+        return list(dict.fromkeys(self.specimens.values()))
+
+
+def assigned(runs: Sequence[str]) -> Assigned:
+    """What names of runs say: `thin_ramp_1` is the first ramp of the specimen thin.
+
+    Words that all names share, and the number of a repeat at the end, say nothing. A word that is
+    no usual one for a protocol, nor a setting such as 40kPa, names a specimen if every name has
+    such a word.
+
+    >>> assigned(["thin_1", "thin_2", "thick_1"]).names
+    ['thin', 'thick']
+    >>> assigned(["ramp_1", "half_1"]).names
+    ['']
+    """
+    words = {run: _words(run) for run in runs}
+    shared = set.intersection(*(set(found) for found in words.values())) if words else set()
+    telling = {
+        run: [word for word in found if word not in shared and not _is_protocol(word)]
+        for run, found in words.items()
+    }
+    by_name = {run: protocol_of(run) for run in runs}
+    some = tuple(dict.fromkeys(word for found in telling.values() for word in found))
+    if len({tuple(found) for found in telling.values()}) < 2 or not all(telling.values()):
+        return Assigned(dict.fromkeys(runs, ""), by_name, some)
+    protocols = {
+        run: "_".join(word for word in words[run] if word not in telling[run]) or FALLBACK_PROTOCOL
+        for run in runs
+    }
+    return Assigned({run: "_".join(found) for run, found in telling.items()}, protocols)
+
+
+def _words(run: str) -> list[str]:
+    """The words of a name without the number of its repeat."""
+    return [word for word in re.split(r"[^0-9A-Za-z\u00c0-\u024f]+", protocol_of(run)) if word]
+
+
+def _is_protocol(word: str) -> bool:
+    plain = word.casefold()
+    return (
+        plain in _PROTOCOLS
+        or plain.rstrip("0123456789") in _PROTOCOLS
+        or (SETTING.match(plain) is not None)
+    )
+
+
+def protocol_of(name: str) -> str:
+    """Name of a run without the number of its repeat.
+
+    >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
+    ('ramp', 'run', '7')
+    """
+    return name.rstrip("0123456789").rstrip("_- ") or name
