@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 PROTOCOL_WORDS = (
-    "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus cycle "
-    "zyklus cyc creep kriechen hold halten relax relaxation pull zug load unload loading "
-    "unloading up down auf ab inflate deflate test run lauf exp experiment trial versuch messung "
-    "measurement data daten log rec record recording repeat wdh rep low high small large max "
-    "min first last before after cold warm hot kalt bending blocked free uniaxial tensile chirp square triangle "
-    "staircase treppe steps random"
+    "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus "
+    "cycle zyklus cyc creep kriechen hold halten relax relaxation pull zug load unload "
+    "loading unloading up down auf ab inflate deflate test run lauf exp experiment trial "
+    "versuch messung measurement data daten log rec record recording repeat wdh rep low high "
+    "small large max min first last before after cold warm hot kalt bending blocked free "
+    "uniaxial tensile chirp square triangle staircase treppe steps random"
 )  # that say what was done, not to which specimen
 SETTING = re.compile(r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$")
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
