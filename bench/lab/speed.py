@@ -1,8 +1,11 @@
-"""How long the lab takes on large sets."""
+"""How long the lab takes: on usual sets until its first look and in all, and on large sets."""
 
 from __future__ import annotations
 
+import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -14,9 +17,29 @@ from typing import Any
 from bench.hidden import make_set
 from bench.hidden.cases import all_cases
 from bench.lab.adapter import comparison_of, diagnosis_of
+from model_lab.report.first_look_text import FIRST_LOOK as FIRST_LOOK_LINE
+
+Seconds = tuple[float, float]
+"""By the clock, and of processors."""
 
 LARGE = {"tube_lag": 15.0, "hysteresis": 30.0}  # hidden effect of 36 runs x 800 samples: target [s]
 HELD = 15.0  # [s]: median of diagnoses of a held actuator
+# targets [s of processors] of usual bending sets, by the command line, loading included: medians
+FIRST_LOOK, WHOLE, REFUSAL = 3.0, 10.0, 30.0
+NAMED_SETS = (
+    "free_bending/gent_stiffening/medium",
+    "free_bending/tube_lag/medium",
+    "free_bending/hysteresis/medium",
+    "free_bending/pressure_offset/medium",
+    "free_bending/creep/medium",
+    "pair/free_bending/hysteresis+tube_lag",
+    "nothing/free_bending/tapered",
+)
+REFUSED_SETS = (
+    "outside/free_bending/ringing/3",
+    "outside/free_bending/gain_step/10",
+    "outside/free_bending/stuck_encoder/5",
+)
 SEED, NOISE = 1, 0.006
 
 
@@ -27,6 +50,7 @@ def measure_speed() -> list[dict[str, Any]]:
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:
         found = [_diagnosed(Path(folder) / law, law, target) for law, target in LARGE.items()]
         found.append(_held(Path(folder)))
+        found += _usual(Path(folder))
         huge = Path(folder) / "huge"
         make_set(huge, "free_bending", [], seed=SEED, samples=83334)
         found.append(_timed("compare, 1,000,008 samples", 10.0, [partial(comparison_of, huge)]))
@@ -48,9 +72,50 @@ def _held(folder: Path) -> dict[str, Any]:
     return _timed("diagnose, base_torque, median", HELD, calls)
 
 
+def _usual(folder: Path) -> list[dict[str, Any]]:
+    """Usual bending sets by the command line: first look and whole, and whole of refusals."""
+    cases = {case.name: case for case in all_cases()}
+    named, refused = (
+        [_streamed(cases[name].make, folder / name) for name in names]
+        for names in (NAMED_SETS, REFUSED_SETS)
+    )
+    parts = [
+        ("diagnose, bending, until the first look", FIRST_LOOK, [first for first, _ in named]),
+        ("diagnose, bending, median", WHOLE, [whole for _, whole in named]),
+        ("diagnose, bending, refused, median", REFUSAL, [whole for _, whole in refused]),
+    ]
+    return [_row(name, target, seconds) for name, target, seconds in parts]
+
+
+def _streamed(make: Callable[[Path, int, float], Any], folder: Path) -> tuple[Seconds, Seconds]:
+    """Seconds of a diagnosis by the command line: until its first look, and in all."""
+    make(folder, SEED, NOISE)
+    started, used = time.perf_counter(), _used()
+    command = [sys.executable, "-m", "model_lab", "diagnose", str(folder), "--jobs", "1"]
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        for line in process.stderr or ():
+            if line.startswith(FIRST_LOOK_LINE):
+                first = time.perf_counter() - started, _used_by(process.pid)
+        if process.wait():
+            raise RuntimeError(f"{folder}: the diagnosis failed")
+    return first, (time.perf_counter() - started, _used() - used)
+
+
+def _used_by(process: int) -> float:
+    """Processor time [s] of a process that runs."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def _timed(name: str, target: float, calls: list[Callable[[], Any]]) -> dict[str, Any]:
     """Median over the calls."""
-    wall, processors = zip(*map(_seconds, calls), strict=True)
+    return _row(name, target, list(map(_seconds, calls)))
+
+
+def _row(name: str, target: float, seconds: list[Seconds]) -> dict[str, Any]:
+    wall, processors = zip(*seconds, strict=True)
     return {
         "name": name,
         "seconds": statistics.median(wall),
@@ -59,7 +124,7 @@ def _timed(name: str, target: float, calls: list[Callable[[], Any]]) -> dict[str
     }
 
 
-def _seconds(call: Callable[[], Any]) -> tuple[float, float]:
+def _seconds(call: Callable[[], Any]) -> Seconds:
     started, used = time.perf_counter(), _used()
     call()
     return time.perf_counter() - started, _used() - used

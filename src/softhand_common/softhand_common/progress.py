@@ -53,6 +53,11 @@ class Progress(tqdm):
         self.set_description_str(f"{self._what}: {step}{place}", refresh=False)
         self.update(0)
 
+    def say(self, line: str) -> None:
+        """Print a line that stays, above that of the progress."""
+        self.write(line, file=self.fp)
+        self.fp.flush()
+
     def close(self) -> None:
         """Stop; on a terminal the line is removed."""
         if not self._moves:

@@ -16,6 +16,7 @@ import viser
 from model_lab.cli.options import column_map
 from model_lab.importing.importing import Maps, make_set, propose
 from model_lab.importing.told import table_rows
+from model_lab.report.first_look_text import FIRST_LOOK
 from softhand_common.documents.json_document import read_json
 from softhand_model.hand.hand import hand_names, load_hand
 from softhand_play.lab_process import LabProcess
@@ -41,7 +42,7 @@ class LabTab:
         self._files: list[Path] = []
         self._is_set = False
         self._count = 0  # of models that were added
-        self.work = LabProcess(lambda line: page.report(line))
+        self.work = LabProcess(self._told)
         with tab:
             gui.add_markdown("Open or drop CSV or spreadsheet files: all runs of one experiment.")
             self.finger = gui.add_dropdown("measured finger", (NO_HAND, *_fingers()))
@@ -161,10 +162,19 @@ class LabTab:
         self.work.start(words, ended)
         self._page.report(f"{words[0]}: computing; the page can be used in the meantime")
 
+    def _told(self, line: str) -> None:
+        """Show a line of progress; the first look stays until the answer comes."""
+        if line.startswith(FIRST_LOOK):
+            self._show_text(line)
+        self._page.report(line)
+
     def _show(self, text: str, sentence: str) -> None:
+        self._show_text(text)
+        self._page.report(sentence, Look.SUCCESS)
+
+    def _show_text(self, text: str) -> None:
         shown = text.replace(self._folder.name, "...")
         self._answer.content = f'<pre style="{STYLE}">{html.escape(shown)}</pre>'
-        self._page.report(sentence, Look.SUCCESS)
 
     def _cancel(self) -> None:
         if self.work.is_running:

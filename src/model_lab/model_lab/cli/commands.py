@@ -95,7 +95,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
     from model_lab.cli import answers, lines
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
-    from model_lab.learning.learn import learn as learn_curve
+    from model_lab.report.first_look_text import first_look_line
     from model_lab.report.text import diagnosis_json, diagnosis_text
     from softhand_common.documents.output_file import check_new, write_json
 
@@ -105,7 +105,15 @@ def diagnose(arguments: argparse.Namespace) -> None:
         check_new(arguments.report / answers.ANSWER, arguments.force)
     model, classes, data = options.given(arguments)
     with Progress("diagnosing") as progress:
-        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
+        outcome = diagnose(
+            data,
+            model,
+            classes,
+            arguments.seed,
+            arguments.jobs,
+            progress,
+            lambda found: progress.say(first_look_line(found, data.output_display)),
+        )
     print(diagnosis_text(outcome.diagnosis), end="")
     following = lines.after_diagnosis(arguments, outcome.diagnosis)
     _print_next(following)
@@ -119,6 +127,8 @@ def diagnose(arguments: argparse.Namespace) -> None:
 
         learned = None
         if outcome.diagnosis.verdict == UNEXPLAINED:
+            from model_lab.learning.learn import learn as learn_curve
+
             with Progress("learning") as progress:
                 learned = learn_curve(data, model, classes, progress)
         commands = [lines.diagnosed_again(arguments), *following]

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from model_lab.aliases import Array
 from model_lab.fitting.fit import Fit, inverse
@@ -144,6 +143,8 @@ def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
 
 def _spline(position: Array) -> Array:
     """Cubic B-splines (n, BLACK_BOX_PIECES + 3) over 0..1."""
+    from scipy.interpolate import BSpline  # here, as it takes long to load
+
     inner = np.linspace(0.0, 1.0, BLACK_BOX_PIECES + 1)
     knots = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
     return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).todense())

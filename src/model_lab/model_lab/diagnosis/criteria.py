@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import isclose
 
 import numpy as np
-from scipy.stats import f as variance_ratio
+from scipy.special import fdtrc
 
 from model_lab.aliases import Array, Mask
 from model_lab.diagnosis.black_boxes import BlackBox
@@ -84,7 +84,7 @@ def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> f
     counts = spectrum.counts()
     seen = floor.dof > 0.0
     ratio = power[seen] / counts[seen] / ((1.0 + lost) * floor.variance[seen])
-    chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
+    chances = fdtrc(counts[seen], floor.dof[seen], ratio)
     return float(min(np.min(chances) * len(chances), 1.0))
 
 

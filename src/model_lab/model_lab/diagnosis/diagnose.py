@@ -16,6 +16,7 @@ from model_lab.diagnosis.confidence import confidence_of
 from model_lab.diagnosis.criteria import depends_on, excess, verdict_of
 from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
+from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
@@ -74,6 +75,7 @@ def diagnose(
     seed: int = 0,
     jobs: int = 1,
     tell: Tell = tell_nobody,
+    tell_first: TellFirst = tell_no_first,
 ) -> Outcome:
     """Compare a model with a set, search the effects for what is missing, and judge the rest.
 
@@ -82,7 +84,8 @@ def diagnose(
 
     classes: effects that take part, the built-in ones if None. Effects of the model file that carry
     standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
-    recordings are thinned. Raises ValueError for data that the model cannot use.
+    recordings are thinned. tell_first: gets the first look, once, before the search. Raises
+    ValueError for data that the model cannot use.
     """
     checked = find_slips(data, model, tell)
     outside = below_ambient(checked.data, model.base)
@@ -92,8 +95,12 @@ def diagnose(
 
     def pose(measured: MeasurementSet) -> tuple[FitProblem, list[str]]:
         tell("fitting the model as it is", 0, 0)
-        problem, given = pose_problem(thinned(measured), model, known)
-        return problem, [effect.name for effect in given]
+        problem, effects = pose_problem(thinned(measured), model, known)
+        problem, given = replace(problem, known={}), [effect.name for effect in effects]
+        if measured is checked.data:
+            plain = [n for n in candidates_of(problem, model)[0] if not problem.classes[n].refines]
+            tell_first(first_look(problem, score_base(problem, given), plain, checked.slips))
+        return problem, given
 
     def judge(problem: FitProblem, given: Sequence[str]) -> Judgement:
         search = partial(select, given=given, seed=seed, jobs=jobs, tell=tell)

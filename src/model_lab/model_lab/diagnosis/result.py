@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from model_lab.aliases import Array
 from model_lab.diagnosis.search import Scored
@@ -219,7 +219,7 @@ def estimate(scored: Scored, index: int) -> Estimate:
     parameter = fitted.likelihood.parameters[index]
     spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
     runs = fitted.likelihood.spectrum.table.runs
-    factor = float(student.ppf(RULES.interval_level, max(runs - len(fitted.values), 3)))
+    factor = float(stdtrit(max(runs - len(fitted.values), 3), RULES.interval_level))
     center = scales.inward(fitted.values)
     ends = []
     for side in (-1.0, 1.0):

@@ -231,7 +231,7 @@ def _fitted(
     return problem.once(make, "fit", effects, first.tobytes())
 
 
-def _signature(problem: FitProblem, before: Scored, effect: str) -> Signature:
+def signature_of(problem: FitProblem, before: Scored, effect: str) -> Signature:
     """The signature of an effect beside a fitted model."""
 
     def make() -> Signature:
@@ -245,7 +245,7 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     """The model with one effect more."""
     effects = (*before.effects, effect)
     likelihood = problem.likelihood(effects)
-    found = _signature(problem, before, effect)
+    found = signature_of(problem, before, effect)
     reason = invisible(found, problem.floor.total, problem.rules)
     if reason is not None:
         return Unseen(effect, reason)
@@ -318,7 +318,7 @@ def _most_promising(
     """The effects that promise most likelihood, and then those that promise most of the error."""
     promised = {}
     for effect in effects:
-        promised[effect] = promise(_signature(problem, before, effect), before.fit)
+        promised[effect] = promise(signature_of(problem, before, effect), before.fit)
     few = problem.rules.fitted_by_error
     by_error = sorted(effects, key=lambda effect: -promised[effect][1])[:few]
     by_likelihood = sorted(effects, key=lambda effect: -promised[effect][0])

@@ -48,17 +48,13 @@ def _held_out(data: MeasurementSet, lags: Array) -> Array:
     a parabola of what lags: the model need not be right.
     """
     table = data.table
-    features = np.stack([np.ones_like(lags), lags, lags**2], axis=2)
+    scaled = lags / np.max(np.abs(lags))
+    features = np.stack([np.ones_like(scaled), scaled, scaled**2], axis=2)
     left = np.empty(len(table.folds))
     for fold in range(len(table.folds)):
-        mine = table.fold == fold
-        tried = [_parabola(rows, table.value, ~mine) for rows in features]
-        best = min(tried, key=lambda rest: float(np.sum(rest[~mine] ** 2)))
-        left[fold] = np.sum(best[mine] ** 2)
+        kept = table.fold != fold
+        found = np.linalg.pinv(features[:, kept]) @ table.value[kept]
+        rest = table.value - (features @ found[:, :, None])[:, :, 0]
+        best = rest[np.argmin(np.sum(rest[:, kept] ** 2, axis=1))]
+        left[fold] = np.sum(best[~kept] ** 2)
     return left
-
-
-def _parabola(rows: Array, value: Array, kept: Array) -> Array:
-    """What is left of values (samples,) beside features (samples, k) fitted to the kept ones."""
-    found = np.linalg.lstsq(rows[kept], value[kept], rcond=None)[0]
-    return np.asarray(value - rows @ found)

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from model_lab.aliases import Array, Mask
 from model_lab.fitting.fit import JACOBIAN_STEP, Fit, inverse
@@ -76,6 +75,8 @@ def _held_out(fit: Fit) -> tuple[Array, Array]:
 
 def _refitted(fit: Fit, kept: Mask) -> Array:
     """Residual (samples,) by parameters fitted to the kept samples alone, without weights."""
+    from scipy.optimize import least_squares  # here, as it takes long to load
+
     likelihood, scales, scale = fit.likelihood, fit.likelihood.scales, fit.rmse or 1.0
 
     def left(lanes: Array) -> Array:

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.fft import dct
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from model_lab.aliases import Array, IntArray, Mask
 from model_lab.fitting.smoothing import short_spline_rest, spline_square
@@ -181,7 +181,7 @@ def _floor(variance: Array, dof: Array, spectrum: Spectrum, source: str) -> Nois
     within = float(share @ np.minimum(white, variance))
     spread = float(share**2 @ (2.0 * variance**2 / np.where(dof > 0.0, dof, counts)))
     freedom = 2.0 * total**2 / spread
-    upper = total * freedom / chi2.ppf(1.0 - RULES.floor_level, freedom)
+    upper = total * freedom / chdtri(freedom, RULES.floor_level)
     between = max(total - within, 0.0)
     roots = np.sqrt([total, within, between, upper]).tolist()
     return NoiseFloor(roots[0], roots[1], roots[2], roots[3], variance, dof, source)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import gamma, linregress
+from scipy.special import gammaincc, stdtr
 
 from model_lab.aliases import Array, IntArray
 from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
@@ -141,7 +141,7 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
     if not len(others):
         return False
     ratio = float(mean[best]) / max(float(np.median(others)), 1e-300)
-    return bool(len(mean) * gamma.sf(courses * ratio, courses) < RULES.notice_p_value)
+    return bool(len(mean) * gammaincc(courses, courses * ratio) < RULES.notice_p_value)
 
 
 # ---------------------------------------------------------------------- samples and sessions
@@ -207,15 +207,26 @@ def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
         return None
     means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
     order = np.arange(runs, dtype=float)
-    line = linregress(order, means)
-    change = float(line.slope) * (runs - 1)
-    if line.pvalue > RULES.notice_p_value or abs(change) < RULES.notice_drift * floor.total:
+    slope, chance = _slope(order, means)
+    change = slope * (runs - 1)
+    if chance > RULES.notice_p_value or abs(change) < RULES.notice_drift * floor.total:
         return None
     marked = np.zeros(0, np.int64)
     shown = data.output_display.shown(change)
     text = f"the error drifts by {shown} from the first run to the last"
     size = float(np.sqrt(np.mean(means**2)))
     return Notice("drift", change, size, text, order, means, marked)
+
+
+def _slope(order: Array, means: Array) -> tuple[float, float]:
+    """Slope of a straight line through means (n,), and its two-sided p-value (Student's t)."""
+    along, off = order - order.mean(), means - means.mean()
+    slope = float(along @ off / (along @ along))
+    freedom = len(order) - 2
+    error = np.sqrt(np.sum((off - slope * along) ** 2) / freedom / (along @ along))
+    if error == 0.0:
+        return slope, float(slope == 0.0)
+    return slope, 2.0 * float(stdtr(freedom, -abs(slope) / error))
 
 
 def _held_input(data: MeasurementSet) -> Notice | None:

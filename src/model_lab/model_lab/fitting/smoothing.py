@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
@@ -54,6 +53,8 @@ def spline_square(values: Array) -> float:
 
     Where the values have a kink a spline follows the noise; second differences do not.
     """
+    from scipy.interpolate import make_smoothing_spline  # here, as it takes long to load
+
     order = np.arange(len(values), dtype=float)
     left = float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
     bend = float(np.median(np.abs(np.diff(values, 2))))

@@ -6,13 +6,15 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pint
 
 from model_lab.aliases import Array
 from softhand_common.documents.quoted import quoted
+
+if TYPE_CHECKING:
+    import pint
 
 COLUMN_UNITS = {
     **dict.fromkeys(("time", "duration"), "s"),
@@ -71,6 +73,23 @@ class Unit:
         return largest(self.si) / self.scale
 
 
+USUAL_UNITS = {
+    **{unit: Unit(1.0, 0.0, unit) for unit in ("s", "Pa", "rad", "N", "kg", "m", "K", "Pa s")},
+    "": Unit(),
+    "ms": Unit(1e-3, 0.0, "s"),
+    "kPa": Unit(1e3, 0.0, "Pa"),
+    "MPa": Unit(1e6, 0.0, "Pa"),
+    "mbar": Unit(1e2, 0.0, "Pa"),
+    "bar": Unit(1e5, 0.0, "Pa"),
+    "deg": Unit(np.pi / 180.0, 0.0, "rad"),
+    "mN": Unit(1e-3, 0.0, "N"),
+    "mg": Unit(1e-6, 0.0, "kg"),
+    "g": Unit(1e-3, 0.0, "kg"),
+    "mm": Unit(1e-3, 0.0, "m"),
+    "degC": Unit(1.0, 273.15, "K"),
+}  # units that are known without pint's list
+
+
 @lru_cache(maxsize=CACHED_UNITS)
 def column_unit(column: str, text: str) -> Unit:
     """The unit that a text names, for a column of that name.
@@ -88,6 +107,9 @@ def column_unit(column: str, text: str) -> Unit:
             "expected a unit such as kPa, deg or m/s**2, without numbers but 1 and exponents of "
             f"one or two digits, got {quoted(text)}"
         )
+    usual = USUAL_UNITS.get(text)
+    if usual is not None and usual.si == COLUMN_UNITS.get(column):
+        return usual
     try:
         return _unit(_parsed(text), COLUMN_UNITS.get(column), text)
     except ArithmeticError as reason:  # km**99
@@ -110,6 +132,8 @@ def _unit(unit: Any, wanted: str | None, text: str) -> Unit:
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry:
+    import pint  # here, as it and its list of units take long to load
+
     return pint.UnitRegistry()
 
 

@@ -16,7 +16,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.stats import f as variance_ratio
+from scipy.special import fdtrc
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -257,7 +257,7 @@ def _two_odd_runs(
     whole = float(differences @ differences)
     ratio = (whole - least) / 2.0 / max(least / (freedom - 2), 1e-300)
     outputs = len(data.outputs)
-    p_value = min(1.0, (1 + outputs) * len(pairs) * float(variance_ratio.sf(ratio, 2, freedom - 2)))
+    p_value = min(1.0, (1 + outputs) * len(pairs) * float(fdtrc(2, freedom - 2, ratio)))
     return [_odd_run(data, one, run, group, p_value) for run in chosen]
 
 
@@ -356,7 +356,7 @@ def _p_value(share: float, shapes: Array, group: IntArray, known: Array, freedom
     best = np.max((drawn @ shapes.T) ** 2, axis=1) / np.sum(drawn**2, axis=1)
     chance = (1.0 + np.sum(best >= share)) / (1.0 + NORMAL_DRAWS)
     ratio = share * (freedom - 1) / max(1.0 - share, 1e-300)
-    bound = len(shapes) * float(variance_ratio.sf(ratio, 1, freedom - 1))
+    bound = len(shapes) * float(fdtrc(1, freedom - 1, ratio))
     return float(min(chance, bound))
 
 

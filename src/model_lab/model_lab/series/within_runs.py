@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -69,7 +69,7 @@ def residual_tests(data: MeasurementSet, residual: Array) -> WithinRuns | None:
     size = np.sqrt(own[:, 0].sum() * sum(float(course @ course) for _, course in found)) or 1.0
     autocorrelation = own.sum(axis=0) / (own[:, 0].sum() or 1.0)
     p_value, band = _by_signs(driven / size)
-    chance = 2.0 * float(norm.sf(abs(autocorrelation[1]) * np.sqrt(count)))
+    chance = 2.0 * float(ndtr(-abs(autocorrelation[1]) * np.sqrt(count)))
     return WithinRuns(
         np.arange(CORRELATION_LAGS + 1.0),
         autocorrelation,
