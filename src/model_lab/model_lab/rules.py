@@ -81,6 +81,15 @@ class Rules:
         "share of the excess error that an effect may leave for the form of its equation",
         neutral=0.0,
     )
+    running_residual: float = _rule(
+        0.5,
+        "autocorrelation of the residual at one sample from which it runs on within runs, so that "
+        "an effect with a parameter at the edge of its usual range is not believed if it leaves "
+        "more than `rest_error`",
+        "chosen by hand; of seeds 500 to 529 of `bench.second_author --kind forms` no set that was "
+        "named had all three",
+        neutral=inf,
+    )
     left_share_always: float = _rule(0.2, "the same with parameters on their bounds", neutral=0.0)
     # ------------------------------------------------------------------ forward selection
     most_effects: int = _rule(4, "effects that one diagnosis may name", CONTRACT)
@@ -172,6 +181,13 @@ class Rules:
         0.94, "largest confidence in a verdict with such a rest", BY_HAND
     )
     interval_level: float = _rule(0.975, "upper end of the intervals of parameters", CONVENTION)
+    form_error: float = _rule(
+        0.005,
+        "standard error of a parameter over its value, by what the form of its equation, and its "
+        "course between samples, leave out",
+        "chosen on seeds 500 to 529 of `bench.second_author --kind forms`, whose misses needed 0.1 "
+        "to 0.3 %",
+    )
     confidence_beyond: float = _rule(
         1.0,
         "distance of evidence from the nearest set seen, over the scatter of these, from which no "

@@ -9,8 +9,12 @@ from made_up_fits import Said, beyond, made_up_model, made_up_problem
 from scipy.optimize import brentq
 from scipy.stats import f as variance_ratio
 
+from model_lab.diagnosis import diagnose, selection
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.criteria import depends_on, is_noise, verdict_of
+from model_lab.diagnosis.forward_selection import ForwardSelection
+from model_lab.diagnosis.selection import Selection
+from model_lab.fitting.fit import Scales
 
 ADEQUATE, MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 EXACT = 1e6  # degrees of freedom of repeats that tell the noise to the last digit
@@ -152,6 +156,55 @@ def test_effects_of_another_form_may_leave_a_third_of_the_excess(share, answer, 
     base, said = Said(beyond(8.0)), Said(beyond(share * 8.0))
     given = verdict(said, [GENT], base, boxes, dof=EXACT)
     assert (given == MISSING) == answer
+
+
+@pytest.mark.parametrize(
+    ("error", "usual", "running", "answer"),
+    [
+        (2.5, 1.0, True, UNEXPLAINED),
+        (1.9, 1.0, True, MISSING),
+        (2.5, 9.0, True, MISSING),
+        (2.5, 1.0, False, MISSING),
+    ],
+)
+def test_an_effect_at_the_edge_of_its_usual_range_stands_in_for_what_runs_on(
+    error, usual, running, answer
+):
+    """Much left, the parameter (1) at the end of its usual range, and a residual that runs on."""
+    problem = made_up_problem(level=FLOOR, dof=EXACT)
+    first, final = (
+        model(problem, names, Said(size)) for names, size in (((), 20), ([GENT], error))
+    )
+    likelihood = final.fit.likelihood
+    for place, parameter in enumerate(likelihood.parameters):
+        likelihood.parameters[place] = replace(parameter, typical=(0.0, usual))
+    likelihood.scales = Scales.of(likelihood.parameters)
+    if running:
+        course = np.sin(np.arange(problem.data.table.samples) / 8.0)
+        residual = FLOOR * error * course / np.sqrt(np.mean(course**2))
+        final = replace(final, fit=replace(final.fit, residual=residual))
+    assert verdict_of(problem, first, final, []) == answer
+
+
+@pytest.mark.parametrize(("error", "answer"), [(1.11, True), (1.13, False)])
+def test_two_effects_that_reach_the_floor_are_named_though_the_likelihood_misses_it(
+    monkeypatch, error, answer
+):
+    """The likelihood hardly feels the error of whole runs, so the second was not selected."""
+    problem = made_up_problem(level=FLOOR, dof=EXACT)
+    base, one, two = (
+        model(problem, names, Said(size))
+        for names, size in (((), 20.0), ((GENT,), 5.0), ((GENT, CREEP), error))
+    )
+    forward = ForwardSelection(((one,), (two,)), one)
+    found = Selection(base, (one,), (), forward, {}, 10.0, ((),))
+    monkeypatch.setattr(diagnose, "with_lower_floor", lambda *_: None)
+    monkeypatch.setattr(diagnose, "_black_boxes", lambda *_: ())
+    monkeypatch.setattr(selection, "_ties", lambda *_: ((), ()))
+    judged = diagnose._judged_search(problem, [], lambda *_: found, lambda *_: None)
+    assert judged.verdict == (MISSING if answer else UNEXPLAINED)
+    assert judged.added == ([GENT, CREEP] if answer else [])
+    assert [scored.added for scored in judged.helping] == ([] if answer else [GENT, CREEP])
 
 
 @pytest.mark.parametrize(

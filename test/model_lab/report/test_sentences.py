@@ -90,6 +90,8 @@ def test_what_helps_is_said_though_it_is_not_the_whole():
         "yeoh_stiffening takes it from 438 to 104 kPa and hysteresis takes the rest from 104 to "
         "40 kPa and they are not the whole" in verdict_sentence(said)
     )
+    floor = replace(said, noise_floor=41e3)
+    assert "40 kPa, which is all of it, but they are not proven" in verdict_sentence(floor)
 
 
 def test_the_story_of_several_effects_is_told_in_their_order():

@@ -21,6 +21,7 @@ from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import BLOCKS
+from model_lab.series.within_runs import residual_tests
 from softhand_model.effects import Effect
 
 TIMES_OF_SESSION = ("time_in_run", "run_order")  # black boxes of what no effect depends on
@@ -89,6 +90,15 @@ def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> f
 
 
 # ---------------------------------------------------------------------- is it noise?
+def explains_all(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model predicts held-out data to the noise floor, with parameters off their bounds.
+
+    The search may have rejected it by the likelihood, which hardly feels an error of whole runs.
+    """
+    most = problem.rules.material_error * problem.floor.total
+    return scored.plausible and scored.held_out.rmse <= most
+
+
 def material(problem: FitProblem, scored: Scored) -> bool:
     """Whether a model's error is so far above the floor that an effect may be missing."""
     return error_of(problem, scored) > problem.rules.material_error * problem.floor.total
@@ -167,7 +177,7 @@ def _of_another_form(
     what the actuator does.
     """
     rules = problem.rules
-    if is_far(problem, final):
+    if is_far(problem, final) or _strained(problem, base, final):
         return False
     share = excess(problem, final) / excess(problem, base)
     if share <= rules.left_share_always:
@@ -175,6 +185,24 @@ def _of_another_form(
     if _at_a_bound(problem, final) or _of_the_session(problem, final, black_boxes):
         return False
     return share <= rules.left_share
+
+
+def _strained(problem: FitProblem, base: Scored, final: Scored) -> bool:
+    """Whether effects leave much of the error, in residuals that run on within runs, and need a
+    parameter at or beyond the edge of its usual range: they stand in for something else.
+    """
+    rules, scales = problem.rules, final.fit.likelihood.scales
+    if error_of(problem, final) <= rules.rest_error * problem.floor.total:
+        return False
+    within = residual_tests(problem.data, final.fit.residual)
+    if within is None or within.autocorrelation[1] < rules.running_residual:
+        return False
+    at, margin = scales.inward(final.fit.values), rules.limit_distance * scales.width
+    ends = [p.typical or (p.low, p.high) for p in final.fit.likelihood.parameters]
+    low, high = scales.inward(np.array(ends, float).T)
+    edge = (at <= low + margin) | (at >= high - margin)
+    added = [name for name in final.effects if name not in base.effects]
+    return any(edge[index] for name in added for index in final.parameters_of(name))
 
 
 def _at_a_bound(problem: FitProblem, scored: Scored) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.confidence import confidence_of
-from model_lab.diagnosis.criteria import depends_on, excess, verdict_of
+from model_lab.diagnosis.criteria import depends_on, excess, explains_all, verdict_of
 from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
@@ -38,7 +38,7 @@ from model_lab.diagnosis.result import (
     named_effect,
 )
 from model_lab.diagnosis.search import Scored, score_base, score_with
-from model_lab.diagnosis.selection import Selection, detectable_effects, select
+from model_lab.diagnosis.selection import Selection, detectable_effects, select, with_final
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
@@ -196,8 +196,12 @@ def _judged_search(
     base, final = selection.base, selection.final
     black_boxes = _black_boxes(problem, base, final)
     verdict = verdict_of(problem, base, final, black_boxes)
-    named = final if verdict == EFFECTS_MISSING else base
     helped = helping(problem, base, selection.forward) if verdict == UNEXPLAINED else ()
+    if helped and explains_all(problem, helped[-1]):
+        selection = with_final(problem, selection, helped[-1])
+        verdict, final, helped = EFFECTS_MISSING, selection.final, ()
+        black_boxes = _black_boxes(problem, base, final)
+    named = final if verdict == EFFECTS_MISSING else base
     return Judgement(problem, selection, black_boxes, verdict, named, helped)
 
 

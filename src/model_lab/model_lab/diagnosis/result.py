@@ -214,21 +214,24 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 
 def estimate(scored: Scored, index: int) -> Estimate:
-    """One parameter of a fitted model; the interval allows for the few runs there are."""
+    """One parameter of a fitted model; the interval allows for the few runs there are, and for what
+    the form of the equation leaves out.
+    """
     fitted, scales = scored.fit, scored.fit.likelihood.scales
     parameter = fitted.likelihood.parameters[index]
     spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
     runs = fitted.likelihood.spectrum.table.runs
     factor = float(stdtrit(max(runs - len(fitted.values), 3), RULES.interval_level))
     center = scales.inward(fitted.values)
+    size = 1.0 if scales.logarithmic[index] else abs(float(fitted.values[index]))
+    reach = factor * float(np.hypot(spread, RULES.form_error * size))
     ends = []
     for side in (-1.0, 1.0):
         moved = center.copy()
-        moved[index] += side * factor * spread
+        moved[index] += side * reach
         ends.append(float(scales.outward(np.clip(moved, scales.low, scales.high))[index]))
     value = float(fitted.values[index])
     std = value * spread if scales.logarithmic[index] else spread
-    reach = factor * spread
     unbounded = center[index] - reach <= scales.low[index]
     unbounded = unbounded and center[index] + reach >= scales.high[index]
     undetermined = bool(unbounded or fitted.at_limit[index])

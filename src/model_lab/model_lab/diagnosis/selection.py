@@ -109,6 +109,16 @@ def select(
     return Selection(base, singles, unseen, forward, p_values, threshold, names)
 
 
+def with_final(
+    problem: FitProblem, selection: Selection, final: Scored, jobs: int = 1
+) -> Selection:
+    """The selection with another of its models as the chosen one, and the ties of this."""
+    search = partial(score_all, jobs=jobs)
+    ties = _ties(problem, final, selection.base, selection.singles, search)
+    names = tuple(tuple(scored.added for scored in group) for group in ties)
+    return replace(selection, forward=replace(selection.forward, final=final), ties=names)
+
+
 def _better_member(
     problem: FitProblem, final: Scored, base: Scored, ties: Sequence[Sequence[Scored]]
 ) -> Scored | None:

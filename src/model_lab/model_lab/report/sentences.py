@@ -170,7 +170,12 @@ def _helps(diagnosis: Diagnosis) -> str:
         f"{display.shown(one.rmse_after)}"
         for place, (one, before) in enumerate(zip(diagnosis.helps, errors, strict=False))
     ]
-    return f"{listed(falls)} and {'is' if len(falls) == 1 else 'they are'} not the whole"
+    one = len(falls) == 1
+    if errors[-1] <= RULES.material_error * diagnosis.noise_floor:
+        return (
+            f"{listed(falls)}, which is all of it, but {'it is' if one else 'they are'} not proven"
+        )
+    return f"{listed(falls)} and {'is' if one else 'they are'} not the whole"
 
 
 def story_sentence(diagnosis: Diagnosis) -> str:
