@@ -22,8 +22,13 @@ from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
+    FLOOR_REASONS,
+    LOWERED,
+    MENDED,
     SLIP,
+    THINNED,
     UNEXPLAINED,
+    WITHOUT_EVENTS,
     Diagnosis,
     Failure,
     Help,
@@ -111,7 +116,24 @@ def diagnose(
     )
     outcome = _described(judged, candidates_of(judged.problem, model)[1], seed)
     instead = _instead(data, model, known, checked) if checked.slips else ()
-    return _with_faults(outcome, faults, checked.slips, instead)
+    found = _with_faults(outcome, faults, checked.slips, instead)
+    reasons = _floor_reasons(judged.problem, found.diagnosis, checked.data)
+    return replace(found, diagnosis=replace(found.diagnosis, floor_reasons=reasons))
+
+
+def _floor_reasons(
+    problem: FitProblem, found: Diagnosis, stated: MeasurementSet
+) -> tuple[str, ...]:
+    """Why the floor of a diagnosis is not the one that `compare` prints of the same set; stated:
+    the set before long runs were thinned.
+    """
+    holds = {
+        LOWERED: problem.floor_as_is is not None,
+        MENDED: bool(found.slips),
+        WITHOUT_EVENTS: bool(found.events),
+        THINNED: thinned(stated) is not stated,
+    }
+    return tuple(reason for reason in FLOOR_REASONS if holds[reason])
 
 
 def _with_faults(
@@ -255,6 +277,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcom
         noise_floor=floor.total,
         noise_floor_parts={"within": floor.within, "between": floor.between},
         noise_floor_source=floor.source,
+        noise_floor_as_is=(problem.floor_as_is or floor).total,
         rmse_before=base.held_out.rmse,
         rmse_after=named.held_out.rmse,
         unit=problem.data.unit,

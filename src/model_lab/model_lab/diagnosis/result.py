@@ -20,6 +20,9 @@ DIAGNOSIS_FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 SLIP = "slip"  # a mistake in how the data are stated; the diagnosis is that of the mended data
 
+LOWERED, MENDED, WITHOUT_EVENTS, THINNED = "lowered", "mended", "events", "thinned"
+FLOOR_REASONS = (LOWERED, MENDED, WITHOUT_EVENTS, THINNED)
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -150,6 +153,8 @@ class Diagnosis:
     `series.events`. With either, all else is about the data without them, and verdict_mended is the
     verdict on these. instead: effects that would explain the data as stated as well as the slips
     do. at_bound: parameters of the calibration that lie on a bound in the model as it is.
+    noise_floor_as_is: the floor of the model as it is; floor_reasons: why `compare` prints another
+    than noise_floor, of FLOOR_REASONS, empty where it prints the same.
     residual_tests: whether the residual within runs is white, see `series.within_runs`. units: of
     the columns as they were stated.
     """
@@ -188,6 +193,8 @@ class Diagnosis:
     instead: tuple[str, ...] = ()
     at_bound: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    noise_floor_as_is: float | None = None
+    floor_reasons: tuple[str, ...] = ()
 
     @property
     def display(self) -> Display:

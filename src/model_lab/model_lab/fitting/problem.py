@@ -32,8 +32,9 @@ Result = TypeVar("Result")
 class FitProblem:
     """Fit problem of a set: data, base model, effects that stay, and how noise is judged.
 
-    fitted: values of the parameters of the model as it is, by name. rules: by which it is judged.
-    known: results that `once` has computed; None: they are not kept.
+    fitted: values of the parameters of the model as it is, by name. floor_as_is: the floor
+    that the model as it is shows, where a better one has shown a lower one; None else. rules: by
+    which it is judged. known: results that `once` has computed; None: they are not kept.
     """
 
     data: MeasurementSet
@@ -45,6 +46,7 @@ class FitProblem:
     fitted: Mapping[str, float]
     joints: SpringModel = THESIS
     rules: Rules = RULES
+    floor_as_is: NoiseFloor | None = None
     known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
@@ -172,7 +174,7 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
     floor = noise_floor(problem.data, problem.spectrum, better.residual)
     if floor.total >= problem.rules.lower_floor * problem.floor.total:
         return None
-    return replace(problem, floor=floor)
+    return replace(problem, floor=floor, floor_as_is=problem.floor_as_is or problem.floor)
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:

@@ -15,6 +15,7 @@ from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.localisation.localise import Dependence
 from model_lab.measurements.units import Display
 from model_lab.report.event_sentences import event_sentences
+from model_lab.report.floor_sentences import ladder_sentence
 from model_lab.report.sentences import (
     bound_sentence,
     counted,
@@ -375,7 +376,8 @@ def ladder_text(ladder: Ladder) -> str:
         ["noise floor", display.number(floor.total), "", "", "", _bar(floor.total / largest)]
     )
     title = ladder.data.title or ladder.data.experiment
-    return f"{title}\n\n{text_table(rows)}\n"
+    why = ladder_sentence(ladder)
+    return f"{title}\n\n{text_table(rows)}\n" + (f"\n{why}\n" if why else "")
 
 
 def ladder_json(ladder: Ladder) -> dict[str, Any]:

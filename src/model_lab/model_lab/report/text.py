@@ -21,6 +21,7 @@ from model_lab.measurements.save import (
     specimen_entry,
 )
 from model_lab.measurements.units import display_of
+from model_lab.report.floor_sentences import floor_sentence
 from model_lab.report.sentences import (
     driving_name,
     effect_words,
@@ -68,7 +69,9 @@ def _is_number(cell: str) -> bool:
 def diagnosis_text(diagnosis: Diagnosis) -> str:
     """What `diagnose` prints."""
     sections = [
-        "\n".join(filter(None, [*_said(diagnosis), story_sentence(diagnosis)])),
+        "\n".join(
+            filter(None, [*_said(diagnosis), story_sentence(diagnosis), floor_sentence(diagnosis)])
+        ),
         notice_sentence([notice["text"] for notice in diagnosis.notices]),
         _effects(diagnosis),
         _failures(diagnosis),

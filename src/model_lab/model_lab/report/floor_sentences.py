@@ -1,0 +1,49 @@
+"""Why `compare`, `diagnose` and `ladder` do not print the same noise floor of one set."""
+
+from __future__ import annotations
+
+from model_lab.comparison.ladder import Ladder
+from model_lab.diagnosis.result import LOWERED, MENDED, THINNED, WITHOUT_EVENTS, Diagnosis
+
+WHY = {
+    LOWERED: "repeats differ by what the better model explains",
+    MENDED: "it takes the data as they are stated",
+    WITHOUT_EVENTS: "it leaves what happened in the series of runs in the data",
+    THINNED: "here long runs are thinned",
+}
+
+
+def floor_sentence(diagnosis: Diagnosis) -> str:
+    """Why `compare` prints another floor than a diagnosis; empty where it prints the same.
+
+    >>> from types import SimpleNamespace as Made
+    >>> from model_lab.measurements.units import display_of
+    >>> made = {"display": display_of("N"), "noise_floor": 0.02, "noise_floor_as_is": 0.05}
+    >>> floor_sentence(Made(floor_reasons=("lowered",), **made))
+    'The noise floor is 0.02 N; `compare` has 0.05 N: repeats differ by what the better model \
+explains.'
+    >>> floor_sentence(Made(floor_reasons=(), **made))
+    ''
+    """
+    reasons = diagnosis.floor_reasons
+    if not reasons:
+        return ""
+    shown = diagnosis.display.shown
+    alone = reasons == (LOWERED,) and diagnosis.noise_floor_as_is is not None
+    other = shown(diagnosis.noise_floor_as_is) if alone else "another"
+    why = ", and ".join(WHY[reason] for reason in reasons)
+    return f"The noise floor is {shown(diagnosis.noise_floor)}; `compare` has {other}: {why}."
+
+
+def ladder_sentence(ladder: Ladder) -> str:
+    """Whose floor a ladder prints, where its models show different ones; else empty."""
+    shown = ladder.data.output_display.shown
+    floors = {rung.name: shown(rung.errors.floor.total) for rung in ladder.rungs}
+    best = floors.pop(ladder.best.name)
+    others = [f"{floor} of {name}" for name, floor in floors.items() if floor != best]
+    if not others:
+        return ""
+    return (
+        f"The noise floor is that of {ladder.best.name}, the best; `compare` has "
+        f"{', '.join(others)}: repeats differ by what the better model explains."
+    )
