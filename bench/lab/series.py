@@ -1,7 +1,7 @@
 """Run the bench of a suspect series: sets with a fault of the rig, and clean ones; print a table.
 
 Criteria, fixed before the first run. A set is a synthesised one (`model_lab.bench.synthesize`, half
-of them with a hidden effect), with one fault of `model_lab.bench.rig_faults`:
+of them with a hidden effect), with one fault of `bench.rig_faults`:
 
     step       a scale that changes by 6 to 12 % for good from a run on
     drift      a scale that grows by 10 to 20 % over the series
@@ -23,8 +23,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bench import rig_faults as rig
 from bench.lab.table import rate, text_of
-from model_lab.bench import rig_faults as rig
 from model_lab.bench.synthesize import synthesize
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.result import ADEQUATE, Diagnosis

@@ -14,16 +14,25 @@ from softhand_model.equilibrium.planar import (
     equilibrium,
     exact_springs,
     planar_finger,
-    rubber_springs,
 )
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
-from softhand_model.hand.joint_stiffness import SpringModel
+from softhand_model.hand.joint_stiffness import SpringModel, rubber_stress
 from softhand_model.model_file import Model
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
 RUBBER = SpringModel(bending="curvature")
 GRAVITY = (effect_classes()["gravity"](mass_scale=1.0),)
+
+
+def rubber_springs(stiffness, rest, stretching):
+    """Springs of eq. 3.24 for the static solver: the pressure's moment, that of the rubber at rest,
+    grows with the load.
+    """
+    moment, per_angle = rubber_stress(1.0 + stretching * rest)[0], stiffness / (2.0 * stretching)
+    return lambda angles, share: (
+        per_angle * (share * moment - rubber_stress(1.0 + stretching * angles)[0])
+    )
 
 
 def of_constant_section():

@@ -6,11 +6,6 @@ from softhand_design import design_rules as design
 from softhand_model.hand import section
 
 
-def test_wall_gives_the_actuation_ratio_back():
-    wall = design.wall_for_actuation_ratio(900e-6, 67e3)
-    assert section.rule_actuation_ratio(wall, 67e3) == pytest.approx(900e-6)
-
-
 def test_circumference_gives_the_stiffness_back():
     around = design.circumference_for_stiffness(3e-3, 0.002, 67e3)
     assert section.rule_stiffness(around / 4, 0.002, 67e3) == pytest.approx(3e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softhand_design.castable import LEAST_WALL
-from softhand_design.design_rules import allowed, wall_for_actuation_ratio
+from softhand_design.design_rules import allowed
 from softhand_design.hand_file import finger_text
 from softhand_design.requirements import RequirementError, Requirements, stations
 from softhand_design.sizing import design_actuator, rank_rubbers
@@ -81,7 +81,7 @@ def test_walls_of_arcs_for_curvatures_as_the_inverse_radius_are_those_of_the_pal
                 float(design.actuator.wall(0.0)),
             )
         )
-        assert walls[-1][0] == pytest.approx(wall_for_actuation_ratio(ratio, 67e3))
+        assert walls[-1][0] == pytest.approx(1.0 / (8.0 * 67e3 * ratio))
     (inner, inner_solved), (outer, outer_solved) = walls
     assert outer / inner == pytest.approx(5.76 / 3.46, rel=1e-2)
     assert outer_solved / inner_solved > 1.05 * outer / inner

@@ -11,7 +11,6 @@ from softhand_model.gas import (
     ROOM_TEMPERATURE,
     VISCOSITY,
     air_mass,
-    air_pressure,
     line_conductance,
     orifice_flow,
     psi,
@@ -24,10 +23,6 @@ HOLE = np.pi / 4 * 0.2e-3**2
 
 def test_a_litre_of_room_air_weighs_what_tables_say():
     assert float(air_mass(101_325.0, 1e-3)) == pytest.approx(1.2041e-3, rel=1e-4)
-
-
-def test_pressure_of_the_mass_gives_back_the_pressure():
-    assert float(air_pressure(air_mass(150e3, 3e-5), 3e-5)) == pytest.approx(150e3)
 
 
 def test_critical_ratio_is_that_of_the_thesis():

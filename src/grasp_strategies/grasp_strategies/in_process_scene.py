@@ -272,7 +272,7 @@ class InProcessScene:
         return found
 
     def save(self) -> dict[str, Any]:
-        """Snapshot for `restart`."""
+        """State of the simulation, to which `restart` goes back."""
         return self.simulation.save()
 
     def restart(

@@ -19,7 +19,7 @@ def own_classes(files: Iterable[Path]) -> dict[str, type[Effect]]:
     for path in files:
         for name, effect in effects_in_file(path).items():
             if name in found:
-                raise ValueError(f"{path}: effect {name}: expected it in one file, got it in two")
+                raise ValueError(f"{path}: effect: expected a name of its own, got {name} again")
             if not effect.experiments:
                 raise ValueError(
                     f"{path}: effect {name}: experiments: expected some of "

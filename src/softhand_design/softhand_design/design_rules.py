@@ -73,15 +73,6 @@ def allowed(bound: float, words: str) -> float:
     return round(scaled) / scale
 
 
-def wall_for_actuation_ratio(actuation_ratio: float, shear_modulus: float) -> float:
-    """Wall d [m] that gives the actuation ratio dkappa/dp [1/(m Pa)]: rule 1 (eq. 3.32).
-
-    >>> round(wall_for_actuation_ratio(1.0 / (8 * 67e3 * 0.002), 67e3), 6)
-    0.002
-    """
-    return 1.0 / (8.0 * shear_modulus * actuation_ratio)
-
-
 def circumference_for_stiffness(stiffness: float, wall: float, shear_modulus: float) -> float:
     """Circumference c [m] that gives the bending stiffness [N m2]: rule 2 (eq. 3.26).
 

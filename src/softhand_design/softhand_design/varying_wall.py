@@ -75,7 +75,9 @@ def _outer(wanted: Requirements, x: Array) -> tuple[Array, Array]:
 
 
 def _of_stiffness(wanted: Requirements, x: Array) -> tuple[Array, Array]:
-    """Height and width [m] that follow the cube of c/4."""
+    """Height and width [m] in proportion to c/4, whose cube is 2*stiffness*ratio, as far as the
+    tip can be cast.
+    """
     cube = 2.0 * wanted.stiffness(x) * wanted.ratio(x)
     share, edge = cube / cube.max(), float(np.cbrt(cube.max()))
     least = float(share.min())

@@ -40,26 +40,6 @@ def air_mass(
     return np.asarray(product / (GAS_CONSTANT * temperature))
 
 
-def air_pressure(
-    mass: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Array:
-    """Absolute pressure of an enclosed mass of air: `p_abs = m R_s T/V` (section 4.2).
-
-    Args:
-        mass: enclosed air, all of it [kg].
-        volume: volume of air [m3], above zero.
-        temperature: of the air [K].
-
-    Returns:
-        Absolute pressure [Pa], in the common shape of the arguments.
-
-    >>> round(float(air_pressure(36.12e-6, 30e-6)))
-    101315
-    """
-    density = np.asarray(mass, dtype=float) / np.asarray(volume, dtype=float)
-    return np.asarray(density * (GAS_CONSTANT * temperature))
-
-
 def psi(ratio: ArrayLike) -> Array:
     """Flow function of an orifice (section 4.4.1).
 

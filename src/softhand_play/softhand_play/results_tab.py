@@ -82,7 +82,7 @@ class ResultsTab:
         self.find()
 
     def find(self) -> None:
-        """Offer what there is to open."""
+        """List the files that can be opened."""
         found = self._page.files.find()
         offer(self.bag, found.bags)
         offer(self.map, found.maps)

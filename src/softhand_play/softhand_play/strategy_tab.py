@@ -97,7 +97,7 @@ class StrategyTab:
         return track.frames[min(round(self._time.value / INTERVAL), last)], track.static_scene
 
     def _offer(self, track: Track) -> None:
-        """Offer the phases and times of a new run."""
+        """Let the user choose among the phases and times of a new run."""
         self._offered = track
         self._phase.options = (NO_PHASE, *track.phases)
         self._time.value = 0.0

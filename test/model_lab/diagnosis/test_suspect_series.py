@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from model_lab.bench import rig_faults as rig
+from bench import rig_faults as rig
 from model_lab.bench.synthesize import synthesize
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.report.sentences import verdict_sentence

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import f as variance_ratio
 
-from model_lab.bench import rig_faults as rig
+from bench import rig_faults as rig
 from model_lab.bench.synthesize import Synthesised, synthesize
 from model_lab.experiments.forward import Forward
 from model_lab.rules import RULES

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.hand.skin_places import SKIN_SIDES, SkinPlaces
+from pneuflex_sim.hand.skin_places import BACK, LEFT, PAD, RIGHT, SkinPlaces
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 
@@ -26,7 +26,7 @@ def bent(shape, angle):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.15])
-@pytest.mark.parametrize("side", SKIN_SIDES)
+@pytest.mark.parametrize("side", (PAD, BACK, LEFT, RIGHT))
 @pytest.mark.parametrize("share", [0.1, 0.45, 0.75])
 def test_the_point_of_a_place_is_found_there(shape, angle, side, share):
     places, q = SkinPlaces(shape), bent(shape, angle)

@@ -257,8 +257,8 @@ def put_last(document):
         ),
         (
             set_in("chains", "right", "web", "chains", value=2),
-            "left.web.chains: expected as many neighbours with the same number, of which there "
-            "are 2, got 3",
+            "left.web.chains: expected as many chains side by side with this number, of which "
+            "there are 2, got 3",
         ),
         (lambda document: document["chains"]["middle"].pop("web"), "there are 1, got 3"),
         (turned_away, "left.web.chains"),

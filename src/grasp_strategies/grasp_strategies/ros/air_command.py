@@ -41,13 +41,13 @@ class AirCommand:
         self._taken_over = False  # another node has commanded since
 
     def begin(self) -> None:
-        """Become a commander."""
+        """Create the publisher of air commands; stop listening to those of others."""
         self._listen_no_longer()
         if self._publisher is None:
             self._publisher = self._node.create_publisher(JointTrajectory, AIR_COMMAND_TOPIC, 10)
 
     def missing(self) -> str:
-        """What is missing before the air can be commanded; empty when nothing is."""
+        """What has to appear before the air can be commanded; empty when all is there."""
         if self._publisher is None or self._publisher.get_subscription_count():
             return ""
         return f"a subscriber of {self._publisher.topic_name}"

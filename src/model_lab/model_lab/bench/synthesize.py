@@ -207,7 +207,7 @@ class _Rig:
         return np.transpose(columns)
 
     def _drawn(self, effect: type[Effect]) -> Effect:
-        """The effect with values from where they are usually found."""
+        """The effect with parameters drawn from their usual ranges."""
         values = {}
         for parameter in effect.parameters:
             low, high = parameter.typical or (parameter.low, parameter.high)

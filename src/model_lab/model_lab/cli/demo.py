@@ -25,7 +25,7 @@ DEMO_MODEL = "base"
 
 
 class StepFailed(Exception):
-    """A command of the demonstration failed; its exit status."""
+    """A command of the demonstration failed, with this exit status."""
 
     def __init__(self, status: int) -> None:
         super().__init__(status)

@@ -71,9 +71,7 @@ def add_effect(
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
     reason = inapplicable(classes[name], data, model.base)
     if reason is not None:
-        raise ValueError(
-            f"effect {name}: expected one that can act in these data, got this: {reason}"
-        )
+        raise ValueError(f"effect: expected one that can act in these data, got {name}: {reason}")
     tell("fitting the model as it is", 1, 2)
     problem, given = pose_problem(data, model, classes)
     tell(f"fitting {name}", 2, 2)

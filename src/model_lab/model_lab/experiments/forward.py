@@ -290,7 +290,9 @@ def _calibrated(
 
 
 def _of_calibration(name: str, start: float, unit: str, free_modulus: bool) -> FreeParameter:
-    """A scale of the modulus, free or within 15 %, or a coefficient about its least squares."""
+    """Bounds and start of a scale of the modulus, free or within 15 %, or of another coefficient,
+    around its value by least squares.
+    """
     if name.startswith("modulus_scale"):
         if free_modulus:
             return FreeParameter(name, "", *FREE_MODULUS_RANGE, start, USUAL_FREE, True, None)

@@ -92,7 +92,7 @@ class FreeBending:
         )
 
     def _finger(self, staged: StagedEffects, modulus: Array) -> _Fingers:
-        """The fingers of the runs; those that the weight bends have it with them."""
+        """The fingers of the runs, with their weight if `gravity` acts on any of them."""
         scales = [effect.values["mass_scale"] for effect in staged.load if effect.name == "gravity"]
         if not scales or not self._shares.any():
             shape = at_modulus(self._uniform.shape, modulus)

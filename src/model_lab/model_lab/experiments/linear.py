@@ -85,11 +85,11 @@ class LinearBase:
         return rows.reading(staged, self._output, output)
 
     def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array) -> Array:
-        """Output over the largest (lanes, rows, 1) where the stretch is imposed."""
+        """Output over its largest value (lanes, rows, 1), if the input is a stretch."""
         return modulus * imposed(staged, "linear", self._memory, slope * self._input)
 
     def _pressed(self, staged: StagedEffects, slope: Array, modulus: Array) -> Array:
-        """Output over the largest (lanes, rows, 1) where the pressure is."""
+        """Output over its largest value (lanes, rows, 1), if the input is a pressure."""
         rows = self._rows
         pressure = rows.chamber_pressure(staged, self._input)
         load = staged.act_on_load(slope * pressure / modulus, pressure, SHAPELESS)

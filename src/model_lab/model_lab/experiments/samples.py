@@ -160,8 +160,10 @@ class SampleRows:
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
     ) -> Array:
-        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and of the run of each
-        row, which works on so many sections, a part of the rows at a time.
+        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and runs (rows,).
+
+        It is called for a part of the rows at a time; the more `sections` it has for each row, the
+        fewer rows, which bounds the memory.
         """
         size = max(ROWS_AT_ONCE // sections, 1)
         parts = [slice(edge, edge + size) for edge in range(0, len(self.run), size)]
@@ -172,8 +174,9 @@ class SampleRows:
     ) -> Array:
         """Outputs (lanes, rows, 1) of a function that remembers, stepped through all runs together.
 
-        It starts at rest, and the first sample takes no time; runs that start steady have been at
-        their first sample for long. surround: is told the rows (runs,) of a step before it.
+        It starts at rest, and the first sample takes no time; runs that start steady have had the
+        input of their first sample for a long time. surround: called with the rows (runs,) of each
+        step before the step.
         """
         in_order = np.ascontiguousarray(values[:, self._padded].swapaxes(0, 1))
         if self._steady.any():

@@ -92,7 +92,7 @@ def _slope(product: Array, mass: Array, otherwise: float) -> float:
 
 
 def _joined(data: MeasurementSet, column: str, otherwise: Array) -> Array:
-    """A column (samples,); runs without it take their part of `otherwise` (samples,)."""
+    """A column (samples,) of all runs; for a run without it, its samples of `otherwise`."""
     parts = [
         run.columns.get(column, otherwise[data.table.run == index])
         for index, run in enumerate(data.runs)

@@ -135,7 +135,7 @@ class Scene:
         )  # fmt: skip
 
     def _quantity(self, stage: str) -> tuple[str, float]:
-        """Unit and size of what a stage's curve acts on."""
+        """Unit and largest value of the quantity that a curve of the stage changes."""
         if stage == "input":
             return "Pa", float(np.abs(self.driving).max())
         if stage == "output":

@@ -130,7 +130,7 @@ def _pulse_axes(data: MeasurementSet) -> list[Axis]:
 
 
 def _course(run: Run, values: Array, rate: Array) -> Array:
-    """Whether an input rises, rests or falls (samples,)."""
+    """RISING, RESTS or FALLING for each sample (samples,) of an input."""
     time = run.columns.get("time", np.arange(len(values), dtype=float))
     typical = float(np.ptp(values)) / max(float(np.ptp(time)), 1e-300)
     course = np.full(len(values), RESTS)

@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 Section = Callable[[ChainOutline, float], Array]  # points (k, 2) [m] of the section at a place [m]
 
 PAD, BACK, LEFT, RIGHT, TIP = "pad", "back", "+y", "-y", "tip"
-SKIN_SIDES = (PAD, BACK, LEFT, RIGHT)
 
 
 @dataclass(frozen=True)

@@ -92,14 +92,6 @@ class ContactNames:
         return Contact(first, segment, second, position, (x, y, z), point[9], (fx, fy, fz))
 
 
-def normal_forces(contacts: list[Contact]) -> dict[str, float]:
-    """Total normal force [N] by the name of the first side."""
-    total: dict[str, float] = defaultdict(float)
-    for contact in contacts:
-        total[contact.first] += contact.force
-    return dict(total)
-
-
 def by_pair(contacts: list[Contact]) -> dict[str, list[Contact]]:
     """Contacts by `first/second`; the hand stands first, and the object before the scene."""
     pairs: dict[str, list[Contact]] = defaultdict(list)

@@ -223,7 +223,7 @@ def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
             text += "\nendsolid"  # some leave it out, and the library gives nothing then
         return io.StringIO(text), "stl_ascii"
     if CORNER_ZERO.search(text):
-        raise ValueError("a face with a corner 0: they count from 1")
+        raise ValueError("a face with a corner 0, but corners count from 1")
     return io.StringIO(text), kind
 
 

@@ -337,7 +337,7 @@ class PneumaticBoxNode(Node):
         self._fault(reason)
 
     def command_vent(self) -> str:
-        """Command open outlets at once, without a sample to answer: the board, then the topic.
+        """Command all outlets open now, not in answer to a sample: first the board, then the topic.
 
         Returns:
             Why the board cannot be commanded; "" when it was.

@@ -41,10 +41,7 @@ def read_json(path: Path, format_name: str | None = None) -> Node:
         raise DocumentError(f"{path}: expected at most {LARGEST_JSON} bytes, got more")
     node = json_node(str(path), content)
     if format_name is not None:
-        children = node.mapping()
-        if "format" not in children:
-            raise node.error(f"the key format: {format_name}", "none")
-        children["format"].choice([format_name])
+        node.require_format(format_name)
     return node
 
 

@@ -97,6 +97,13 @@ class Node:
             )
         return children
 
+    def require_format(self, name: str) -> None:
+        """Raises DocumentError where the key `format` does not say `name`."""
+        children = self.mapping()
+        if "format" not in children:
+            raise self.error(f"the key format: {name}", "none")
+        children["format"].choice([name])
+
     def items(self) -> list[Node]:
         """Children of a list."""
         if not isinstance(self.value, list):
@@ -197,10 +204,7 @@ def read_document(path: Path, format_name: str | None = None) -> Node:
         raise DocumentError(_refusal(path, text, reason)) from reason
     node = Node(str(path), "", value, source)
     if format_name is not None:
-        children = node.mapping()
-        if "format" not in children:
-            raise node.error(f"the key format: {format_name}", "none")
-        children["format"].choice([format_name])
+        node.require_format(format_name)
     return node
 
 

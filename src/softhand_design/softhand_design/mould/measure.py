@@ -87,7 +87,7 @@ def _hits(solid: manifold3d.Manifold, start: Array, stop: Array) -> Array:
 
 
 def plan_rays(solid: manifold3d.Manifold, count: int, seed: int = 0) -> Array:
-    """How often each of `count` rays along the pull, at random over the part, enters it."""
+    """How many times (count,) rays parallel to the pull, at random places, enter the part."""
     low, high = np.reshape(solid.bounding_box(), (2, 3))
     points = np.random.default_rng(seed).uniform(low[:2], high[:2], (count, 2))
     hits = [_vertical(solid, x, y) for x, y in points]

@@ -121,11 +121,6 @@ class ChainModel:
             rotation = rotation + table.value(pressure)
         return rotation.reshape(self._shape)
 
-    def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
-        """Derivative (actuators, n) [rad/Pa] of `rest_rotation` about y at pressures [Pa]."""
-        pairs = zip(self._tables, pressures, strict=True)
-        return np.array([table.slope(pressure)[BEND_AXIS::3] for table, pressure in pairs])
-
     def volume(self, bend: Array) -> Array:
         """Air volume (actuators,) [m3] of chamber and supply tube.
 

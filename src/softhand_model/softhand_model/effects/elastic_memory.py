@@ -201,7 +201,7 @@ class Creep(ElasticEffect):
     _decay: tuple[Array | float, Array, Array] | None = None
 
     def kernel_values(self) -> list[Array]:
-        """What counts at once, weights and time constants [s] of the lags."""
+        """Share of the stress that does not lag; weights and time constants [s] of the lags."""
         rate, onset = super().kernel_values()
         share = rate / np.log(10.0)
         weights = [share * weight for weight in WEIGHTS]
@@ -217,7 +217,7 @@ class Creep(ElasticEffect):
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Keep the lags, and the stress."""
+        """Keep the lagging stresses, and the stress."""
         memory["state"] = self._crept(stress, memory, dt), stress
 
     def _crept(self, stress: Array, memory: Memory, dt: Array | float) -> Array:

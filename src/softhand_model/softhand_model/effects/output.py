@@ -212,7 +212,7 @@ class SensorDrift(OutputEffect):
     rank = 2
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading in the output's unit; what was before the first sample counts as no time."""
+        """Reading in the output's unit; the drift begins with the first sample of a run."""
         elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
         memory["elapsed"] = elapsed
         return self._drifted(value, elapsed)

@@ -38,7 +38,7 @@ class SectionShape:
     shear_modulus: Array | float
 
     def of_rows(self, rows: Indices) -> SectionShape:
-        """The shape of some rows, or of rows that repeat, of arrays (lanes, rows, sections)."""
+        """The shape at these rows, which may repeat, of arrays (lanes, rows, sections)."""
         parts = {
             name: value if np.ndim(value) < 2 or value.shape[-2] == 1 else value[..., rows, :]
             for name, value in vars(self).items()
@@ -196,7 +196,7 @@ class StructureEffect(Effect):
         return np.ones_like(bend)
 
     def bend_twist_coupling(self) -> Array | float:
-        """Off-diagonal of lateral bending and twist over B [-]."""
+        """Stiffness that couples lateral bending and twist, over that in bending B [-]."""
         return 0.0
 
     def tip_compliance(self) -> Array | float:

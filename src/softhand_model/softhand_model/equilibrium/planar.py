@@ -17,7 +17,6 @@ from softhand_common.numerics.arrays import Array
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator
-from softhand_model.hand.joint_stiffness import rubber_stress
 
 LOAD_STEPS = 20
 PLANAR_NEWTON_STEPS = 100
@@ -75,19 +74,6 @@ def linear_springs(stiffness: ArrayLike, rest: ArrayLike) -> Springs:
     """Springs of stiffness (n,) [N m/rad] whose rest angles (n,) [rad] grow with the load."""
     stiffness, rest = np.asarray(stiffness, float), np.asarray(rest, float)
     return lambda angles, share: stiffness * (share * rest - angles)
-
-
-def rubber_springs(stiffness: ArrayLike, rest: ArrayLike, stretching: ArrayLike) -> Springs:
-    """Springs of eq. 3.24 with the stiffness (n,) [N m/rad] of the rule, rest angles (n,) [rad] and
-    the stretching (n,) [1/rad] of `joint_stiffness.SpringModel`.
-
-    The pressure's moment grows with the load: that of the rubber at rest, times the share.
-    """
-    stiffness, rest, gain = (np.asarray(a, float) for a in (stiffness, rest, stretching))
-    moment, per_angle = rubber_stress(1.0 + gain * rest)[0], stiffness / (2.0 * gain)
-    return lambda angles, share: (
-        per_angle * (share * moment - rubber_stress(1.0 + gain * angles)[0])
-    )
 
 
 def exact_springs(actuator: Actuator, segments: int, pressure: float) -> Springs:

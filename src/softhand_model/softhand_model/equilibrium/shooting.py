@@ -67,7 +67,7 @@ class HeldPoints(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Work arrays for one point: see `march` and the functions below."""
+    """Work arrays of the solution for one point, used again in each iteration."""
 
     wrench: Array
     change: Array
@@ -331,7 +331,9 @@ def _by_newton(
 def _by_tightening(
     held: HeldPoints, point: int, start: Array, wrench: Array, chord: Array, rooms: Room
 ) -> bool:
-    """Converge from a first guess (6,) with a soft clamp that is made stiffer."""
+    """Solve with a soft clamp, then with stiffer and stiffer ones, each from the wrench (6,) of the
+    last; false if one does not converge.
+    """
     there, slope = start.copy(), chord.copy()
     for softness in SOFTER:
         if not _by_newton(held, point, there, slope, softness, rooms):

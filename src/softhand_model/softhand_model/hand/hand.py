@@ -304,7 +304,7 @@ def _refuse_stray_webs(node: Node, chains: dict[str, ChainDescription]) -> None:
         if chain.web is not None and count % chain.web.chains:
             web = node.mapping()[name].mapping()["web"].mapping()
             raise web["chains"].error(
-                f"as many neighbours with the same number, of which there are {count}"
+                f"as many chains side by side with this number, of which there are {count}"
             )
 
 

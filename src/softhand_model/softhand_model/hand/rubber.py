@@ -98,14 +98,6 @@ def strain_invariant(stretch: ArrayLike) -> Array:
     return stretch**2 + stretch**-2.0 - 2.0
 
 
-def gent_energy(stretch: ArrayLike, shear_modulus: float, jm: float) -> Array:
-    """Energy per volume [J/m3] of a Gent solid in pure shear: -(G/2)*jm*ln(1 - J1/jm).
-
-    ERRATUM: section 3.4.7 prints it without the minus sign, hence negative.
-    """
-    return -0.5 * shear_modulus * jm * np.log1p(-strain_invariant(stretch) / jm)
-
-
 def gent_factor(stretch: ArrayLike, jm: float) -> Array:
     """Stress of a Gent solid over that of the neo-Hookean one [-]: 1/(1 - J1/jm) (eq. 3.45).
 

@@ -223,11 +223,6 @@ def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -
     return 2.0 * edge**3 * shear_modulus * wall
 
 
-def stiffness_from_actuation(edge: ArrayLike, actuation_ratio: ArrayLike) -> Array:
-    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] at an actuation ratio [1/(m Pa)] (eq. 3.33)."""
-    return np.asarray(edge, float) ** 3 / (4.0 * np.asarray(actuation_ratio, float))
-
-
 def printed_side_wall_share(height: ArrayLike, wall: ArrayLike, side_wall: ArrayLike) -> Array:
     """Stiffness of both side walls over that of eq. 3.26 [-], as printed in eq. 3.29 (the base
     model does not use it).
@@ -307,15 +302,3 @@ def chamber_area(
     height, width, wall = arrays(height, width, wall)
     rubber = width * wall + np.maximum(height - wall, 0.0) * 2.0 * np.asarray(side_wall, float)
     return width * height * (1.0 + height * np.asarray(curvature, float) / 2.0) - rubber
-
-
-def curvature_from_chamber_area(
-    area: ArrayLike,
-    height: ArrayLike,
-    width: ArrayLike,
-    wall: ArrayLike,
-    side_wall: ArrayLike = 0.0,
-) -> Array:
-    """Curvature [1/m] at an air volume per length of `area` [m2] (eq. 3.17 solved for kappa)."""
-    change = np.asarray(area, float) - chamber_area(0.0, height, width, wall, side_wall)
-    return 2.0 * change / (np.asarray(width, float) * np.asarray(height, float) ** 2)

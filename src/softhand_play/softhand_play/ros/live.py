@@ -237,7 +237,7 @@ class LivePlayer(Source):
         static_scene = self._static_scenes[names]
         if static_scene is None:
             raise ValueError(
-                f"name: expected the joints of {self._hand.name}, got {len(names)} others: "
+                f"name: expected the joints of {self._hand.name}, got {len(names)} other names: "
                 f"{listed(names[:3])}"
             )
         return static_scene
