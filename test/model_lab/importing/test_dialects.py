@@ -82,7 +82,7 @@ REFUSED = {
     "no header": (ROWS, ["experiment"]),
     "rows that go back in time": (
         [HEADER, *ROWS[:20], *ROWS[10:]],
-        ["column time", "row 21 of tip_angle", "sort"],
+        ["column time", "row 21 of pressure", "sort"],
     ),
 }
 

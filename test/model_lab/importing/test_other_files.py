@@ -145,3 +145,32 @@ def test_files_that_people_brought_become_sets(tmp_path, case, files, maps):
         assert run.samples > 50
         assert 0.3 < np.ptp(run.columns["tip_angle"]) < 4.0
         assert 1e4 < np.ptp(run.columns["pressure"]) < 6e4
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs ../shared/cases")
+@pytest.mark.parametrize(
+    ("case", "parts"),
+    [
+        ("preamble", ["line 4 has it", "model-lab import"]),
+        ("german_names", ["semicolons", "model-lab import"]),
+        ("bag_mocap_pose", ["a component of a quaternion", "model-lab import"]),
+        ("time_glitch", ["row 161", "leave `time` out", "mend the clock"]),
+    ],
+)
+def test_a_set_that_people_brought_is_told_how_to_go_on(case, parts):
+    with pytest.raises(DocumentError) as reason:
+        load_measurements(CASES / case)
+    assert all(part in str(reason.value) for part in parts), reason.value
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs ../shared/cases")
+def test_the_import_does_not_ask_to_sort_rows_that_are_in_order():
+    maps = {"stress": ("stress", "MPa")}
+    with pytest.raises(DocumentError, match="row 161 .*in order, as stretch goes on smoothly"):
+        make_set(propose([CASES / "time_glitch" / "u.csv"], maps=maps))
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="needs ../shared/cases")
+def test_a_set_of_ros1_bags_is_read():
+    (first, *_) = load_measurements(CASES / "bag_ros1").runs
+    assert first.samples > 50 and np.ptp(first.columns["tip_angle"]) > 0.3

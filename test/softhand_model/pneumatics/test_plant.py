@@ -305,6 +305,13 @@ def test_a_step_that_cannot_be_is_refused(arguments, words):
     assert plant.time == 0.0
 
 
-def test_more_channels_than_the_box_has_are_refused():
-    with pytest.raises(ValueError, match="channels must be 1 to 8 names"):
-        PneumaticPlant([*EIGHT, "i"], np.full(9, FINGER))
+def test_more_channels_are_those_of_further_boxes():
+    """The thirteen channels of two boxes: all inflate, and no channel is the copy of another."""
+    names = [f"c{number}" for number in range(13)]
+    plant = PneumaticPlant(names, np.full(13, FINGER))
+    for _ in range(100):
+        pressures = plant.step(0.001, np.ones(13), np.full(13, FINGER))
+    assert np.all(pressures > 102e3)
+    assert len(np.unique(pressures)) == 13
+    with pytest.raises(ValueError, match="channels must be 1 to 64 names, got 65"):
+        PneumaticPlant([f"c{number}" for number in range(65)], np.full(65, FINGER))

@@ -127,10 +127,10 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     of_output = next(one for one in members if output in one.quantities)
     paths = tuple(dict.fromkeys(map(_path, members)))
     name = _run_name(paths)
+    _check_clock(of_input, driving, driving)
     _check_clock(of_output, output, driving)
     if of_input is of_output:
         return _of_one_file(of_input, name, driving, output, paths)
-    _check_clock(of_input, driving, driving)
     time, values = of_output.series(output)
     input_time, inputs = of_input.series(driving)
     if time is None or input_time is None:

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 # times the largest pressure limit, where the tables of the rest shape end
 SEARCHED_PRESSURE_SHARE = 3.0
+FULL_TURN = 2.0 * np.pi  # [rad] of a whole finger, beyond which it would pass through itself
 PRESSURE_TOLERANCE = 1.0  # [Pa] of the pressure that is sought
 
 
@@ -55,6 +56,23 @@ class JointStops:
             found.append((float(asked.max()), name, int(asked.argmax())))
         return max(found)
 
+    def _curled(self, pressures: Array) -> str:
+        """A clause on fingers that pressures (channels,) [Pa] would bend by more than a turn; empty
+        without any.
+        """
+        bends = {
+            name: np.abs(self._layout.models[name].rest_rotation(pressures[fed]).sum(axis=0)).max()
+            for name, fed in self._channels.items()
+        }
+        name = max(bends, key=lambda one: float(bends[one]))
+        if bends[name] <= FULL_TURN:
+            return ""
+        return (
+            f"; {name} would bend by {np.degrees(bends[name]):.0f} deg from base to tip, through "
+            "itself, which is not simulated: do not believe its shape, its swings and what it "
+            "touches; take less pressure or a shorter finger"
+        )
+
     def look(self, pressures: Array) -> None:
         """Warn once (RuntimeWarning) when gauge pressures (channels,) [Pa] would bend a joint
         beyond its stop.
@@ -64,7 +82,8 @@ class JointStops:
             return
         asked, chain, joint = self._farthest(pressures)
         if asked > STOP_ANGLE:
-            self.warning = self._words(asked, chain, joint, pressures)
+            words = self._words(asked, chain, joint, pressures)
+            self.warning = words + self._curled(pressures)
             warnings.warn(self.warning, RuntimeWarning, stacklevel=4)
 
     def _words(self, asked: float, chain: str, joint: int, pressures: Array) -> str:

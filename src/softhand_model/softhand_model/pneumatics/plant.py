@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_common.documents.quoted import listed
 from softhand_common.numerics.arrays import Array, Spools
 from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
@@ -19,6 +20,7 @@ from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
 
 SLOTS = 8  # channels of one Pneumaticbox
+MOST_CHANNELS = 64  # of a simulated hand, on as many boxes as that takes
 LONGEST_SUBSTEP = 1e-3  # [s]
 SHORTEST_SUBSTEP = 1e-6  # resolution of the times at which spools move [s]
 
@@ -36,7 +38,8 @@ class PneumaticPlant:
     left, `inflow - outflow - leaked - relieved`. `faults` breaks things.
 
     Args:
-        channels: names of the channels, at most 8; channel i is outlet i of the box.
+        channels: names of the channels, at most 64; channel i is outlet i of the box. Beyond 8 they
+            are those of further boxes, on one supply.
         volumes: rest volumes of the channels, tubes included (n,) [m3].
         parameters: constants; None for those of `data/pneumatics.yaml`.
         seed: of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
@@ -64,8 +67,11 @@ class PneumaticPlant:
         relief_pressures: ArrayLike | None = None,
         effects: Sequence[FlowEffect] = (),
     ) -> None:
-        if not 1 <= len(channels) <= SLOTS:
-            raise ValueError(f"channels must be 1 to {SLOTS} names, got {list(channels)}")
+        if not 1 <= len(channels) <= MOST_CHANNELS:
+            raise ValueError(
+                f"channels must be 1 to {MOST_CHANNELS} names, got {len(channels)}: "
+                f"{listed(channels)}"
+            )
         self.channels = tuple(channels)
         self.parameters = load_pneumatics() if parameters is None else parameters
         self._seed = seed
@@ -80,21 +86,21 @@ class PneumaticPlant:
         self.reset(volumes)
 
     def _build_box(self, n: int, relief_pressures: ArrayLike | None) -> None:
-        p = self.parameters
+        p, slots = self.parameters, SLOTS * -(-n // SLOTS)
         tolerances = np.random.default_rng(p.box_seed)
-        self._valves = Valves(p.valve, tolerances, n, SLOTS)
+        self._valves = Valves(p.valve, tolerances, n, slots)
         self._sensors = build_sensors(
-            p.channel_sensor, p.supply_sensor, p.ambient_pressure, tolerances, n, SLOTS
+            p.channel_sensor, p.supply_sensor, p.ambient_pressure, tolerances, n, slots
         )
         diameter = np.array([[p.choke.inlet_diameter], [p.choke.outlet_diameter]])
-        foil = tolerances.uniform(*p.choke.discharge_coefficient, (2, SLOTS))[:, :n]
+        foil = tolerances.uniform(*p.choke.discharge_coefficient, (2, slots))[:, :n]
         choke = orifice_conductance(foil * np.pi / 4 * diameter**2, p.temperature)
         valve = orifice_conductance(np.pi / 4 * p.valve.diameter**2, p.temperature)
-        length = tolerances.uniform(*p.line.length, SLOTS)[:n]
+        length = tolerances.uniform(*p.line.length, slots)[:n]
         line = line_conductance(p.line.diameter, length, p.temperature)
         dead_capacity = p.choke.dead_volume / self._gas
         self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line, dead_capacity)
-        leak = tolerances.uniform(*p.leak.conductance, SLOTS)[:n]
+        leak = tolerances.uniform(*p.leak.conductance, slots)[:n]
         self._escapes = Escapes(p, leak, relief_pressures)
         self._supply = AirSupply(p)
 

@@ -128,9 +128,7 @@ def _sound(pressures: Floats) -> Floats:
 def _vent(options: argparse.Namespace, make_lines: MakeLines) -> None:
     hardware = _hardware(options)
     if isinstance(hardware, OtherHardware):
-        open_rig(
-            options.file, options.outlets, allow_board_module=True, needs_answer=False
-        ).close()
+        open_rig(options.file, options.outlets, allow_board_module=True, needs_answer=False).close()
         return
     # without the sensors, which may be the reason for the vent
     check_outlets(options.outlets, len(hardware.outlets))
