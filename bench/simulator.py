@@ -13,10 +13,10 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-import pybullet
 
 from bench.row import at_least, at_most, stated
 from grasp_strategies.judging.judge import GraspResult
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.pneumatics.plant import PneumaticPlant

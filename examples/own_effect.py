@@ -9,9 +9,9 @@ it compete with the built-in ones. `python examples/own_effect.py` prints what i
 import shutil
 
 import numpy as np
+import pandas as pd
 
-from model_lab.experiments.forward import Forward
-from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+import model_lab as lab
 from softhand_model.chain.chain import discretise
 from softhand_model.effects import Parameter, StructureEffect
 from softhand_model.hand.hand import load_hand
@@ -55,12 +55,14 @@ def simulated_angle(model, pressure):
     return float(chain.step(1e-3, [pressure], np.zeros((5, 3)))[:, 1].sum())
 
 
-def measured_bending(pressure, tip_angle):
-    """A measurement set of one run."""
+def predicted_angles(pressure, *effects):
+    """Tip angles [rad] that the lab predicts at pressures [Pa]."""
     size = {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025}
-    specimen = Specimen("d2.5", {**size, "shear_modulus": 67e3})
-    run = Run("r1", "d2.5", "ramp", 293.15, {"pressure": pressure, "tip_angle": tip_angle})
-    return MeasurementSet("free_bending", "one ramp", {"d2.5": specimen}, (run,))
+    frame = pd.DataFrame({"pressure": pressure, "tip_angle": 0.0 * pressure})
+    units = {"pressure": "Pa", "tip_angle": "rad"}
+    specimens = {"d2.5": {**size, "shear_modulus": 67e3}}
+    data = lab.from_frames({"ramp": frame}, "free_bending", specimens, units)
+    return lab.predict(data, Model(effects=effects)).runs["ramp"]["tip_angle"]
 
 
 def test_a_model_file_brings_the_effect_into_the_simulator(tmp_path):
@@ -71,16 +73,10 @@ def test_a_model_file_brings_the_effect_into_the_simulator(tmp_path):
     np.testing.assert_allclose(stretched, simulated_angle(Model(), 40e3) / 1.2, rtol=1e-6)
 
 
-def test_the_lab_predicts_with_many_trial_values_at_once():
+def test_the_lab_predicts_with_the_effect():
     pressure = np.linspace(0.0, 40e3, 50)
-    forward = Forward(measured_bending(pressure, 0.0 * pressure), effects=[StretchingLayer])
-    assert [p.name for p in forward.parameters] == [
-        "modulus_scale[all]",
-        "stretching_layer.compliance",
-    ]
-    base, half, whole = forward.predict(np.array([[1.0, 0.0], [1.0, 2.5e-6], [1.0, 5e-6]]))
-    np.testing.assert_allclose(half, base / (1 + 2.5e-6 * pressure))
-    np.testing.assert_allclose(whole, base / (1 + 5e-6 * pressure))
+    stretched = predicted_angles(pressure, StretchingLayer(compliance=5e-6))
+    np.testing.assert_allclose(stretched, predicted_angles(pressure) / (1 + 5e-6 * pressure))
 
 
 if __name__ == "__main__":

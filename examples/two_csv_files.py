@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from model_lab.experiments.forward import Forward
-from model_lab.importing.geometry import finger_of_hand
-from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+import model_lab as lab
 from softhand_model.effects import effect_classes
+from softhand_model.model_file import Model
 
 KNOTS = (0, 2, 6, 8, 12, 14, 15, 18, 19, 20, 24, 28, 30, 34, 40, 42)  # [s]
 PRESSURES = (0, 0, 45, 45, 0, 0, 30, 30, 0, 0, 45, 20, 20, 45, 0, 0)  # [kPa] at these times
@@ -27,24 +26,16 @@ def main() -> None:
     parser.add_argument("folder", type=Path, nargs="?", default=Path("out/two_files"))
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
-    time = np.arange(0.0, KNOTS[-1], 0.02)
-    pressure = np.interp(time, KNOTS, PRESSURES)
-    angle = np.degrees(bent(time, 1e3 * pressure))
-    seen = np.arange(0.0, KNOTS[-1], 0.05)
-    measured = np.interp(seen, time, angle) + np.random.default_rng(1).normal(0.0, NOISE, len(seen))
-    write(folder / "druck.csv", "Zeit [s];Druck [mbar]", time, 10.0 * pressure)
-    write(folder / "winkel.csv", "Zeit [s];Winkel [°]", seen + LATE, measured)
-    print(f"written: {folder / 'druck.csv'}, {folder / 'winkel.csv'}")
-
-
-def bent(time: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Tip angle (samples,) [rad] at pressures [Pa]."""
-    name, entry = finger_of_hand("rbo_hand_2:index", [])
-    sizes = {key: np.asarray(value) for key, value in entry.items()}
-    run = Run("r1", name, "r1", 293.15, {"time": time, "pressure": pressure})
-    data = MeasurementSet("free_bending", "", {name: Specimen(name, sizes)}, (run,))
-    effect = effect_classes()["yeoh_stiffening"](**STIFFENING)
-    return Forward(data, fixed=[effect], free_calibration=False).predict(np.zeros((1, 0)))[0]
+    log, camera = folder / "druck.csv", folder / "winkel.csv"
+    time, seen = np.arange(0.0, KNOTS[-1], 0.02), np.arange(0.0, KNOTS[-1], 0.05)
+    write(log, "Zeit [s];Druck [mbar]", time, 10.0 * np.interp(time, KNOTS, PRESSURES))
+    write(camera, "Zeit [s];Winkel [°]", seen, 0.0 * seen)  # for the times alone
+    data = lab.import_files([log, camera], "free_bending", hand="rbo_hand_2:index")
+    rubber = Model(effects=(effect_classes()["yeoh_stiffening"](**STIFFENING),))
+    (run,) = lab.predict(data, rubber).runs.values()
+    noise = np.random.default_rng(1).normal(0.0, NOISE, len(run))
+    write(camera, "Zeit [s];Winkel [°]", run["time"] + LATE, run["tip_angle"] + noise)
+    print(f"written: {log}, {camera}")
 
 
 def write(path: Path, header: str, *columns: np.ndarray) -> None:

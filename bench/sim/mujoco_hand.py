@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
-import pybullet
 
 from bench.row import at_least, stated
 from bench.sim.mujoco_model import Settings
@@ -23,6 +22,7 @@ from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_trials.trials import draw_placement
 

@@ -12,7 +12,6 @@ import time
 from typing import Any
 
 import numpy as np
-import pybullet
 
 from bench.row import stated
 from bench.sim.mujoco_hand import STRATEGY, configuration
@@ -20,6 +19,7 @@ from bench.sim.timing import timed_steps
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.world import solver_settings
 

@@ -15,13 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import pybullet
-
 from bench.row import at_least, at_most, stated
 from bench.sim.mujoco_hand import MUJOCO
 from bench.sim.mujoco_hand import grasp as mujoco_grasp
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.simulation import Simulation
 from softhand_trials.trials import TrialSettings, run_trial
 

@@ -13,8 +13,8 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-import pybullet
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.simulation import Simulation
 
 

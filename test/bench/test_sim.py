@@ -6,7 +6,6 @@ import time
 from types import SimpleNamespace
 
 import numpy as np
-import pybullet
 import pytest
 
 from bench.row import stated
@@ -15,6 +14,7 @@ from bench.sim import border, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.simulation.config import SimulationConfig
 from pneuflex_sim.simulation.simulation import Simulation
 

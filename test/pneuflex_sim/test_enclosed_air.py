@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-import pybullet
 import pytest
 from scipy.optimize import brentq
 
+from pneuflex_sim.bullet import pybullet
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.hand.section import elastic_term, free_stretch

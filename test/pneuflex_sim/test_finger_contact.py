@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 import pytest
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import SKIN_PATCH, SKIN_STIFFNESS, SKIN_TWIST, Touch
 from pneuflex_sim.scene.friction import BodyFriction
 from pneuflex_sim.world import World

@@ -32,3 +32,9 @@ def test_a_first_start_compiles_before_the_first_sample(tmp_path):
     assert list(empty.rglob("*.nbi")), "nothing had to be compiled"
     assert "compiling the numerical kernels" in told.stderr
     assert float(told.stdout.split("first step:")[1].split()[0]) < 0.2
+
+
+def test_the_engine_is_loaded_without_a_word():
+    code = "import pneuflex_sim.world; print('loaded', file=__import__('sys').stderr)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "loaded\n")

@@ -1,9 +1,9 @@
 """The whole hand: determinism, snapshots, fast pressure steps, loads, names and refusals."""
 
 import numpy as np
-import pybullet
 import pytest
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand import bodies as hand_bodies
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import Diverged

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes
 from softhand_model.equilibrium.planar import (

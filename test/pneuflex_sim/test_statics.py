@@ -1,9 +1,9 @@
 """The simulated finger at rest against solvers that know no time step."""
 
-import pybullet
 import pytest
 from scipy.optimize import brentq
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 

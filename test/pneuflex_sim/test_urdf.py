@@ -8,10 +8,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.commands import hand as hand_command
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf

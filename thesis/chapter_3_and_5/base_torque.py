@@ -12,10 +12,10 @@ would move it (the thesis uses a chopstick), and rolled about its own axis by 30
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pybullet
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation, Slerp
 
+from pneuflex_sim.bullet import pybullet
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.chain_march import straight_links, tip_pose
 from softhand_model.equilibrium.joint_springs import springs_of

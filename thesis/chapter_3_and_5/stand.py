@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pybullet
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT_GROUP
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from model_lab.api.data import from_frames, import_files, load, synthesize
-    from model_lab.api.model import add, load_model
+    from model_lab.api.model import add, load_model, predict
     from model_lab.api.questions import compare, diagnose, ladder, learn
 
 _HOMES = {
@@ -27,6 +27,7 @@ _HOMES = {
     "synthesize": "data",
     "load_model": "model",
     "add": "model",
+    "predict": "model",
     "compare": "questions",
     "diagnose": "questions",
     "learn": "questions",
@@ -43,6 +44,7 @@ __all__ = [
     "learn",
     "load",
     "load_model",
+    "predict",
     "synthesize",
 ]
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
+
+from pneuflex_sim.bullet import pybullet
 
 
 class Diverged(RuntimeError):

@@ -5,12 +5,12 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.integrate import trapezoid
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import (
     COLLISION_MARGIN,
     ENVIRONMENT_GROUP,

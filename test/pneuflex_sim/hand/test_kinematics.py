@@ -3,10 +3,10 @@
 from xml.etree import ElementTree
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.kinematics import TipSensors
 from pneuflex_sim.pictures.skin import HandSkin
 from pneuflex_sim.urdf import joint_names, joint_orientations, joint_positions, write_urdf

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import load_scene
 

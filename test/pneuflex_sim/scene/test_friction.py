@@ -1,9 +1,9 @@
 """The table of friction: symmetric pairs, and the product of two coefficients is the pair."""
 
 import numpy as np
-import pybullet
 import pytest
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_objects
 from pneuflex_sim.scene.scenes import load_scenes

@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.mesh import box, write_meshes
 from pneuflex_sim.scene.object_body import ObjectBody

@@ -227,9 +227,7 @@ def test_unpacking_gives_what_was_packed_also_of_several_frames():
         unpacked(both, "zstd", 199_999)
     with pytest.raises(EOFError):
         unpacked(both[:-10], "zstd", 200_000)
-    with pytest.raises(
-        ValueError, match="compression zstd, lz4, bz2 or none, got 'br'"
-    ):
+    with pytest.raises(ValueError, match="compression zstd, lz4, bz2 or none, got 'br'"):
         unpacked(data, "br")
 
 

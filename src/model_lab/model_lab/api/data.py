@@ -32,9 +32,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Data(Shown):
-    """A measurement set. set: the same in SI units, as the lab calculates with it."""
+    """A measurement set. set: the same in SI units, as the lab calculates with it. notes: what was
+    noticed when files were imported, such as a late clock.
+    """
 
     set: MeasurementSet
+    notes: tuple[str, ...] = ()
 
     @property
     def runs(self) -> dict[str, pd.DataFrame]:
@@ -73,7 +76,8 @@ class Data(Shown):
             f"{display_of('K').shown(run.temperature)}, {run.samples} samples"
             for run in data.runs
         ]
-        return "\n".join([*lines, f"  columns [{_units(self.units)}]"])
+        lines += [f"  columns [{_units(self.units)}]", *(f"note: {note}" for note in self.notes)]
+        return "\n".join(lines)
 
     def drawings(self) -> list[Drawing]:
         """Figures of a notebook."""
@@ -187,7 +191,8 @@ def import_files(
     found = make_set(propose([Path(path) for path in paths], experiment, columns), hand, shifts)
     with tempfile.TemporaryDirectory() as folder:
         found.write(Path(folder))
-        return Data(replace(load_measurements(folder), folder=Path("imported")))
+        loaded = replace(load_measurements(folder), folder=Path("imported"))
+    return Data(loaded, tuple(found.remarks))
 
 
 def synthesize(

@@ -6,10 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from model_lab.api.data import Data, set_of
 from model_lab.api.shown import Shown
 from model_lab.comparison.add import Addition, add_effect, write_model
 from model_lab.diagnosis.result import NamedEffect
+from model_lab.experiments.forward import Forward
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display
 from model_lab.own_effects import all_classes, file_of_each, own_classes
@@ -84,6 +87,36 @@ def load_model(model: Given = "base", effects: Files = ()) -> Model:
     named = {effect.name for effect in found.effects}
     files = {name: path for name, path in file_of_each(paths).items() if name in named}
     return replace(found, files={**found.files, **files})
+
+
+def predict(
+    data: Data | MeasurementSet | str | Path, model: Given = "base", own: Files = ()
+) -> Data:
+    """What a model says in place of what was measured: the same set with predicted outputs.
+
+    Args:
+        data: of which the inputs and specimens are used; the numbers in its outputs are not.
+        model: shipped name, file, or what `add` returned; its calibration is taken as it is.
+        own: Python files with effects of your own that the model file names.
+
+    Raises ValueError for data that the model cannot use.
+    """
+    measured, known = set_of(data), load_model(model, own)
+    effects = [one for one in known.effects if measured.experiment in one.experiments]
+    forward = Forward(measured, known.base, (), effects, known.calibration, free_calibration=False)
+    (values,) = forward.predict(np.zeros((1, 0)))
+    table, runs = measured.table, []
+    outputs = {
+        name: np.concatenate([run.measured([name])[0] for run in measured.runs])
+        for name in measured.outputs
+    }
+    for course in table.courses:
+        outputs[measured.outputs[course.output]][table.row[course.samples]] = values[course.samples]
+    ends = np.cumsum([run.samples for run in measured.runs])
+    for run, end in zip(measured.runs, ends.tolist(), strict=True):
+        said = {name: outputs[name][end - run.samples : end] for name in measured.outputs}
+        runs.append(replace(run, columns={**run.columns, **said}))
+    return Data(replace(measured, runs=tuple(runs), noise={}, wild=()))
 
 
 def add(

@@ -174,6 +174,13 @@ class Diagnosis(Shown):
         return self.outcome.diagnosis.confidence
 
     @property
+    def next_experiment(self) -> Mapping[str, Any] | None:
+        """What would tell apart what is tied: `inputs` (time [s], pressure [Pa] or stretch, lists),
+        `specimen`, `mount`, `temperature` [K], `description`, `changes`; None if nothing is.
+        """
+        return self.outcome.diagnosis.next_experiment
+
+    @property
     def data(self) -> Data:
         """The measurements as they were judged: without slips, long recordings thinned."""
         return Data(self.outcome.problem.data)

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.pictures.render import (
     OBJECT_COLOR,
     TABLE_COLOR,

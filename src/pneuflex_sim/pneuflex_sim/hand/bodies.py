@@ -9,9 +9,9 @@ import struct
 from typing import Any
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.dynamics.chain import not_placed
 from pneuflex_sim.dynamics.joint_springs import Before, Joints, look_at_joints
 from pneuflex_sim.hand.air import AirCoupling

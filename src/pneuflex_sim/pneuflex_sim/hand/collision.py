@@ -14,10 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.layout import SMALLEST_EDGE, Body, HandLayout
 from pneuflex_sim.hand.outline import ChainOutline, hull_section
 from softhand_common.numerics.rotations import rotate

@@ -15,9 +15,9 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.dynamics.spatial import (
     Vector,
     conjugate,

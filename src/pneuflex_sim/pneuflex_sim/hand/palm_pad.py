@@ -13,9 +13,9 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.dynamics.spatial import minus
 from pneuflex_sim.dynamics.spatial import rotate as rotate_by
 from pneuflex_sim.hand.collision import COLLISION_MARGIN

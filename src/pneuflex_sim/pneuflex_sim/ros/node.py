@@ -10,13 +10,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-import pybullet
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.command_topics import CommandTopics
 from pneuflex_sim.ros.driver_link import SENSORS, VALVES, DriverLink, Obey, TopicLink

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass
 
-import pybullet
+from pneuflex_sim.bullet import pybullet
 
 OBJECT = "object"
 

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-import pybullet
-
+from pneuflex_sim.bullet import pybullet
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import Node, read_document
 

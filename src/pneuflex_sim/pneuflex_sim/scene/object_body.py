@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.solids import box_solid

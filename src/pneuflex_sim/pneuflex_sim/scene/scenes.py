@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 
-import pybullet
-
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from pneuflex_sim.scene.friction import FrictionTable
 from softhand_common.documents.quoted import unknown

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pybullet
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.air import BEND_AXIS, AirCoupling
 from pneuflex_sim.hand.bodies import HandBodies
 from pneuflex_sim.hand.collision import Touch

@@ -7,11 +7,11 @@ from typing import Any
 
 import manifold3d
 import numpy as np
-import pybullet
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.pictures.render import Camera, draw_mesh, photograph
 from pneuflex_sim.scene.mesh import creased, mesh_of
 from softhand_design.mould.parts import Mould
