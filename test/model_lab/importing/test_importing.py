@@ -171,3 +171,13 @@ def test_how_far_strips_were_stretched_before(tmp_path, capsys):
     bent = str(write(tmp_path / "bent_1.csv", *BEND))
     assert main(["import", bent, "-o", str(tmp_path / "b"), "--yes", "--stretched-to", "2"]) == 2
     assert "--stretched-to: expected runs whose stretch" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("names", [("Solldruck", "Istdruck"), ("p_set", "p_meas"), ("p", "p_cmd")])
+def test_what_was_asked_of_a_regulator_is_not_what_was_measured(tmp_path, names):
+    asked = {"Solldruck", "p_set", "p_cmd"}
+    columns = [np.round(PRESSURE) if name in asked else PRESSURE for name in names]
+    header = ",".join(["t [s]", *(f"{name} [kPa]" for name in names), "angle [deg]"])
+    file = write(tmp_path / "r1.csv", header, TIME, *columns, ANGLE)
+    make_set(propose([file]), HAND).write(tmp_path / "set")
+    check(tmp_path / "set")

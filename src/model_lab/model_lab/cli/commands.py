@@ -38,6 +38,7 @@ def import_files(arguments: argparse.Namespace) -> None:
     from model_lab.importing import told
     from model_lab.importing.importing import make_set, propose
     from model_lab.measurements.save import check_folder
+    from model_lab.report.sentences import counted
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
@@ -69,7 +70,7 @@ def import_files(arguments: argparse.Namespace) -> None:
         arguments.specimen,
         stretched_to,
     )
-    print(f"\n{proposal.experiment}, {len(found.runs)} runs; written: {arguments.out}")
+    print(f"\n{proposal.experiment}, {counted(len(found.runs), 'run')}; written: {arguments.out}")
     for remark in found.remarks:
         print(f"note: {remark}")
     print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, said)}")

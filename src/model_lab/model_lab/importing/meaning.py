@@ -27,6 +27,21 @@ WORDS = {
     "stress": "stress spannung contrainte tension sigma",
     "temperature": "temperature temperatur temp",
 }  # of each quantity; long ones are also found inside of other words
+SETPOINT_WORDS = (
+    "set",
+    "setpoint",
+    "target",
+    "command",
+    "commanded",
+    "cmd",
+    "ref",
+    "reference",
+) + (
+    "desired",
+    "demand",
+    "consigne",
+    "consigna",
+)  # of values that were asked of a controller, not measured
 TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
     "tip_angle": ("deg", "rad"),
@@ -95,6 +110,7 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         elsewhere = quantity in given and quantity != "time"  # each file has times of its own
         if quantity in found or elsewhere or not likely:
             continue
+        likely = _measured(likely)
         if len(likely) > 1:
             raise DocumentError(
                 f"{table.path}: expected one column for {quantity}, got "
@@ -107,6 +123,21 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         if len(counting) == 1:
             found["time"] = Meant(counting[0].name, "time", None)
     return tuple(found.values())
+
+
+def _measured(columns: list[Column]) -> list[Column]:
+    """The columns without those that were asked of a controller, if others remain."""
+    return [one for one in columns if not _is_setpoint(one.name)] or columns
+
+
+def _is_setpoint(name: str) -> bool:
+    """Whether a name says that a value was asked for, not measured.
+
+    >>> _is_setpoint("Solldruck"), _is_setpoint("p_set [kPa]"), _is_setpoint("p_sensor")
+    (True, True, False)
+    """
+    words = re.split(r"[^a-z]+", name.casefold())
+    return any(word in SETPOINT_WORDS or word.startswith("soll") for word in words)
 
 
 def _counts_evenly(column: Column) -> bool:
