@@ -51,14 +51,9 @@ class FitProblem:
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
         """The likelihood of the model with these effects free."""
-        names = tuple(effects)
-
-        def make() -> Likelihood:
-            chosen = [self.classes[name] for name in names]
-            forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
-            return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
-
-        return self.once(make, "likelihood", names)
+        chosen = [self.classes[name] for name in effects]
+        forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
+        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
     def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
         """What `make` returns; kept under a key, and this noise floor, if results are kept. So one
