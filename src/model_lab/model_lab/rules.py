@@ -24,6 +24,7 @@ SERIES_SEEDS = (
     "times and more, a false one by 1.6; sets of six runs with a drift or a changed sensor had "
     "p-values of 0.017 and 0.027"
 )
+SLIP_EFFECT_SEEDS = "chosen on seeds 652 to 675 of `bench.second_author --kind slips`"
 CONVENTION = "a usual level of confidence"
 CONTRACT = "part of the definition of the result in its JSON"
 STANDARD = "from the standard or physical range that the meaning names"
@@ -209,6 +210,17 @@ class Rules:
     slip_share: float = _rule(0.25, "error after over before at which a slip is told", SLIP_SEEDS)
     slip_share_at_bound: float = _rule(
         0.1, "the same where the calibration is on a bound then", SLIP_SEEDS
+    )
+    slip_beside_share: float = _rule(
+        0.7,
+        "error with a slip and an effect over that with the best effect alone, at which the slip "
+        "is told if it is noise",
+        SLIP_EFFECT_SEEDS,
+    )
+    slip_beside_worse: float = _rule(
+        1.25,
+        "error without a slip over that of the set as stated, up to which an effect is tried",
+        SLIP_EFFECT_SEEDS,
     )
     slip_alike: float = _rule(
         1.1, "error over the least one up to which the commoner slip is told", BY_HAND

@@ -11,12 +11,14 @@ from bench.hidden import make_set
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.result import SLIP
+from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
 from model_lab.slips.find import find_slips
 from softhand_common.documents.output_file import write_files
+from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 
 ROOT = Path(__file__).parents[3]
@@ -204,3 +206,53 @@ def test_the_shared_cases(name, kind, column):
 def test_the_shared_case_of_vacuum():
     with pytest.raises(ValueError, match="inflation"):
         diagnose(case("vacuum"), BASE)
+
+
+# ---------------------------------------------------------------------- beside an effect
+def with_both_walls(data):
+    """The set with the thickness of both walls stated where one belongs."""
+    changed = {
+        name: replace(
+            entry,
+            values={
+                key: 2.0 * np.asarray(value) if key in ("wall", "side_wall") else value
+                for key, value in entry.values.items()
+            },
+        )
+        for name, entry in data.specimens.items()
+    }
+    return replace(data, specimens=changed)
+
+
+@pytest.mark.parametrize("hidden", ["hysteresis", "angle_offset"])
+def test_a_slip_is_found_beside_a_hidden_effect(hidden, tmp_path):
+    make_set(tmp_path, "free_bending", [(hidden, {})], seed=3, ratio=12.0)
+    data = load_measurements(tmp_path)
+    assert find_all_slips(data, BASE, effect_classes()).slips == ()
+    (slip,) = find_all_slips(with_both_walls(data), BASE, effect_classes()).slips
+    assert (slip.name, set(slip.column.split(", "))) == ("wall_total", {"wall", "side_wall"})
+    assert slip.rmse_after < 0.5 * slip.rmse_before
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        (lambda stretch: stretch - 1.0, "strain"),
+        (lambda stretch: 100.0 * (stretch - 1.0), "strain"),
+        (lambda stretch: 100.0 * stretch, "percent"),
+    ],
+)
+def test_stretches_that_cannot_be_are_told_as_a_slip(change, name, tmp_path):
+    make_set(tmp_path / "true", "uniaxial", [], seed=1)
+    true = load_measurements(tmp_path / "true")
+    runs = (
+        replace(run, columns={**run.columns, "stretch": change(run.columns["stretch"])})
+        for run in true.runs
+    )
+    write_files(set_files(replace(true, runs=tuple(runs)), tmp_path / "said"))
+    checked = find_slips(load_measurements(tmp_path / "said"), BASE)
+    assert [slip.name for slip in checked.slips] == [name]
+    again = mended(tmp_path / "said", checked.slips)
+    for one in (checked.data, again):
+        for run, expected in zip(one.runs, true.runs, strict=True):
+            np.testing.assert_allclose(run.columns["stretch"], expected.columns["stretch"], 1e-4)

@@ -44,6 +44,7 @@ from model_lab.diagnosis.result import (
 )
 from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.diagnosis.selection import Selection, detectable_effects, select, with_final
+from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
@@ -55,7 +56,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import DOCUMENT
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
-from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips
+from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import below_ambient
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
@@ -92,11 +93,11 @@ def diagnose(
     recordings are thinned. tell_first: gets the first look, once, before the search. Raises
     ValueError for data that the model cannot use.
     """
-    checked = find_slips(data, model, tell)
+    known = effect_classes() if classes is None else classes
+    checked = find_all_slips(data, model, known, tell)
     outside = below_ambient(checked.data, model.base)
     if outside is not None:
         raise ValueError(f"{data.folder / DOCUMENT}: pressure: {outside}")
-    known = effect_classes() if classes is None else classes
 
     def pose(measured: MeasurementSet) -> tuple[FitProblem, list[str]]:
         tell("fitting the model as it is", 0, 0)
@@ -170,11 +171,12 @@ def _instead(
     most = RULES.slip_alike * checked.relative_error
     plain = [name for name in candidates_of(problem, model)[0] if not classes[name].has_memory]
     tried = [score_with(problem, base, name) for name in plain if not classes[name].refines]
-    return tuple(
+    alone = (
         scored.added
         for scored in tried
         if isinstance(scored, Scored) and scored.plausible and scored.held_out.rmse <= most * size
     )
+    return (*checked.instead, *alone)
 
 
 Search = Callable[..., Selection]

@@ -84,12 +84,16 @@ def slip_sentences(slips: Sequence[Slip], display: Display) -> list[str]:
     The data fit if pressure is psi, not kPa as stated
     """
     return [
-        f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated: the error falls "
-        f"from {display.shown(slip.rmse_before)} to {display.shown(slip.rmse_after)}. In "
-        f"experiment.yaml: {slip.mend}"
+        f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated{_besides(slip)}: "
+        f"the error falls from {display.shown(slip.rmse_before)} to "
+        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}"
         for slip in slips
         if slip.name not in OF_SERIES
     ]
+
+
+def _besides(slip: Slip) -> str:
+    return f", and {slip.beside} acts besides" if slip.beside else ""
 
 
 def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> str:

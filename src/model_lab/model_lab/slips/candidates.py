@@ -38,6 +38,7 @@ PLAUSIBLE_SIZES = {
     "gauge_length": (2e-3, 1.0),
 }  # [m]
 SPECIMEN_SIZES = tuple(PLAUSIBLE_SIZES)
+DOUBTED = ("stretch",)  # columns of which impossible values are kept (`measurements.rows`)
 WITHOUT_UNIT = ("direction", "time", "tip_qx", "tip_qy", "tip_qz", "tip_qw")
 MOST_SPECIMENS = 6  # of which any two may have been exchanged
 SHEAR_OF_YOUNG = 1.0 / 3.0  # of an incompressible material
@@ -78,10 +79,14 @@ class Candidate:
 
 
 def candidates(data: MeasurementSet) -> Iterator[Candidate]:
-    """All slips that the set may have."""
+    """All slips that the set may have; of one with values in doubt, those that may explain them."""
     for column in dict.fromkeys((*data.inputs, *data.outputs)):
+        if data.doubts and column not in DOUBTED:
+            continue
         yield from _units(data, column)
         yield from _meanings(data, column)
+    if data.doubts:
+        return
     yield from _exchanged_columns(data)
     yield from _moduli(data)
     yield from _sizes(data)

@@ -7,7 +7,7 @@ come nearest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,11 +37,13 @@ class Checked:
     """A set without the slips that were found in it.
 
     relative_error: held-out error without them over the size of the outputs, NaN if none was found.
+    instead: effects, or pairs of them, that explain the set as stated as well.
     """
 
     data: MeasurementSet
     slips: tuple[Slip, ...] = ()
     relative_error: float = np.nan
+    instead: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,8 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     """The slip without which the data fit best, the set without it, and the relative error that is
     left; None if there is none.
     """
+    if data.doubts:
+        return _possible_reading(data, model)
     before = score(data, model)
     if before.explains:
         return None
@@ -103,12 +107,30 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     candidate, after = alike[0]  # the commonest
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
+    return _told(candidate, before.rmse, after)
+
+
+def _possible_reading(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float]:
+    """The slip of a set with values that cannot be what their column is named: the reading that
+    fits best of those that are possible. As no model can use the data as stated, their error is
+    the size of the outputs. Raises ValueError if there is none.
+    """
+    tried = scored(data, model)
+    if not tried:
+        raise ValueError(data.doubts[0])
+    candidate, after = min(tried, key=lambda pair: pair[1].relative)
+    size = float(np.sqrt(np.mean(data.table.value**2)))
+    slip, mended, error = _told(candidate, size, after)
+    return slip, replace(mended, doubts=()), error
+
+
+def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, MeasurementSet, float]:
     slip = Slip(
         candidate.name,
         candidate.column,
         candidate.said,
         candidate.fits,
-        before.rmse,
+        before,
         after.rmse,
         candidate.mend,
     )
@@ -131,10 +153,15 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
 
 def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
     """The slips whose predictions come nearest to the data, fitted; in the order of candidates."""
+    return [(one, score(one.mended, model)) for one in nearest(data, model)]
+
+
+def nearest(data: MeasurementSet, model: Model) -> list[Candidate]:
+    """The slips whose predictions come nearest to the data, in the order of candidates."""
     tried = list(candidates(data))
     errors = [_predicted_error(candidate.mended, model) for candidate in tried]
-    nearest = sorted(np.argsort(errors, kind="stable")[:FITTED].tolist())
-    return [(tried[n], score(tried[n].mended, model)) for n in nearest if np.isfinite(errors[n])]
+    chosen = sorted(np.argsort(errors, kind="stable")[:FITTED].tolist())
+    return [tried[n] for n in chosen if np.isfinite(errors[n])]
 
 
 def _predicted_error(data: MeasurementSet, model: Model) -> float:

@@ -13,7 +13,8 @@ class Slip:
     column, a key of the specimens, or a run. said, fits: what the set states, and what fits, such
     as `kPa` and `psi`. rmse_before, rmse_after: held-out error of the model, its calibration
     refitted, on the data as stated and mended; each in the SI unit of the outputs as they are then.
-    mend: text to paste into experiment.yaml, which takes the place of what stands there.
+    mend: text to paste into experiment.yaml, which takes the place of what stands there. beside: an
+    effect that acts besides, with which rmse_after is; empty if none is needed.
     """
 
     name: str
@@ -23,3 +24,4 @@ class Slip:
     rmse_before: float
     rmse_after: float
     mend: str
+    beside: str = ""

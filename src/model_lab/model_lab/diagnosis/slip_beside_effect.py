@@ -1,0 +1,229 @@
+"""Search of a slip beside a missing effect, where neither alone explains the data.
+
+A wrong size of the finger and a hysteresis, say: mended, the set is still far from the model, so a
+search of slips alone passes by. Here the set as stated and each set that a plausible slip would
+mend are given their best effect, on thinned data. A slip is told where mended data and one usual
+effect are explained, and the data as stated are not by any effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from model_lab.aliases import Tell, tell_nobody
+from model_lab.diagnosis.search import Scored, score_all, score_base
+from model_lab.experiments.forward import not_searched
+from model_lab.fitting.problem import FitProblem, pose_problem
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import thinned
+from model_lab.rules import RULES
+from model_lab.slips.candidates import Candidate
+from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, nearest
+from model_lab.slips.outside import below_ambient
+from model_lab.slips.slip import Slip
+from softhand_model.effects import Effect
+from softhand_model.model_file import Model
+
+FITTED_EFFECTS = 5  # beside a slip that leaves much: those whose signatures promise most
+FIRST_EFFECTS, SECOND_EFFECTS = 2, 3  # of pairs in the set as stated
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """A set with the model as it is, and with each effect, the least error first."""
+
+    problem: FitProblem
+    base: Scored
+    tried: tuple[Scored, ...]
+    size: float
+
+    @property
+    def usual(self) -> Scored | None:
+        """The best effect that is plausible at usual values of its parameters."""
+        return next((scored for scored in self.tried if _is_usual(scored)), None)
+
+    @property
+    def likely(self) -> list[Scored]:
+        """Effects whose parameters are off their limits and not far from usual."""
+        return [one for one in self.tried if one.plausible and one.unusual < RULES.tie_deviance]
+
+    @property
+    def least(self) -> float:
+        """Least relative error with a likely effect or none."""
+        return min(map(self.relative, (self.base, *self.likely)))
+
+    def relative(self, scored: Scored) -> float:
+        """Held-out error over the size of the outputs, which no unit of them changes."""
+        return scored.held_out.rmse / self.size if self.size > 0.0 else np.inf
+
+    def explains(self, scored: Scored, most: float = RULES.explained_error) -> bool:
+        """Whether an error is within a multiple of the floor."""
+        return scored.held_out.rmse <= most * self.problem.floor.total
+
+
+@dataclass(frozen=True)
+class _Found:
+    candidate: Candidate
+    searched: _Searched
+    effect: Scored
+
+    @property
+    def error(self) -> float:
+        """Relative error without the slip and with the effect."""
+        return self.searched.relative(self.effect)
+
+
+def find_all_slips(
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    tell: Tell = tell_nobody,
+) -> Checked:
+    """The slips of a set that alone explain it; else one beside which an effect does, and the set
+    without them. classes: effects that take part.
+
+    Raises ValueError for data that the model cannot use.
+    """
+    checked = find_slips(data, model, tell)
+    return checked if checked.slips else find_slip_beside_effect(data, model, classes, tell)
+
+
+def find_slip_beside_effect(
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    tell: Tell = tell_nobody,
+) -> Checked:
+    """The slip beside which one effect explains a set, and the set without it; the set as it is if
+    there is none. classes: effects that take part.
+
+    Raises ValueError for data that the model cannot use.
+    """
+    stated = _base_of(data, model, classes)
+    if stated.explains(stated.base) or below_ambient(data, model.base):
+        return Checked(data)
+    tell("looking for wrong units and the like beside an effect", 0, 0)
+    for limit in (FITTED_EFFECTS, 0):
+        stated = _with_effects(stated, model, limit)
+        if any(stated.explains(scored) for scored in stated.likely):
+            return Checked(data)
+    found = list(_explained(data, model, classes, stated))
+    if not found:
+        return Checked(data)
+    least = min(one.error for one in found)
+    best = next(one for one in found if one.error <= RULES.slip_alike * least)  # the commonest
+    rivals = _pairs_as_good(stated, model, best.error)
+    if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
+        return Checked(data)  # two effects without a slip are as likely
+    return Checked(
+        best.candidate.mended,
+        (_slip(best, stated),),
+        best.error,
+        tuple(" and ".join(pair.effects[-2:]) for pair in rivals),
+    )
+
+
+def _slip(found: _Found, stated: _Searched) -> Slip:
+    candidate, after = found.candidate, found.effect
+    return Slip(
+        candidate.name,
+        candidate.column,
+        candidate.said,
+        candidate.fits,
+        stated.base.held_out.rmse,
+        after.held_out.rmse,
+        candidate.mend,
+        beside=after.added,
+    )
+
+
+# ---------------------------------------------------------------------- with a slip
+def _explained(
+    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]], stated: _Searched
+) -> Iterator[_Found]:
+    """Slips beside which a usual effect explains so much more than any does in the set as stated;
+    in the order of candidates.
+    """
+    for candidate in nearest(data, model):
+        try:
+            mended = _base_of(candidate.mended, model, classes)
+        except ValueError:  # such data the model refuses: so that is not the slip
+            continue
+        left = mended.relative(mended.base) / stated.relative(stated.base)
+        if left > RULES.slip_beside_worse:
+            continue
+        limit = FITTED_EFFECTS if left > RULES.help_error else 0
+        mended = _with_effects(mended, model, limit)
+        effect = mended.usual
+        if effect is not None and _tells(stated, mended, effect):
+            yield _Found(candidate, mended, effect)
+
+
+def _tells(stated: _Searched, mended: _Searched, effect: Scored) -> bool:
+    """Whether mended data with an effect are explained, and so much better than the data as stated
+    are by any effect that no chance does the same. The farther from the floor, the larger that
+    must be.
+    """
+    share = mended.relative(effect) / stated.least
+    if mended.explains(effect):
+        return share <= RULES.slip_beside_share
+    return share <= RULES.slip_share and mended.explains(effect, RULES.most_explained_error)
+
+
+def _is_usual(scored: Scored) -> bool:
+    return scored.plausible and scored.unusual < RULES.tie_unusual
+
+
+# ---------------------------------------------------------------------- without a slip
+def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored]:
+    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do."""
+    problem, names = stated.problem, _names(stated.problem, model)
+    pairs = [
+        scored
+        for first in stated.tried[:FIRST_EFFECTS]
+        for scored in score_all(
+            problem, first, [n for n in names if n not in first.effects], limit=SECOND_EFFECTS
+        )
+        if isinstance(scored, Scored) and _is_usual(scored)
+    ]
+    as_good = [pair for pair in pairs if stated.relative(pair) <= RULES.slip_alike * error]
+    distinct = {frozenset(pair.effects): pair for pair in as_good}
+    return sorted(distinct.values(), key=lambda pair: pair.held_out.rmse)
+
+
+def _is_gain(problem: FitProblem, pair: Scored) -> bool:
+    """Whether one of two effects is a mere factor, as a slip is without a parameter."""
+    return any(problem.classes[name].cause == "gain" for name in pair.effects[-2:])
+
+
+# ---------------------------------------------------------------------- fits
+def _base_of(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> _Searched:
+    problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, classes)
+    problem = replace(problem, known={})
+    base = score_base(problem, [effect.name for effect in given])
+    return _Searched(problem, base, (), float(np.sqrt(np.mean(problem.data.table.value**2))))
+
+
+def _with_effects(searched: _Searched, model: Model, limit: int = 0) -> _Searched:
+    """The same with each effect added, or with so many that promise most."""
+    problem, base = searched.problem, searched.base
+    tried = score_all(problem, base, _names(problem, model), limit=limit)
+    scored = [one for one in tried if isinstance(one, Scored)]
+    scored.sort(key=lambda one: one.held_out.rmse)
+    return _Searched(problem, base, tuple(scored), searched.size)
+
+
+def _names(problem: FitProblem, model: Model) -> list[str]:
+    """Plain effects that may be missing in a set."""
+    present = {effect.name for effect in model.effects}
+    return [
+        name
+        for name, effect in problem.classes.items()
+        if name not in present
+        and effect.physical
+        and not effect.refines
+        and not_searched(effect, problem.data, model.base) is None
+    ]
