@@ -14,8 +14,6 @@ from thesis.chapter_3_and_5.stand import FingerStand
 FINGER = load_actuator("P10.finger")
 PRESSURE, GAP = 40e3, 0.015  # [Pa, m]
 
-pytestmark = pytest.mark.timeout(900)
-
 
 def of_length(one, other):
     return np.linalg.norm(np.subtract(one, other)) / FINGER.length

@@ -47,6 +47,15 @@ def storm(peer, node, count):
     peer.spin(0.3)
 
 
+def await_callers(peer, node, service, count):
+    """Until the node knows so many callers: the answer to one that it does not know is lost."""
+
+    def known():
+        return node.get_subscriptions_info_by_topic(f"rr/{service}Reply", no_mangle=True)
+
+    peer.wait(lambda: len(known()) == count, 20.0, f"{count} callers of {service}")
+
+
 def test_a_slice_ends_after_its_time_and_the_next_goes_on_in_order(peer, node):
     received = []
 
@@ -122,15 +131,21 @@ def test_a_service_answers_one_call_in_a_period_and_no_call_is_lost(peer, node):
     node.create_service(Trigger, "other", answer)
     executor = RoundRobin(node)
     questions = [peer.request(Trigger, "ask") for _ in range(30)]
-    peer.spin(0.3)
+    await_callers(peer, node, "ask", 30)
+
+    def answered():
+        return sum(question.done() for question in questions) == len(asked)
+
     while len(asked) < 30:
         executor.serve(1.0)
-        peer.spin(0.001)
+        peer.wait(answered, 20.0, "the answers")  # the middleware keeps no more than ten
     assert min(after - before for before, after in pairwise(asked)) > 0.9 * ANSWER_PERIOD
     # another service does not wait for this one
     executor._services_due = 0.0
     questions.append(peer.request(Trigger, "ask"))
     questions.append(peer.request(Trigger, "other"))
+    await_callers(peer, node, "ask", 31)
+    await_callers(peer, node, "other", 1)
     peer.spin(0.3)
     executor.serve(1.0)
     assert len(asked) == 32

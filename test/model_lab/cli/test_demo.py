@@ -53,7 +53,6 @@ def test_the_hidden_effect_is_found_and_the_error_falls_to_the_floor(told):
     assert after < 1.3 * found["noise_floor"]
 
 
-@pytest.mark.timeout(300)
 def test_the_diagnosis_is_the_same_without_the_seal(told, tmp_path):
     folder, _ = told
     (folder / "set" / ".seal").unlink()

@@ -320,9 +320,9 @@ def test_twelve_runs_of_two_hundred_samples_take_less_than_a_second():
     model = BaseTorque(data)
     durations = []
     for _ in range(3):
-        start = time.perf_counter()
+        start = time.process_time()
         model.predict({"modulus_scale[A]": np.ones(1)}, [])
-        durations.append(time.perf_counter() - start)
+        durations.append(time.process_time() - start)
     assert min(durations) < 1.0
 
 

@@ -97,9 +97,11 @@ def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start
     stormy = gaps_under(peer, "pneumaticbox/command")
     # what is left of the machine beside a publisher that never rests is the same in both
     assert np.median(stormy) < 3 * np.median(elsewhere) + 0.001
-    storm = peer.diagnosis("commands", "command storm", "messages a second", keep_going=False)
-    counts = {pair.key: pair.value for pair in storm.values}
-    assert int(counts["messages"]) + int(counts["lost messages"]) > 9_000  # those of its beginning
+    counted = 0
+    while counted <= 9_000:  # those of its beginning are not; on a busy machine the rest is late
+        storm = peer.diagnosis("commands", "command storm", "messages a second", keep_going=False)
+        counts = {pair.key: int(pair.value) for pair in storm.values if "messages" in pair.key}
+        counted = counts["messages"] + counts["lost messages"]
     assert peer.diagnosis("safety", keep_going=False).message == "in operation"
     # the last one is obeyed, whatever has been lost
     peer.wait(

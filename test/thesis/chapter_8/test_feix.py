@@ -1,6 +1,7 @@
 """The Feix experiment: what is said of made-up results, a person's verdict, and one small run."""
 
 import csv
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -150,10 +151,17 @@ def test_what_there_is_not_is_refused(given):
         Parameters(**given)
 
 
-@pytest.mark.timeout(300)  # 8 s on an idle machine
-def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(tmp_path):
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """Folder and results of a small run."""
+    folder = tmp_path_factory.mktemp("searched")
+    return folder, feix.run(Parameters(**feix.SMALL), Job(folder, lambda what, share: None))
+
+
+def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(searched, tmp_path):
+    folder, first = searched
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     given, job = Parameters(**feix.SMALL), Job(tmp_path, lambda what, share: None)
-    first = feix.run(given, job)
     again = feix.run(given, job)
     assert first["cases"] == again["cases"] and first["checks"] == again["checks"]
     assert (first["joints"] == again["joints"]).all()
@@ -167,11 +175,9 @@ def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(tm
     assert (tmp_path / "figure.png").stat().st_size > 20_000
 
 
-@pytest.mark.timeout(300)  # 4 s on an idle machine
-def test_winners_come_from_a_file_with_the_same_trials_and_without_a_search(tmp_path):
-    searched, stored = (Job(tmp_path / name, lambda what, share: None) for name in ("one", "two"))
-    first = feix.run(Parameters(**feix.SMALL), searched)
-    path = str(tmp_path / "one" / feix.PATTERNS)
+def test_winners_come_from_a_file_with_the_same_trials_and_without_a_search(searched, tmp_path):
+    folder, first = searched
+    stored, path = Job(tmp_path, lambda what, share: None), str(folder / feix.PATTERNS)
     given = Parameters(**feix.SMALL, patterns=path)
     found = feix.run(given, stored)
     taken, own = (one["cases"][FOUR]["9"] for one in (found, first))

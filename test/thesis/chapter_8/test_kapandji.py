@@ -92,7 +92,6 @@ def test_searches_leave_out_what_is_to_stay_empty_and_have_seeds_of_their_own():
     assert all(set(places) <= set(range(1, 9)) for _, _, places in CASES.values())
 
 
-@pytest.mark.timeout(300)  # 10 s on an idle machine
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     from thesis.frame import Job, save_figure
 

@@ -118,7 +118,6 @@ def test_a_file_of_people_that_is_unusable_is_refused_with_its_place(tmp_path, t
         read_postures(file)
 
 
-@pytest.mark.timeout(300)  # 10 s on an idle machine
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path, monkeypatch):
     given = Parameters(**{**posture.SMALL, "most": 2})
     job = Job(tmp_path / "run", lambda what, share: None)

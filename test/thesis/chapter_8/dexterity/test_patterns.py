@@ -62,7 +62,6 @@ def test_a_pattern_of_every_type_is_shipped_with_the_object_of_its_type():
         assert stored.held == sum(trial["held"] for trial in stored.trials)
 
 
-@pytest.mark.timeout(300)  # 4 s on an idle machine
 def test_the_shipped_medium_wrap_holds_a_cylinder_by_the_right_parts():
     stored = load_patterns()
     settings = HandSettings("cylinder_45", step=stored.step, segments=stored.segments)
