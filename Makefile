@@ -38,11 +38,9 @@ lab-story: setup ## The same over ROS, from recording to monitor (HIDE=gent_stif
 thesis: setup ## Experiments of the thesis (ARGS=list, ARGS="run equilibrium_point --force", ARGS="all chapter_4")
 	@$(PYTHON_IN_VENV) -m thesis $(or $(ARGS),list)
 
-# In four processes, of which two begin with the tests that start nodes, and mostly wait. Those that tests
-# start find Python compiled.
-test: export PYTHONDONTWRITEBYTECODE =
+# In three processes, of which one runs all tests that start nodes, and mostly waits.
 test: setup ## All tests (ARGS="test/docs", ARGS="-n 0": in one process)
-	@$(PYTHON_IN_VENV) -m pytest -q -n 4 $(ARGS)
+	@$(PYTHON_IN_VENV) -m pytest -q -n 3 $(ARGS)
 
 test-oldest: setup .oldest/stamp ## Tests with the oldest supported versions of the libraries (ARGS=test: all of them)
 	@PYTHONPATH=$(CURDIR)/.oldest NUMBA_CACHE_DIR=$(CURDIR)/.oldest/numba $(PYTHON_IN_VENV) -m pytest -q -n 2 $(or $(ARGS),$(OLDEST))

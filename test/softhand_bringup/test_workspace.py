@@ -47,7 +47,7 @@ def install(request, tmp_path_factory):
     colcon = str(Path(sys.executable).with_name("colcon"))
     path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
     command = [colcon, f"--log-base={folder / 'log'}", "build", *bases, *request.param]
-    run(command, ROOT / "ros_ws", PATH=path, PYTHONDONTWRITEBYTECODE="1")  # nothing is compiled
+    run(command, ROOT / "ros_ws", PATH=path)
     return folder / "install"
 
 
@@ -85,14 +85,15 @@ def test_every_data_file_is_installed_beside_its_module(install):
         for path in (ROOT / "src").glob(f"*/*/data/**/{pattern}")
     ]
     assert len(sources) > 5
-    script = "import importlib.util as u, sys; [print(u.find_spec(n).origin) for n in sys.argv[1:]]"
-    # outside the repository and with the workspace in front, as `. install/setup.bash` has it
-    site = [str(p) for p in install.glob("*/lib/python3*/site-packages")]
-    site += [str(p) for p in install.parent.glob("build/*") if p.is_dir()]
-    command = [sys.executable, "-c", script, *PACKAGES]
-    places = run(command, install, PYTHONPATH=os.pathsep.join(site)).splitlines()
-    for package, place in zip(PACKAGES, places, strict=True):
-        folder = Path(place).parent
+    script = "import importlib.util as u, sys; print(u.find_spec(sys.argv[1]).origin)"
+    for package in PACKAGES:
+        # outside the repository and with the workspace in front, as `. install/setup.bash` has it
+        site = [str(p) for p in install.glob("*/lib/python3*/site-packages")]
+        site += [str(p) for p in install.parent.glob("build/*") if p.is_dir()]
+        where = run(
+            [sys.executable, "-c", script, package], install, PYTHONPATH=os.pathsep.join(site)
+        )
+        folder = Path(where.strip()).parent
         assert ROOT / "src" not in folder.parents
         for source in sources:
             if source.is_relative_to(ROOT / "src" / package / package):

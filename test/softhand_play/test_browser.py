@@ -11,6 +11,8 @@ from softhand_common.documents.output_file import plain
 from softhand_play.player import FASTEST_PACE
 from softhand_trials.sweep.trial_task import TrialTask
 
+pytestmark = pytest.mark.timeout(600)
+
 DISTANCE, HEIGHT = 0.5, 0.44  # of the camera from the hand, and above the ground [m]
 INDEX = 0.036  # where the index finger stands along y [m]
 

@@ -11,6 +11,7 @@ from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 from softhand_play.messages import Look
 
+pytestmark = pytest.mark.timeout(900)
 LONG = 4 * PATIENCE  # for a diagnosis on a busy machine [s]
 PHONE = {"width": 390, "height": 844}
 WIDEST = 1.02  # of the width of a window

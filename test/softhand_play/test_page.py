@@ -31,6 +31,9 @@ BAD = {
 }
 
 
+pytestmark = pytest.mark.timeout(300)
+
+
 @pytest.fixture(scope="module")
 def page():
     with served() as page:

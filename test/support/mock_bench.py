@@ -29,7 +29,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from softhand_ros.diagnostics import PREPARING
 
-STEP = 0.02  # [s]
+STEP = 0.01
 
 
 def options():

@@ -80,7 +80,6 @@ def test_a_parameter_that_a_node_does_not_have_ends_it(domain, monkeypatch, capf
     assert f"no parameter {given}, did you mean {meant}?" in told
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_the_recorder_has_no_parameters(launcher, tmp_path):
     command = suite.recorder(tmp_path / "bag")
     process = launcher.start(replace(command, parameters={"topics": "all"}))

@@ -14,7 +14,6 @@ from std_srvs.srv import SetBool
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher, NodeCommand, wait_until
 
-pytestmark = pytest.mark.usefixtures("cold_nodes")
 NODES = ("hand_sim", "driver", "sequencer", "recorder")
 SIGNALS = {
     "SIGINT": [signal.SIGINT],

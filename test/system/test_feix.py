@@ -38,6 +38,7 @@ def choose(peer, strategy):
     assert answer.results[0].successful, answer.results[0].reason
 
 
+@pytest.mark.timeout(240)
 def test_a_call_replays_the_stored_grasp_of_a_type_with_its_object(recorder, nodes, peer, tmp_path):
     peer.wait_for_driver()
     peer.phases()  # heard from now on

@@ -34,7 +34,6 @@ def offered(peer, node, namespace="/"):
     return {name for name, _ in (*published, *served)}
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_both_nodes_are_there_with_their_topics_services_and_parameters(both, peer):
     peer.wait_for_driver()
     assert sorted(set(peer.node.get_node_names()) & set(NODES)) == sorted(NODES)

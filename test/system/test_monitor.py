@@ -112,7 +112,6 @@ def start(launcher):
     return start
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_prediction_and_residual_carry_the_stamps_and_names_of_the_measurement(start, bench):
     process = start()
     bench.connect()

@@ -48,7 +48,6 @@ def recorded(folder):
     return numbers, texts
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_every_message_is_recorded_in_order_the_latched_one_too(recorder, traffic, tmp_path):
     traffic(1000)
     recorder.send(signal.SIGINT)
@@ -56,7 +55,6 @@ def test_every_message_is_recorded_in_order_the_latched_one_too(recorder, traffi
     assert recorded(tmp_path / "bag") == ([float(n) for n in range(1000)], ["<robot/>"])
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_a_topic_that_has_a_listener_alone_is_recorded_from_its_first_message(
     recorder, peer, tmp_path
 ):
@@ -85,7 +83,6 @@ def test_a_killed_recorder_loses_at_most_what_came_after_the_last_second(
     assert texts == ["<robot/>"]
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_in_a_namespace_it_records_what_lies_below_and_what_has_no_namespace(
     launcher, peer, tmp_path
 ):
@@ -104,7 +101,6 @@ def test_in_a_namespace_it_records_what_lies_below_and_what_has_no_namespace(
     assert told == {"/left/said": ["left/said"], "/said": ["said"]}
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_a_bag_folder_that_cannot_be_written_ends_the_recorder_with_one_line(launcher, tmp_path):
     (tmp_path / "file").write_text("")
     process = launcher.start(suite.recorder(tmp_path / "file" / "bag"))
@@ -113,7 +109,6 @@ def test_a_bag_folder_that_cannot_be_written_ends_the_recorder_with_one_line(lau
     assert process.output().strip() == expected
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_a_full_disk_ends_the_recorder_in_one_sentence_and_what_is_kept_can_be_repaired(
     recorder, traffic, tmp_path
 ):

@@ -4,6 +4,8 @@ the driver is in the simulator's process or in one of its own.
 
 from dataclasses import replace
 
+import pytest
+
 from bench.robust.same_run import busy, run_once
 from softhand_bringup.processes.suite import SuiteOptions
 
@@ -36,6 +38,7 @@ phases:
 """
 
 
+@pytest.mark.timeout(240)
 def test_runs_are_the_same_bit_for_bit_on_a_busy_machine_and_in_one_process(tmp_path):
     strategy = tmp_path / "short.yaml"
     strategy.write_text(STRATEGY)

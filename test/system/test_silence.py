@@ -3,7 +3,6 @@
 import signal
 from dataclasses import replace
 
-import pytest
 from suite_peer import AMBIENT
 
 from softhand_bringup.processes import suite
@@ -49,7 +48,6 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
     launcher.check()
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_a_second_simulator_does_not_start_unless_it_is_allowed(launcher, peer, options):
     launcher.start(suite.simulator(options))
     peer.wait(peer.time, 60.0, "a tick of /clock")

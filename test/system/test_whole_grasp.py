@@ -44,6 +44,9 @@ def bag(demo):
         yield bag
 
 
+pytestmark = pytest.mark.timeout(360)
+
+
 def test_the_demo_grips_and_exits_with_0(demo):
     assert demo.code == 0, demo.output + demo.errors
     lines = demo.output.splitlines()

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from model_lab.bench import rig_faults as rig
+from bench import rig_faults as rig
 from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import errors_of
 from model_lab.comparison.ladder import compare_models

@@ -247,7 +247,6 @@ def test_parameters_are_described_and_control_mode_is_checked(start, peer):
     assert "expected backend embedded, got topic" in peer.change("embedded_supply", 2e5)
 
 
-@pytest.mark.usefixtures("cold_nodes")
 @pytest.mark.parametrize("backend", ["topic", "embedded"])
 @pytest.mark.parametrize(
     "signals",

@@ -12,7 +12,6 @@ pytestmark = pytest.mark.system
 WORDS = "another driver publishes /pneumaticbox/state: end it, or give each a namespace"
 
 
-@pytest.mark.usefixtures("cold_nodes")
 def test_a_second_driver_does_not_start_unless_it_is_told_to(launcher, peer):
     def start(name, **parameters):
         return launcher.start(NodeCommand(name, MODULE, {**BOX, **parameters}))

@@ -12,7 +12,7 @@ from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher
 from softhand_ros.client_link import ClientLink
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 
 @pytest.fixture

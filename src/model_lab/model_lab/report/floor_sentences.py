@@ -29,8 +29,8 @@ explains.'
     if not reasons:
         return ""
     shown = diagnosis.display.shown
-    alone = reasons == (LOWERED,) and diagnosis.noise_floor_as_is is not None
-    other = shown(diagnosis.noise_floor_as_is) if alone else "another"
+    as_is = diagnosis.noise_floor_as_is
+    other = shown(as_is) if reasons == (LOWERED,) and as_is is not None else "another"
     why = ", and ".join(WHY[reason] for reason in reasons)
     return f"The noise floor is {shown(diagnosis.noise_floor)}; `compare` has {other}: {why}."
 
