@@ -61,7 +61,7 @@ class Points:
         if self.texts:
             return
         y = np.asarray(self.y)
-        kept = envelope(y, self.most) if self.width else evenly(len(y), self.most)
+        kept = envelope(y, self.most) if self.width else at_random(len(y), self.most)
         axes.plot(
             np.asarray(self.x)[kept], y[kept], color=colour, alpha=self.opacity,
             linewidth=self.width, linestyle=DASHES[self.dash] if self.width else "",
@@ -144,6 +144,16 @@ def envelope(values: Array, most: int) -> Indices:
     starts = width * np.arange(len(rows))
     found = [[0, count - 1], starts + rows.argmin(axis=1), starts + rows.argmax(axis=1)]
     return np.unique(np.minimum(np.concatenate(found), count - 1))
+
+
+def at_random(count: int, most: int) -> Indices:
+    """Indices of at most so many of `count` points, drawn once for all figures, in order.
+
+    Dots that are thinned by their extremes, or one in so many, show stripes that are not there.
+    """
+    if count <= most:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
 
 
 def evenly(count: int, most: int) -> Indices:
