@@ -190,7 +190,8 @@ def with_friction(e: dict[str, float], law: np.ndarray, s: np.ndarray) -> np.nda
     out[0] = lam
     for i, rise in enumerate(np.diff(steps)):
         way = 1.0 if rise > 0 else -1.0
-        stiffness = slope[int((lam - first) / width)] + height * (1 - way * w) / scale
+        place = min(int((lam - first) / width), len(slope) - 1)
+        stiffness = slope[place] + height * (1 - way * w) / scale
         change = rise / stiffness
         w = way + (w - way) * np.exp(-abs(change) / scale)
         lam += change

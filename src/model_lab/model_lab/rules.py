@@ -211,6 +211,12 @@ class Rules:
     slip_share_at_bound: float = _rule(
         0.1, "the same where the calibration is on a bound then", SLIP_SEEDS
     )
+    first_look_fall: float = _rule(
+        12.0,
+        "fall of the deviance, less the cost of its parameters, from which the first look tells an "
+        "effect; the verdict does not read it",
+        "chosen by hand",
+    )
     slip_beside_share: float = _rule(
         0.7,
         "error with a slip and an effect over that with the best effect alone, at which the slip "

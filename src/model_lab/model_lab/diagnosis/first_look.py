@@ -14,10 +14,10 @@ import numpy as np
 from model_lab.diagnosis.criteria import is_noise
 from model_lab.diagnosis.search import Scored, invisible, promise, signature_of
 from model_lab.fitting.problem import FitProblem
+from model_lab.rules import RULES
 from model_lab.slips.slip import Slip
 
 LIKELIEST = 3  # effects that are told
-CONSIDERED = 12.0  # fall of the deviance below which an effect is not worth telling
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def first_look(
         if invisible(found, problem.floor.total, problem.rules) is None:
             fall, share = promise(found, base.fit)
             cost = problem.rules.parameter_penalty * len(problem.classes[name].parameters)
-            if fall - cost > CONSIDERED:
+            if fall - cost > RULES.first_look_fall:
                 promised[name] = fall - cost, share
     ranked = sorted(promised, key=lambda name: -promised[name][0])
     shares = [(name, float(np.clip(promised[name][1], 0.0, 1.0))) for name in ranked[:LIKELIEST]]

@@ -14,8 +14,8 @@ from model_lab.importing.numerals import is_missing
 _CLOCK = r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
 _ZONE = r"\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?"
-_DATE = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
-_TEXT = re.compile(f"(?:{_DATE})?{_CLOCK}{_HALF}{_ZONE}$")
+_DAY_PATTERN = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
+_TEXT = re.compile(f"(?:{_DAY_PATTERN})?{_CLOCK}{_HALF}{_ZONE}$")
 HOUR, HALF_DAY, DAY = 3600.0, 43200.0, 86400.0  # [s]
 ORDERS = ("day first", "month first")
 

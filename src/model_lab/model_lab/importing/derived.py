@@ -15,7 +15,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 
-SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
+PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
 
 
@@ -132,7 +132,7 @@ DERIVATIONS = {
 def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> list[str]:
     """The columns that arguments name: a lone name stands for its parts."""
     if len(names) == 1 and names[0] not in known and parts:
-        for sign in SIGNS:
+        for sign in PART_SIGNS:
             for spelt in (parts, parts.upper()):
                 columns = [f"{names[0]}{sign}{part}" for part in spelt]
                 if set(columns) <= set(known):
@@ -164,7 +164,7 @@ def _wholes(names: Sequence[str], parts: str) -> dict[str, list[str]]:
     for name in names:
         for spelt in (parts, parts.upper()):
             columns = [name[:-1] + part for part in spelt]
-            whole = name[:-1].rstrip("".join(SIGNS))
+            whole = name[:-1].rstrip("".join(PART_SIGNS))
             if name.endswith(spelt[0]) and set(columns) <= set(names) and whole:
                 found[whole] = columns
     return found

@@ -48,7 +48,7 @@ TELLING_UNITS = {
     "tip_force": ("N", "mN"),
 }  # units that say what a column without a telling name is
 QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
-FRAME_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
+CAMERA_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
 EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
 EPOCH_UNITS = (1.0, 1e-3, 1e-6, 1e-9)  # [s] of 1 in numbers since 1970
@@ -158,7 +158,7 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
         return Meant(column.name, quantity, "s", CLOCK_SCALES[unit])
     if not unit or column.is_clock:
         return _meant(column, quantity)
-    rate = FRAME_RATE.match(unit)
+    rate = CAMERA_RATE.match(unit)
     if rate and quantity == "time" and float(rate[1]) > 0.0:
         return Meant(column.name, "time", "s", 1.0 / float(rate[1]))
     usual = unit_for(quantity, unit)

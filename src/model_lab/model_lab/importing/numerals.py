@@ -20,7 +20,7 @@ DECIMAL, THOUSANDS, OPEN = "decimal", "thousands", "open"
 _MINUS = str.maketrans({"\u2212": "-", "\u2013": "-"})
 _BETWEEN_THOUSANDS = re.compile(r"(?<=\d)[ '\u2019\u00a0\u2009\u202f](?=\d{3}(?!\d))")
 _FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[+-]?\d)")
-_NUMBER = re.compile(r"[+-]?(?P<digits>\d[\d.,]*|[.,]\d+)(?P<exponent>[eE][+-]?\d+)?$")
+_NUMERAL = re.compile(r"[+-]?(?P<digits>\d[\d.,]*|[.,]\d+)(?P<exponent>[eE][+-]?\d+)?$")
 _SIMPLE = re.compile(r"-?\d+(?:[.,]\d*)?$")
 _GROUPED = re.compile(r"\d{1,3}(?:([.,])\d{3})(?:\1\d{3})*$")
 
@@ -45,7 +45,7 @@ def is_number(cell: str) -> bool:
     """
     if _SIMPLE.match(cell):
         return True
-    found = _NUMBER.match(_plain(cell))
+    found = _NUMERAL.match(_plain(cell))
     return found is not None and _roles_in(found) is not None
 
 
@@ -53,7 +53,7 @@ def roles(cells: Iterable[str]) -> Roles:
     """As what points and commas are used in the numbers of cells."""
     found: dict[str, set[str]] = {sign: set() for sign in SIGNS}
     for cell in cells:
-        match = _NUMBER.match(_plain(cell)) if "." in cell or "," in cell else None
+        match = _NUMERAL.match(_plain(cell)) if "." in cell or "," in cell else None
         for sign, role in (_roles_in(match) or {}).items() if match else ():
             found[sign].add(role)
     return {sign: frozenset(seen) for sign, seen in found.items()}

@@ -14,7 +14,9 @@ PROTOCOL_WORDS = (
     "small large max min first last before after cold warm hot kalt bending blocked free "
     "uniaxial tensile chirp square triangle staircase treppe steps random"
 )  # that say what was done, not to which specimen
-SETTING = re.compile(r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$")
+SETTING_WORD = re.compile(
+    r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$"
+)
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 
@@ -75,7 +77,7 @@ def _is_protocol(word: str) -> bool:
     return (
         plain in _PROTOCOLS
         or plain.rstrip("0123456789") in _PROTOCOLS
-        or (SETTING.match(plain) is not None)
+        or (SETTING_WORD.match(plain) is not None)
     )
 
 

@@ -14,8 +14,6 @@ import numpy as np
 from model_lab.aliases import Indices
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 
-PULL_TIME = 1.0  # [s] of the pull, in which nothing of a run begins: each starts at rest
-
 
 def with_preconditioning(data: MeasurementSet) -> tuple[MeasurementSet, Indices | slice]:
     """The set with a pull before each run that states one, and the places of its own samples."""
@@ -32,7 +30,7 @@ def _with_pull(run: Run) -> Iterator[tuple[Run, bool]]:
         columns = {name: np.repeat(values[:1], 2) for name, values in run.columns.items()}
         columns["stretch"] = np.array([1.0, run.stretched_to])
         if "time" in columns:
-            columns["time"] = np.array([0.0, PULL_TIME])
+            columns["time"] = np.array([0.0, 1.0])  # any [s]: the run itself starts at rest
         pull = replace(run, name=f"before {run.name}", columns=columns, lead={}, stretched_to=1.0)
         yield pull, False
         run = replace(run, virgin=False)

@@ -125,7 +125,9 @@ def _readings(data: MeasurementSet, name: str) -> Iterator[_Reading]:
     index = next(k for k, run in enumerate(data.runs) if run.name == name)
     alone = replace(data, runs=(data.runs[index],))
     for candidate in candidates(alone):
-        if len(candidate.mended.runs) == 1 and candidate.mended.specimens == data.specimens:
+        specimens = candidate.mended.specimens
+        kept = all(specimens[key] is specimen for key, specimen in data.specimens.items())
+        if len(candidate.mended.runs) == 1 and kept:
             said, fits = (
                 f"{candidate.column} in {unit}" for unit in (candidate.said, candidate.fits)
             )

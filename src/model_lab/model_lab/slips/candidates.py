@@ -16,7 +16,7 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, column_unit, display_of
 from model_lab.rules import RULES
 
-USUAL_UNITS: Mapping[str, tuple[str, ...]] = {
+MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
     "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm"),
     "rad": ("deg", "rad", "turn", "mrad"),
     "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
@@ -118,7 +118,7 @@ def _units(data: MeasurementSet, column: str) -> Iterator[Candidate]:
 def _factors(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
     """Other usual units of a column, and the factor from the stated one to each."""
     stated = column_unit(column, stated_unit(data, column)).scale
-    known = USUAL_UNITS.get(COLUMN_UNITS[column], ()) if column not in WITHOUT_UNIT else ()
+    known = MISTAKEN_UNITS.get(COLUMN_UNITS[column], ()) if column not in WITHOUT_UNIT else ()
     factors = [(unit, column_unit(column, unit).scale / stated) for unit in known]
     return [(unit, factor) for unit, factor in factors if not np.isclose(factor, 1.0)]
 

@@ -23,7 +23,7 @@ from pneuflex_sim.ros.driver_link import SENSORS, VALVES, DriverLink, Obey, Topi
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders
 from pneuflex_sim.ros.markers import SceneMarkers
-from pneuflex_sim.ros.parameters import PARAMETERS, RATES, configuration
+from pneuflex_sim.ros.parameters import CHANGING_RATES, PARAMETERS, configuration
 from pneuflex_sim.ros.state_topics import StateTopics
 from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
@@ -92,7 +92,7 @@ class HandSim(Node):
         self.markers = SceneMarkers(self, self.simulation, RELIABLE)
         self.transforms = Transforms(self, self.simulation)
         self.marker_period = 1.0 / value["marker_rate"]
-        self.rates = {name: value[name] for name in RATES}
+        self.rates = {name: value[name] for name in CHANGING_RATES}
         self.add_on_set_parameters_callback(self._set_rates)
         self._executor = RoundRobin(self)
         layout = self.simulation.bodies.layout
@@ -118,7 +118,9 @@ class HandSim(Node):
         offer_switch(self, "sim/pause", self._pause)
 
     def _set_rates(self, changes: list[Parameter]) -> SetParametersResult:
-        self.rates |= {change.name: change.value for change in changes if change.name in RATES}
+        self.rates |= {
+            change.name: change.value for change in changes if change.name in CHANGING_RATES
+        }
         return SetParametersResult(successful=True)
 
     # ---------------------------------------------------------------- what comes in

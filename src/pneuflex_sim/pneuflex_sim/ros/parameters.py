@@ -11,7 +11,7 @@ from softhand_ros.single import ALLOW_SECOND
 if TYPE_CHECKING:
     from pneuflex_sim.simulation import SimulationConfig
 
-RATES = ("joint_rate", "wrench_rate")  # these may change while the node runs
+CHANGING_RATES = ("joint_rate", "wrench_rate")  # these may change while the node runs
 SOLVERS = ("fast", "default", "stable")  # pneuflex_sim.world.SETTINGS
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),

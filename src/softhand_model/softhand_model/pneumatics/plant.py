@@ -20,7 +20,7 @@ from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
 
 SLOTS = 8  # channels of one Pneumaticbox
-MOST_CHANNELS = 64  # of a simulated hand, on as many boxes as that takes
+MOST_SIMULATED_CHANNELS = 64  # of a simulated hand, on as many boxes as that takes
 LONGEST_SUBSTEP = 1e-3  # [s]
 SHORTEST_SUBSTEP = 1e-6  # resolution of the times at which spools move [s]
 
@@ -67,9 +67,9 @@ class PneumaticPlant:
         relief_pressures: ArrayLike | None = None,
         effects: Sequence[FlowEffect] = (),
     ) -> None:
-        if not 1 <= len(channels) <= MOST_CHANNELS:
+        if not 1 <= len(channels) <= MOST_SIMULATED_CHANNELS:
             raise ValueError(
-                f"channels must be 1 to {MOST_CHANNELS} names, got {len(channels)}: "
+                f"channels must be 1 to {MOST_SIMULATED_CHANNELS} names, got {len(channels)}: "
                 f"{listed(channels)}"
             )
         self.channels = tuple(channels)
