@@ -57,8 +57,23 @@ def test_a_report_is_written(name, tmp_path):
     assert "</html>" in (tmp_path / "report" / "report.html").read_text()
 
 
-@pytest.mark.parametrize("command", ("compare", "diagnose", "ladder", "plan"))
-@pytest.mark.parametrize("name", REFUSED)
+def test_strain_in_place_of_a_stretch_is_told_as_a_slip(tmp_path):
+    folder, out = REFUSED["strain_for_stretch"].write(tmp_path / "set"), tmp_path / "d.json"
+    assert _run(["diagnose", folder, "--model", "base", "--json", out]) == 0
+    content = json.loads(out.read_text())
+    assert content["verdict"] == "slip"
+    assert [slip["name"] for slip in content["slips"]] == ["strain"]
+
+
+REFUSALS = [
+    (name, command)
+    for name in REFUSED
+    for command in ("compare", "diagnose", "ladder", "plan")
+    if name != "strain_for_stretch" or command in ("compare", "ladder")
+]
+
+
+@pytest.mark.parametrize(("name", "command"), REFUSALS)
 def test_what_cannot_be_used_is_refused_in_one_line(name, command, tmp_path, capsys):
     folder = REFUSED[name].write(tmp_path / "set")
     given = [folder, "base"] if command == "ladder" else [folder, "--model", "base"]
