@@ -1,1 +1,0 @@
-"""The nodes `hand_sim` and `pneumaticbox` in one process."""
