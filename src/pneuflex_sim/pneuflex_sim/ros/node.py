@@ -9,11 +9,11 @@ import threading
 import time
 
 import numpy as np
-import pybullet
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.command_topics import CommandTopics
 from pneuflex_sim.ros.interface import HELP
