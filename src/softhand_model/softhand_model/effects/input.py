@@ -99,7 +99,7 @@ class TubeLag(InputEffect):
         return lagged(pressure, memory, dt, self.values["time_constant"])
 
     def in_runs(self, pressure: Array, times: RunTimes) -> Array:
-        """The same (lanes, rows, 1) through whole runs."""
+        """The same [Pa] (lanes, rows, 1) through whole runs."""
         return lagged_in_runs(pressure, times, self.values["time_constant"])
 
 
