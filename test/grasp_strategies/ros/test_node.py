@@ -151,7 +151,7 @@ def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, be
 
 
 def test_a_grasp_can_be_called_again_after_it_has_ended(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start()
     assert peer.answer(peer.grasp()).success
     assert peer.answer(peer.grasp()).success
@@ -159,7 +159,7 @@ def test_a_grasp_can_be_called_again_after_it_has_ended(start, bench, peer):
 
 
 def test_without_lowering_the_hand_goes_on_holding(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start(lower_and_release=False)
     assert peer.answer(peer.grasp()).success
     peer.await_all_phases([*PHASES[:4], "done"])
@@ -168,7 +168,7 @@ def test_without_lowering_the_hand_goes_on_holding(start, bench, peer):
 
 
 def test_who_joins_late_reads_the_last_phase_alone(start, bench, peer, domain, tmp_path):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start()
     assert peer.answer(peer.grasp()).success
     peer.await_phase("done")
@@ -198,18 +198,18 @@ def test_the_sequencer_is_a_commander_while_a_strategy_runs_and_not_before_or_af
 
 
 def test_a_hand_that_holds_on_is_commanded_until_the_sequencer_is_killed(start, bench, peer):
-    bench("--factor", "4", "--command-timeout", "3")
+    bench("--factor", "2", "--command-timeout", "3")
     process = start(lower_and_release=False)
     assert peer.answer(peer.grasp()).success
     peer.diagnosis("holding what was grasped")
-    peer.spin(2.0)  # 8 s of simulated time
+    peer.spin(4.0)  # 8 s of simulated time
     assert min(peer.states[-1].position) > 1e-5
     process.send(signal.SIGKILL)
     peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
 
 
 def test_what_is_held_is_left_to_a_node_that_commands_and_not_to_one_that_could(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start(lower_and_release=False)
     assert peer.answer(peer.grasp()).success
     peer.diagnosis("holding what was grasped")
@@ -239,7 +239,7 @@ def test_a_simulator_that_is_started_last_is_waited_for(start, bench, peer):
     future = peer.grasp()
     peer.spin(1.0)
     assert not future.done()
-    bench("--factor", "4")
+    bench("--factor", "2")
     assert peer.answer(future).success
 
 
@@ -313,7 +313,7 @@ def test_an_abort_without_a_strategy_vents(start, bench, peer):
 
 
 def test_after_an_abort_a_grasp_is_refused_until_the_driver_is_reset(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start()
     peer.grasp()
     peer.await_phase("approach")
@@ -364,7 +364,7 @@ def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
 
 
 def test_a_second_call_is_refused_with_the_reason_while_the_first_goes_on(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start()
     future = peer.grasp()
     peer.await_phase("close")
@@ -416,7 +416,7 @@ def test_a_node_that_is_preparing_is_waited_for_and_named_with_its_words(
     start(connect_time_out=1.0)
     preparing = tmp_path / "preparing"
     preparing.touch()
-    bench("--factor", "4", "--preparing", str(preparing))
+    bench("--factor", "2", "--preparing", str(preparing))
     peer.diagnosis("compiling")
     future = peer.grasp()
     status = peer.diagnosis("waiting: ")
@@ -439,7 +439,7 @@ def preparing(bench, tmp_path):
     """A file; while it is there, the nodes of the bench say that they compile."""
     file = tmp_path / "preparing"
     file.touch()
-    bench("--factor", "4", "--preparing", str(file))
+    bench("--factor", "2", "--preparing", str(file))
     return file
 
 
@@ -497,7 +497,7 @@ def test_a_driver_that_ends_in_mid_grasp_fails_the_grasp_by_name(start, bench, p
 
 # ---------------------------------------------------------------- diagnostics and parameters
 def test_a_message_that_cannot_be_used_is_refused_and_named_in_diagnostics(start, bench, peer):
-    bench("--factor", "4", "--spoil-every", "7")
+    bench("--factor", "2", "--spoil-every", "7")
     start()
     assert peer.answer(peer.grasp()).success
     status = peer.diagnosis("refused scene/object_pose: pose.position")
