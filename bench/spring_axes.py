@@ -69,19 +69,19 @@ def table() -> list[tuple[str, str, list[float]]]:
     """Rows: what, source, stiffness [mN m2] or quotient [-] at every place."""
     found = [_column(place) for place in places()]
     sources = {
-        "3.26 alone": "3.26",
+        "bending without side walls": "3.26",
         "`bending: rule`": "3.26 times 2/ratio of 3.35",
         "`bending: curvature`, straight": "3.24 with c/4, times 2/ratio",
         "the same, top stretched by 1.35": "3.24 with c/4, times 2/ratio",
         "`lateral: section` with `rule`": "2 G I",
         "`lateral: section` with `curvature`": "4 G I",
         "`twist: section`": "G J (Bredt)",
-        "`rule` over lateral": "",
-        "the same, side walls integrated": "3.27 done properly for 3.35",
-        "`rule` over twist": "",
+        "`rule` over `lateral: section`": "",
+        "the same, side walls integrated exactly": "integral of 3.27 in place of 3.35",
+        "`rule` over `twist: section`": "",
         "left out: taut mesh, sideways": "E t z³/12 (Steiner for the pair)",
         "mesh taut at one edge, with `rule`": "2 G I about that edge",
-        "left out: three fingers in one section, each": "2 G A y²",
+        "left out: mesh that joins three fingers, each": "2 G A y²",
     }
     return [(what, source, [column[what] for column in found]) for what, source in sources.items()]
 
@@ -96,19 +96,19 @@ def _column(place: Place) -> dict[str, float]:
     width, count, offset = place.walls[1], len(place.chain.actuators), place.chain.pitch / 2.0
     tension = 1e3 * _tension(place)
     return {
-        "3.26 alone": rule[1] / walls,
+        "bending without side walls": rule[1] / walls,
         "`bending: rule`": rule[1],
         "`bending: curvature`, straight": rubber[1],
         "the same, top stretched by 1.35": rule[1] * float(rubber_stress(np.array(BENT))[1]) / 2.0,
         "`lateral: section` with `rule`": rule[0],
         "`lateral: section` with `curvature`": rubber[0],
         "`twist: section`": rule[2],
-        "`rule` over lateral": rule[1] / rule[0],
-        "the same, side walls integrated": rule[1] / walls * integrated / rule[0],
-        "`rule` over twist": rule[1] / rule[2],
+        "`rule` over `lateral: section`": rule[1] / rule[0],
+        "the same, side walls integrated exactly": rule[1] / walls * integrated / rule[0],
+        "`rule` over `twist: section`": rule[1] / rule[2],
         "left out: taut mesh, sideways": 1e3 * count * MESH * width * (width**2 / 12 + offset**2),
         "mesh taut at one edge, with `rule`": rule[0] + tension * (width / 2.0 + offset) ** 2,
-        "left out: three fingers in one section, each": 1e3 * _joined(place),
+        "left out: mesh that joins three fingers, each": 1e3 * _joined(place),
     }
 
 
