@@ -19,6 +19,7 @@ from bench.lab import store
 from bench.lab.notes import misses_of, notes_of
 from bench.lab.real import measure_real, summary
 from bench.lab.speed import measure_speed
+from bench.lab.speed import text_of as speed_text
 from bench.lab.table import ROWS, rows_of, text_of
 from bench.lab.work import Job, chosen, finished, jobs_of, smaller
 
@@ -103,7 +104,7 @@ def _report(
 ) -> None:
     blind = head["seed"] != store.DEVELOPMENT
     rows, notes, misses = rows_of(records), notes_of(records), misses_of(records)
-    notes += [f"{s['name']}: {s['seconds']:.1f} s (target {s['target']:g} s)" for s in speed]
+    notes += map(speed_text, speed)
     notes += [] if real is None else summary(real)
     notes += [] if blind else [WARNING]
     print("\n".join([text_of(rows), *notes]))

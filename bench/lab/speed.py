@@ -1,7 +1,12 @@
-"""How long the lab takes: on usual sets until its first look and in all, and on large sets."""
+"""How long the lab takes: on usual sets until its first look and in all, and on large sets.
+
+`python -m bench.lab.speed [--large]`: processor seconds of `diagnose` by the command line, loading
+included, medians over the sets of NAMED_SETS and REFUSED_SETS, each with its target.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
 import statistics
 import subprocess
@@ -41,20 +46,33 @@ REFUSED_SETS = (
     "outside/free_bending/stuck_encoder/5",
 )
 SEED, NOISE = 1, 0.006
+JUDGED = {"processor_seconds": "s of processors", "seconds": "s by the clock"}
 
 
-def measure_speed() -> list[dict[str, Any]]:
-    """Seconds, and those of processors, of `diagnose` on 36 runs of 800 samples and on held
-    actuators, and of `compare` on a million samples.
+def measure_speed(large: bool = True) -> list[dict[str, Any]]:
+    """Seconds, and those of processors, of `diagnose` on usual sets.
+
+    large: also on 36 runs of 800 samples and on held actuators, and of `compare` on a million
+    samples.
     """
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:
-        found = [_diagnosed(Path(folder) / law, law, target) for law, target in LARGE.items()]
+        found = _usual(Path(folder))
+        if not large:
+            return found
+        found += [_diagnosed(Path(folder) / law, law, target) for law, target in LARGE.items()]
         found.append(_held(Path(folder)))
-        found += _usual(Path(folder))
         huge = Path(folder) / "huge"
         make_set(huge, "free_bending", [], seed=SEED, samples=83334)
         found.append(_timed("compare, 1,000,008 samples", 10.0, [partial(comparison_of, huge)]))
     return found
+
+
+def text_of(row: dict[str, Any]) -> str:
+    """A row in a line, with its target as met or missed."""
+    word = "met" if row[row["judged"]] <= row["target"] else "MISSED"
+    spent = f"{row['processor_seconds']:.1f} s of processors, {row['seconds']:.1f} s by the clock"
+    target = f"target {row['target']:g} {JUDGED[row['judged']]}: {word}"
+    return f"{row['name']}: {spent}, median of {row['sets']} ({target})"
 
 
 def _diagnosed(folder: Path, law: str, target: float) -> dict[str, Any]:
@@ -69,7 +87,7 @@ def _held(folder: Path) -> dict[str, Any]:
     for number, case in enumerate(cases):
         case.make(folder / f"held{number}", SEED, NOISE)
     calls = [partial(diagnosis_of, folder / f"held{n}", 0, jobs=2) for n in range(len(cases))]
-    return _timed("diagnose, base_torque, median", HELD, calls)
+    return _timed("diagnose, base_torque", HELD, calls)
 
 
 def _usual(folder: Path) -> list[dict[str, Any]]:
@@ -80,11 +98,11 @@ def _usual(folder: Path) -> list[dict[str, Any]]:
         for names in (NAMED_SETS, REFUSED_SETS)
     )
     parts = [
-        ("diagnose, bending, until the first look", FIRST_LOOK, [first for first, _ in named]),
-        ("diagnose, bending, median", WHOLE, [whole for _, whole in named]),
-        ("diagnose, bending, refused, median", REFUSAL, [whole for _, whole in refused]),
+        ("diagnose, bending: first answer", FIRST_LOOK, [first for first, _ in named]),
+        ("diagnose, bending: whole", WHOLE, [whole for _, whole in named]),
+        ("diagnose, bending: refusal", REFUSAL, [whole for _, whole in refused]),
     ]
-    return [_row(name, target, seconds) for name, target, seconds in parts]
+    return [row_of(name, target, seconds, "processor_seconds") for name, target, seconds in parts]
 
 
 def _streamed(make: Callable[[Path, int, float], Any], folder: Path) -> tuple[Seconds, Seconds]:
@@ -111,16 +129,19 @@ def _used_by(process: int) -> float:
 
 def _timed(name: str, target: float, calls: list[Callable[[], Any]]) -> dict[str, Any]:
     """Median over the calls."""
-    return _row(name, target, list(map(_seconds, calls)))
+    return row_of(name, target, list(map(_seconds, calls)), "seconds")
 
 
-def _row(name: str, target: float, seconds: list[Seconds]) -> dict[str, Any]:
+def row_of(name: str, target: float, seconds: list[Seconds], judged: str) -> dict[str, Any]:
+    """Medians, and which of them the target [s] holds for (a key of JUDGED)."""
     wall, processors = zip(*seconds, strict=True)
     return {
         "name": name,
         "seconds": statistics.median(wall),
         "processor_seconds": statistics.median(processors),
+        "sets": len(seconds),
         "target": target,
+        "judged": judged,
     }
 
 
@@ -133,3 +154,15 @@ def _seconds(call: Callable[[], Any]) -> Seconds:
 def _used() -> float:
     usages = getrusage(RUSAGE_SELF), getrusage(RUSAGE_CHILDREN)
     return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="bench.lab.speed", description=__doc__.splitlines()[0])
+    parser.add_argument("--large", action="store_true", help="large sets and held actuators, too")
+    print(*map(text_of, measure_speed(parser.parse_args(arguments).large)), sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
