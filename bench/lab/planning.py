@@ -58,7 +58,7 @@ def _extra(planned: Mapping[str, Any]) -> ExtraRun:
 
 def tied_with_truth(record: Mapping[str, Any]) -> bool:
     """Whether the first answer holds the hidden effect in a tie."""
-    group = _group(record["before"], record["expected"]["names"][0])
+    group = group_with(record["before"], record["expected"]["names"][0])
     return group is not None and len(group) > 1
 
 
@@ -70,10 +70,10 @@ def proposed(record: Mapping[str, Any]) -> bool:
 def broken(record: Mapping[str, Any]) -> bool:
     """Whether the experiment left fewer names beside the hidden effect, and the effect in."""
     names = record["expected"]["names"][0]
-    before, after = _group(record["before"], names), _group(record["after"], names)
+    before, after = group_with(record["before"], names), group_with(record["after"], names)
     return before is not None and after is not None and len(after) < len(before)
 
 
-def _group(answer: Mapping[str, Any], names: list[str]) -> set[str] | None:
+def group_with(answer: Mapping[str, Any], names: list[str]) -> set[str] | None:
     """The group of names that holds one of these."""
     return next((group for group in groups(answer) if set(names) & group), None)
