@@ -1,5 +1,6 @@
 """Start and end of a node's process: help, exit status, one line for what is wrong."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -7,6 +8,9 @@ import sys
 import threading
 
 import pytest
+from rclpy.node import Node
+from ros_peer import Peer
+from std_msgs.msg import String
 
 from softhand_ros.run_node import ENDING, IGNORED, run_node
 
@@ -87,6 +91,35 @@ def test_an_error_is_one_line_with_the_name_and_gives_the_status(error, status, 
     assert done == status
     assert part.closed
     assert capsys.readouterr().err == f"part: {error}\n"
+
+
+class Refusing(Node):
+    """A node that publishes a topic, which `found` awaits, when it turns out not to be possible."""
+
+    def __init__(self, found):
+        super().__init__("refusing")
+        self.create_publisher(String, "left_over", 1)
+        self.create_subscription(String, "heard", self.hear, 1)
+        found()
+        raise ValueError("hand: got x")
+
+    def hear(self, _):
+        """Unused; as a callback it refers to the node, which refers to it."""
+
+
+def test_a_node_that_could_not_be_made_leaves_nothing_that_others_find(domain, tmp_path):
+    peer = Peer(domain, tmp_path)
+
+    def published(count):
+        peer.wait(lambda: peer.node.count_publishers("left_over") == count, 10.0, f"{count} there")
+
+    gc.disable()  # only what the end of the node does itself counts
+    try:
+        assert run_node("part", lambda: Refusing(lambda: published(1)), None, args=[]) == 2
+        published(0)
+    finally:
+        gc.enable()
+        peer.close()
 
 
 def test_what_is_nobodys_fault_is_not_swallowed_but_the_node_is_closed():

@@ -11,6 +11,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from softhand_bringup.processes.launcher import NodeDied
 from softhand_ros.diagnostics import PREPARING
 
 AMBIENT = 101_325.0  # [Pa]
@@ -19,7 +20,9 @@ START_LIMIT = 60.0  # [s] of wall time, that of compiling apart
 
 
 class SuitePeer(Peer):
-    """A peer that knows the suite's topics and services."""
+    """A peer that knows the suite's topics and services, and the launcher of its nodes."""
+
+    launcher = None
 
     def state(self):
         """Latest state of the driver, or None."""
@@ -86,12 +89,22 @@ class SuitePeer(Peer):
         return self.call(Trigger, service, limit)
 
     def troubles(self):
-        """Diagnostics that are not OK, as heard for two of their periods."""
+        """A node that has ended, and diagnostics that are not OK, as heard for two of their
+        periods.
+        """
         arrays = self.listen(DiagnosticArray, "/diagnostics")
         del arrays[:]
         self.spin(2.0)
         found = [s for array in arrays for s in array.status if s.level != DiagnosticStatus.OK]
-        return "; ".join(["", *sorted(set(map(status_text, found)))])
+        return "; ".join(["", *self._ended(), *sorted(set(map(status_text, found)))])
+
+    def _ended(self):
+        try:
+            if self.launcher is not None:
+                self.launcher.check()
+        except NodeDied as ended:
+            return [str(ended)]
+        return []
 
     def diagnosis(self, *words, limit=10.0, heard=False):
         """Wait for a diagnostic status in which all these words stand; its text. What was `heard`

@@ -41,9 +41,10 @@ def launcher(domain, tmp_path):
 
 
 @pytest.fixture
-def peer(domain, tmp_path):
+def peer(launcher, domain, tmp_path):
     """The test's own node."""
     peer = SuitePeer(domain, tmp_path)
+    peer.launcher = launcher
     yield peer
     peer.close()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import signal
@@ -82,7 +83,9 @@ def run_node(
     except (ValueError, OSError, ParameterException) as error:
         status = _fail(name, error, 2)
     finally:
-        if node is not None:
+        if node is None:
+            gc.collect()  # publishers of what `make` left would go on telling others of a node
+        else:
             node.close()
         rclpy.try_shutdown()
         ending.close()
