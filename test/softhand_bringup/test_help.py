@@ -16,9 +16,16 @@ from pneuflex_sim.ros.parameters import SOLVERS
 from pneuflex_sim.world import SOLVER_SETTINGS
 from pneumaticbox_driver.ros import interface as driver
 from softhand_bringup import command
+from softhand_bringup.ros.hand_with_box import interface as both
 
 SOURCES = Path(__file__).parents[2] / "src"
-NODES = {"hand_sim": simulator, "driver": driver, "sequencer": sequencer, "monitor": monitor}
+NODES = {
+    "hand_with_box": both,
+    "hand_sim": simulator,
+    "driver": driver,
+    "sequencer": sequencer,
+    "monitor": monitor,
+}
 HEAVY = ("pybullet", "numba", "matplotlib")
 
 

@@ -16,8 +16,10 @@ from made_up_grasps import write_made_up_strategies
 from grasp_strategies.ros.parameters import PARAMETERS as OF_THE_SEQUENCER
 from pneuflex_sim.ros.parameters import PARAMETERS as OF_THE_SIMULATOR
 from pneumaticbox_driver.ros.parameters import PARAMETERS as OF_THE_DRIVER
+from softhand_bringup.ros.hand_with_box.interface import PARAMETERS as OF_BOTH
 
 TABLES = {
+    "hand_with_box": OF_BOTH,
     "hand_sim": OF_THE_SIMULATOR,
     "driver": OF_THE_DRIVER,
     "sequencer": OF_THE_SEQUENCER,
@@ -26,7 +28,7 @@ SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
     "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
-    "allow_effect_files", "command_timeout", "segments", "finger_contact",
+    "allow_effect_files", "command_timeout", "segments", "finger_contact", "driver",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -117,8 +119,16 @@ def test_with_a_stand_in_for_launch_the_file_declares_the_arguments_of_the_docum
     assert all(f"| `{name}` |" in page for name in arguments)
 
 
-def test_with_a_stand_in_for_launch_the_three_nodes_are_started(entities):
+def test_with_a_stand_in_for_launch_simulator_and_driver_start_in_one_process(entities):
     found = nodes(entities)
+    assert {(n.package, n.executable, n.name) for n in found.values()} == {
+        ("softhand_bringup", "hand_with_box", None),  # a name would be that of both nodes
+        ("grasp_strategies", "sequencer", "grasp_sequencer"),
+    }
+
+
+def test_with_a_stand_in_for_launch_they_start_in_three_processes_when_asked(entities):
+    found = nodes(entities, driver="topic")
     assert {(n.package, n.executable, n.name) for n in found.values()} == {
         ("pneuflex_sim", "hand_sim", "hand_sim"),
         ("pneumaticbox_driver", "driver", "pneumaticbox"),
@@ -132,25 +142,27 @@ def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_bac
 
 
 def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
-    given = {name: node.parameters for name, node in nodes(entities).items()}
-    (of_the_driver,) = given.pop("driver")
-    assert set(of_the_driver) == {"backend"}
-    assert given == {"hand_sim": [], "sequencer": []}
+    for where, others in (("composed", ["hand_with_box"]), ("topic", ["driver", "hand_sim"])):
+        given = {n: node.parameters for n, node in nodes(entities, driver=where).items()}
+        (of_the_driver,) = given.pop(others[0])
+        assert set(of_the_driver) == {"backend"}
+        assert given == {name: [] for name in (*others[1:], "sequencer")}
 
 
-def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities):
+@pytest.mark.parametrize("where", ["composed", "topic"])
+def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities, where):
     given = dict.fromkeys(ARGUMENTS - {"backend"}, "given")
-    found = nodes(entities, **{**given, "strategy": "feix/03"})
+    found = nodes(entities, **{**given, "strategy": "feix/03", "driver": where})
+    del found["recorder"]
     taken = {}
-    for name in ("hand_sim", "driver", "sequencer"):
-        node = found[name]
+    for name, node in found.items():
         *_, file, values = node.parameters  # the later wins
         assert (file, node.namespace) == ("given", "given")
         for parameter, value in values.items():
             declared = {row.name: row.default for row in TABLES[name]}
             assert parameter == "use_sim_time" or type(declared[parameter]) is value.type
             taken[value.name] = value.type
-    rest = {"namespace", "params_file", "record"}
+    rest = {"namespace", "params_file", "record", "driver"}
     typed = {"allow_effect_files": bool, "gui": bool, "use_sim_time": bool, "publish_clock": bool}
     typed |= {"finger_contact": bool, "segments": int}
     typed |= {"step": float, "real_time_factor": float, "command_timeout": float}
@@ -159,7 +171,7 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
 
 def test_with_a_stand_in_for_launch_a_stored_grasp_brings_what_it_needs(entities, tmp_path):
     stored = str(write_made_up_strategies(tmp_path)[2])
-    simulator = nodes(entities, strategy=stored)["hand_sim"]
+    simulator = nodes(entities, strategy=stored, driver="topic")["hand_sim"]
     (settings,) = simulator.parameters
     assert settings == {
         "hand": "rbo_hand_2",
@@ -169,7 +181,10 @@ def test_with_a_stand_in_for_launch_a_stored_grasp_brings_what_it_needs(entities
         "segments": 8,
         "finger_contact": True,
     }
-    assert nodes(entities, strategy="rbo_hand_2_ball")["hand_sim"].parameters == [{}]
+    both = nodes(entities, strategy=stored)["hand_with_box"]
+    assert both.parameters[0] == settings
+    plain = nodes(entities, strategy="rbo_hand_2_ball", driver="topic")
+    assert plain["hand_sim"].parameters == [{}]
 
 
 def test_with_a_stand_in_for_launch_a_recorder_writes_to_the_folder_that_is_given(entities):

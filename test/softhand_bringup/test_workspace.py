@@ -19,7 +19,15 @@ EXECUTABLES = {
     "softhand_trials": {"trials", "softhand-sweep", "softhand-search"},
     "model_lab": {"model_lab", "model-lab", "monitor"},
     "softhand_play": {"softhand-play"},
-    "softhand_bringup": {"softhand", "demo", "film", "lab_story", "recorder", "repair_bag"},
+    "softhand_bringup": {
+        "softhand",
+        "demo",
+        "film",
+        "hand_with_box",
+        "lab_story",
+        "recorder",
+        "repair_bag",
+    },
 }
 
 

@@ -145,7 +145,7 @@ def test_what_was_started_ends_with_a_starter_that_is_killed(domain, tmp_path, g
         text=True,
         preexec_fn=guard.enrol,
     ) as process:
-        expected = 4 if starter == "demo" else 3
+        expected = 3
         assert wait_until(lambda: len(nodes_logging_to(tmp_path)) == expected, 60.0)
         if starter == "demo":
             assert any("oppose" in line for line in process.stdout)  # in the middle of the grasp

@@ -1,4 +1,8 @@
-"""The same strategy over ROS is the same run each time, whatever else the machine does."""
+"""The same strategy over ROS is the same run each time, whatever else the machine does, and whether
+the driver is in the simulator's process or in one of its own.
+"""
+
+from dataclasses import replace
 
 import pytest
 
@@ -34,18 +38,22 @@ phases:
 """
 
 
-@pytest.mark.timeout(120)
-def test_two_runs_are_the_same_bit_for_bit_also_on_a_busy_machine(tmp_path):
+@pytest.mark.timeout(240)
+def test_runs_are_the_same_bit_for_bit_on_a_busy_machine_and_in_one_process(tmp_path):
     strategy = tmp_path / "short.yaml"
     strategy.write_text(STRATEGY)
-    options = SuiteOptions(strategy=str(strategy), await_commander=True)
+    options = SuiteOptions(strategy=str(strategy), await_commander=True, driver="topic")
     first = run_once(options)
     with busy(2):
         second = run_once(options)
-    assert first.answer == second.answer
+    composed = run_once(replace(options, driver="composed"))
     # it has moved the object, and pressure commands were obeyed: the phase `press` has ended
     assert max(abs(first.places[-1] - first.places[0])) > 1e-3
     assert first.answer == "none: table touched the object in the hold"
-    assert first.begin == second.begin
-    assert first.distance(second) == 0.0
-    assert first.commands_alike(second) == 100.0
+    for other in (second, composed):
+        assert first.answer == other.answer
+        assert first.begin == other.begin
+        assert first.distance(other) == 0.0
+        assert first.commands_alike(other) == 100.0
+        assert len(other.states) > 500
+        assert first.states_alike(other) == 100.0

@@ -80,8 +80,8 @@ class Session:
                 hand=HAND, scene=SCENE, seed=self.seed, step=STEP, enclave=enclave
             )
             launcher.start(suite.recorder(self.bag, RECORDED))
-            launcher.start(suite.simulator(options))
-            launcher.start(suite.driver(options, command_timeout=0.0))
+            for command in suite.hand_with_box(options, command_timeout=0.0):
+                launcher.start(command)
             with PressRig(channel, RECORDED, domain, enclave) as rig:
                 return self._play(rig, Waits(launcher, rig, self.stopped))
 

@@ -1,8 +1,9 @@
 """All three nodes on one machine: `ros2 launch grasp_strategies softhand.launch.py`.
 
-With `backend:=topic` (the default) the simulator owns valves, tubes and hand. With `embedded` or
-`hardware` the driver has its own plant, and the simulator is not started. An argument that is given
-wins over `params_file`; what neither of them says is the node's own default.
+With `backend:=topic` (the default) the simulator owns valves, tubes and hand, and the driver runs
+in its process; with `driver:=topic` in one of its own. With `embedded` or `hardware` the driver has
+its own plant, and the simulator is not started. An argument that is given wins over `params_file`;
+what neither of them says is the node's own default.
 
 With `strategy:=feix/03` the simulator has what that stored grasp of the Feix taxonomy needs, its
 object first of all; `ros2 service call /grasp/surface_constrained std_srvs/srv/Trigger` runs it.
@@ -36,6 +37,10 @@ ARGUMENTS = {
     "publish_clock": ("", "the simulator publishes /clock, or follows another's; empty: true"),
     "gui": ("", "open PyBullet's window; empty: false"),
     "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
+    "driver": (
+        "composed",
+        "where it runs: composed, in the simulator's process, or topic, beside it",
+    ),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
     "command_timeout": (
         "",
@@ -44,6 +49,7 @@ ARGUMENTS = {
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
+DRIVERS = ("composed", "topic")
 SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files", "finger_contact")
 TYPES = dict.fromkeys(SWITCHES, bool) | {"segments": int}
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
@@ -99,7 +105,9 @@ def nodes(context):
     common = {"namespace": given["namespace"], "output": "screen"}
 
     def node(package, executable, name, taken, *first):
-        """One node, with the parameters that it takes of what was given."""
+        """A node, or without a name several of one process, with the parameters that it takes of
+        what was given.
+        """
         return Node(
             package=package,
             executable=executable,
@@ -108,12 +116,17 @@ def nodes(context):
             **common,
         )
 
-    started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
-        node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
-    ]
-    if given["backend"] == "topic":
-        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *needed(given)))
+    started = [node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER)]
+    simulated = given["backend"] == "topic"
+    if given["driver"] not in DRIVERS:
+        raise ValueError(f"driver: expected one of {DRIVERS}, got {given['driver']}")
+    if simulated and given["driver"] == "composed":
+        both = SIMULATOR | DRIVER
+        started.append(node("softhand_bringup", "hand_with_box", None, both, *needed(given)))
+    else:
+        started.append(node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER))
+        if simulated:
+            started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *needed(given)))
     if given["record"]:
         recorder = {"package": "softhand_bringup", "executable": "recorder", "name": "recorder"}
         started.append(Node(**recorder, arguments=[given["record"]], **common))

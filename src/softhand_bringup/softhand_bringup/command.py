@@ -58,6 +58,10 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     },
 }
 NODES = {
+    "hand_with_box": (
+        "softhand_bringup.ros.hand_with_box.interface",
+        "the simulator and the driver, in one process",
+    ),
     "hand_sim": ("pneuflex_sim.ros.interface", "the simulator"),
     "driver": ("pneumaticbox_driver.ros.interface", "control of the channels' air"),
     "sequencer": ("grasp_strategies.ros.interface", "runs grasp strategies"),
@@ -74,7 +78,7 @@ def overview() -> str:
         lines += ["", f"{group}:"]
         lines += [f"  {name:<12}{words}" for name, (_, words) in commands.items()]
     lines += ["", "nodes, without ROS installed (softhand run NODE --ros-args -p NAME:=VALUE):"]
-    lines += [f"  run {name:<12}{words}" for name, (_, words) in NODES.items()]
+    lines += [f"  run {name:<14}{words}" for name, (_, words) in NODES.items()]
     return "\n".join(lines)
 
 

@@ -110,17 +110,18 @@ class Offer(NamedTuple):
     meaning: str
 
 
-def declare(node: Node, table: Table) -> dict[str, Any]:
+def declare(node: Node, table: Table, neighbours: Table = ()) -> dict[str, Any]:
     """Declare the parameters of a table on `node`; returns their values by name.
 
     An integer is accepted for a parameter whose default is a float. Later changes to a value that
-    is none of the choices are refused.
+    is none of the choices are refused. What a command line gives to all nodes of a process may be
+    a parameter of its other nodes, the `neighbours`.
 
     Raises:
         ValueError: a parameter was given that the node does not have, or a value that is none of
             the choices.
     """
-    refuse_unknown(node, table, given_to_all(sys.argv))
+    refuse_unknown(node, (*table, *neighbours), given_to_all(sys.argv))
     _take_whole_numbers(node, table)
     values = {
         row.name: node.declare_parameter(row.name, row.default, row.descriptor()).value

@@ -7,15 +7,17 @@ import math
 import sys
 import threading
 import time
+from collections.abc import Callable
 
 import numpy as np
+import pybullet
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.command_topics import CommandTopics
+from pneuflex_sim.ros.driver_link import SENSORS, VALVES, DriverLink, Obey, TopicLink
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders
 from pneuflex_sim.ros.markers import SceneMarkers
@@ -29,41 +31,41 @@ from softhand_common.numerics.compiled import compilation_announced
 from softhand_model.pneumatics.valves import CommandWatch
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report, cut
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import declare
+from softhand_ros.parameters import Table, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import (
     RELIABLE,
-    Inbox,
     clock_conflict,
-    has_subscribers,
     latched,
-    nanoseconds,
     stamp_of_seconds,
 )
 
-SENSORS = "pneumaticbox/sensors"
-# wall time to wait for the valves that answer a sample [s]: after an answer in time (a busy machine
-# is not a fault), and after a missed one
-ANSWER_TIMEOUT, LATE_ANSWER_TIMEOUT = 5.0, 0.05
-STOP_CHECK_PERIOD = 0.1  # wall time between checks whether the node shall end [s]
-WAITING_WARNING_TIME = 0.5  # missed wall time between two reports that is worth a warning [s]
 SERVE_SLICE = 0.001  # wall time for messages and services after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between checks of services while the simulation stands [s]
 STANDSTILL_CLOCK_PERIOD = 0.1  # wall time between ticks while the simulation stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
+FAILURES = (RuntimeError, pybullet.error)  # no display, or the window was closed
+
+
+LinkTo = Callable[[Node, Obey, Callable[[], bool]], DriverLink]
 
 
 class HandSim(Node):
-    """Publishes the state of the hand; applies commands to valves, wrist and object."""
+    """Publishes the state of the hand; applies commands to valves, wrist and object.
 
-    def __init__(self) -> None:
+    Args:
+        link_to: makes the link to the driver.
+        neighbours: parameters of other nodes in this process.
+    """
+
+    def __init__(self, link_to: LinkTo = TopicLink, neighbours: Table = ()) -> None:
         super().__init__("hand_sim")
         self._single = Single(self, "simulator", SENSORS)
-        value = declare(self, PARAMETERS)
+        value = declare(self, PARAMETERS, neighbours)
         self.stop = threading.Event()  # the node is to end
         self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
         with Preparation(self, self.diagnostics, "simulation") as tell, compilation_announced(tell):
@@ -72,8 +74,6 @@ class HandSim(Node):
         self._single.claim(value[ALLOW_SECOND.name])
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
-        self.answered_stamp, self.missed_answers, self.reported_missed = -1, 0, 0
-        self.answered_late, self.waited = False, 0.0
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
@@ -81,7 +81,8 @@ class HandSim(Node):
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self.commanders = Commanders(self, value["await_commander"])
         self.command_topics = CommandTopics(self, self.simulation, self._refuse)
-        self._create_topics()
+        self.description = self.create_publisher(String, "robot_description", latched(1))
+        self.driver = link_to(self, self._obey_valves, lambda: self.stop.is_set())
         self._create_services()
         self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
         self.state_topics = StateTopics(self, self.simulation)
@@ -106,12 +107,6 @@ class HandSim(Node):
         self.simulation.read_sensors()
         self.simulation.reset()
 
-    def _create_topics(self) -> None:
-        make = self.create_publisher
-        self.sensors = make(JointState, SENSORS, RELIABLE)
-        self.description = make(String, "robot_description", latched(1))
-        self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
-
     def _create_services(self) -> None:
         offer_trigger(self, "sim/reset", self._reset)
         offer_trigger(self, "sim/step", self._step)
@@ -126,14 +121,8 @@ class HandSim(Node):
         self.refusals += 1
         self.get_logger().warning(f"refused {self.refused[0]}", throttle_duration_sec=1.0)
 
-    def _take_valves(self, timeout: float = 0.0) -> None:
-        """Apply the valve commands that have come; wait up to `timeout` [s] for the first."""
-        message = self._valves.take(timeout)
-        while message is not None:
-            self._obey_valves(message)
-            message = self._valves.take()
-
-    def _obey_valves(self, message: JointState) -> None:
+    def _obey_valves(self, message: JointState) -> bool:
+        """Apply a command of the driver; whether it could be used."""
         try:
             if tuple(message.name) != self.simulation.channels:
                 raise ValueError(
@@ -141,9 +130,9 @@ class HandSim(Node):
                 )
             self.watch.receive(self.simulation.time, message.position)
         except ValueError as error:
-            self._refuse(f"pneumaticbox/valves: {error}")
-            return
-        self.answered_stamp = nanoseconds(message.header.stamp)
+            self._refuse(f"{VALVES}: {error}")
+            return False
+        return True
 
     def _reset(self) -> str:
         now = self.simulation.time
@@ -158,7 +147,6 @@ class HandSim(Node):
         """Let the simulation go on at another time [s]."""
         self.simulation.start += now - self.simulation.time
         self.watch.reset(now)
-        self.answered_stamp = -1
         self.pace.restart(now)
 
     def _step(self) -> str:
@@ -177,13 +165,12 @@ class HandSim(Node):
         return "paused" if on else "running"
 
     # ---------------------------------------------------------------- what goes out
-    def _publish_sensors(self) -> int:
-        """Publish one sensor sample; returns its stamp [ns]."""
+    def _send_sensors(self) -> None:
+        """Hand a sensor sample to the driver."""
         message = self._sensor_message
         message.header.stamp = stamp_of_seconds(self.simulation.time)
         message.effort = array.array("d", self.simulation.read_sensors().tolist())
-        self.sensors.publish(message)
-        return nanoseconds(message.header.stamp)
+        self.driver.send(message)
 
     def publish_clock(self) -> None:
         """Publish the simulated time; also while the simulation is paused."""
@@ -194,13 +181,7 @@ class HandSim(Node):
         warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
-        missed, self.reported_missed = (
-            self.missed_answers - self.reported_missed,
-            self.missed_answers,
-        )
-        waited, self.waited = self.waited, 0.0
-        if waited > WAITING_WARNING_TIME:
-            warnings.append(f"the driver answers late: {missed} samples waited for it in vain")
+        warnings.append(self.driver.warning())
         warnings.append(self._single.warning())
         if self.simulation.stops.warning:
             warnings.append(self.simulation.stops.warning)
@@ -211,7 +192,7 @@ class HandSim(Node):
         values = {
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
-            "answers missed in lockstep": str(self.missed_answers),
+            "answers missed in lockstep": str(self.driver.missed),
             "refused messages": str(self.refusals),
             "hand": self.simulation.hand.name,
             "object": self.simulation.object.name if self.simulation.object else "",
@@ -224,7 +205,8 @@ class HandSim(Node):
         self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
 
     def close(self) -> None:
-        """End the simulation."""
+        """End the driver, where it is in this process, and the simulation."""
+        self.driver.close()
         self.simulation.close()
         self._executor.close()
         self.destroy_node()
@@ -237,14 +219,15 @@ class HandSim(Node):
         simulation = self.simulation
         before = simulation.time
         self.command_topics.obey(before)
-        sample = self._publish_sensors()
+        self._send_sensors()
         stale = self.watch.silent(before)
         valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
-        self._wait_for_answer(sample, stale)
+        self.driver.await_answer(self.lockstep and not stale)
         self._executor.serve(SERVE_SLICE)
         self._publish_state(before)
+        self.driver.serve()
 
     def _publish_state(self, before: float) -> None:
         """Publish what is due since the time `before` [s]. The tick comes last, so that its
@@ -262,29 +245,6 @@ class HandSim(Node):
             self.transforms.publish(stamp)
             self.publish_clock()
 
-    def _wait_for_answer(self, sample: int, stale: bool) -> None:
-        """In lockstep, wait a limited time for the valves that answer this sample; else take what
-        has come.
-        """
-        self._take_valves()
-        if not self.lockstep or stale:
-            return
-        patience = LATE_ANSWER_TIMEOUT if self.answered_late else ANSWER_TIMEOUT
-        deadline = time.monotonic() + patience
-        while self.answered_stamp < sample and self._driver_there and not self.stop.is_set():
-            left = deadline - time.monotonic()
-            if left <= 0:
-                self.missed_answers += 1
-                self.waited += patience
-                break
-            self._take_valves(min(left, STOP_CHECK_PERIOD))
-        self.answered_late = self.answered_stamp < sample
-
-    @property
-    def _driver_there(self) -> bool:
-        """Whether somebody answers samples, and hears them."""
-        return bool(self._valves.publishers()) and has_subscribers(self.sensors)
-
     def halt(self, reason: str) -> None:
         """Stop a simulation that has diverged, and its air flow, until `sim/reset`."""
         self.diverged = reason
@@ -300,9 +260,10 @@ class HandSim(Node):
         end = time.monotonic() + STANDSTILL_CLOCK_PERIOD
         while self.stands and time.monotonic() < end:
             self.clock.wait(SERVE_PERIOD)
-            self._take_valves()
+            self.driver.look()
             self.command_topics.obey(self.simulation.time)
             self._executor.serve(SERVE_SLICE)
+            self.driver.serve()
         if change := self.clock.jump(self.simulation.time):
             self._set_time(self.simulation.time + change)
 
@@ -359,7 +320,7 @@ def main(args: list[str] | None = None) -> int:
         run,
         usage=HELP,
         args=args,
-        failures=(RuntimeError, pybullet.error),  # no display, or the window was closed
+        failures=FAILURES,
     )
 
 

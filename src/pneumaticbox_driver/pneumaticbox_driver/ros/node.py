@@ -38,14 +38,20 @@ from pneumaticbox_driver.ros.parameters import (
     choose_clock,
     sim_time_ignored,
 )
-from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
+from pneumaticbox_driver.ros.plant_topics import (
+    SENSORS,
+    ClockPulse,
+    Plant,
+    ValvesOut,
+    absolute_pressures,
+)
 from pneumaticbox_driver.safety import SampleWatch, one_line, text_of
 from pneumaticbox_driver.settings import per_channel
 from softhand_common.documents.quoted import shortened
 from softhand_common.numerics.compiled import compilation_announced
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import SIM_TIME, declare
+from softhand_ros.parameters import SIM_TIME, Table, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.single import ALLOW_SECOND, Single
@@ -66,13 +72,24 @@ LAST_VALVES_TIME = 0.3  # wall time for the delivery of the last valves [s]
 
 
 class PneumaticBoxNode(Node):
-    """ROS node of the pneumatic box; one thread processes samples and, in between, other work."""
+    """ROS node of the pneumatic box; one thread processes samples and, in between, other work.
 
-    def __init__(self) -> None:
+    Args:
+        plant: a simulator in this process, which calls `answer_sample`; None: the plant is that of
+            the parameter backend.
+        neighbours: parameters of other nodes in this process.
+
+    Raises:
+        ValueError: parameters that cannot be used.
+    """
+
+    def __init__(self, plant: Plant | None = None, neighbours: Table = ()) -> None:
         super().__init__("pneumaticbox")
         self._single = Single(self, "driver", BOX_STATE)
-        declare(self, PARAMETERS)
-        self.backend = self._value("backend")
+        declare(self, PARAMETERS, neighbours)
+        self.backend, self._plant = self._value("backend"), plant
+        if plant is not None and self.backend != "topic":
+            raise ValueError(f"backend: expected topic beside a simulator, got {self.backend}")
         settings = box_settings(self._value)
         channels = settings.channels
         calibrations = calibrations_of(self._value, len(channels))
@@ -113,9 +130,9 @@ class PneumaticBoxNode(Node):
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
         self._sensors: Inbox | None = None
-        if self.board is None:
-            self._sensors = Inbox(self, JointState, "pneumaticbox/sensors", RELIABLE)
-        self._valves = ValvesOut(self, channels)
+        if self.board is None and self._plant is None:
+            self._sensors = Inbox(self, JointState, SENSORS, RELIABLE)
+        self._valves = ValvesOut(self, channels, self._plant)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
         self._state = StateTopics(self, self.box, *deviations)
@@ -206,13 +223,16 @@ class PneumaticBoxNode(Node):
         if self._sensors is None:
             raise RuntimeError(f"serve_samples: expected backend topic, got {self.backend}")
         sample = self._sensors.take(timeout)
-        if sample is None:
-            return
+        if sample is not None:
+            self.answer_sample(sample)
+
+    def answer_sample(self, sample: JointState) -> None:
+        """Command the valves that answer a sample, after the commands that arrived before it."""
         self._executor.serve_messages(SERVE_SLICE)
         try:
             pressures = absolute_pressures(sample, self.box.settings.channels)
         except ValueError as error:
-            self._refuse(f"pneumaticbox/sensors: {error}")
+            self._refuse(f"{SENSORS}: {error}")
             return
         stamp = sample.header.stamp
         self._publish_answer(stamp, self.box.on_sample(seconds(stamp), pressures), pressures)
@@ -354,8 +374,8 @@ class PneumaticBoxNode(Node):
             self.get_logger().warning(note)
         self.box.notes.clear()
         self.link.forget_refused(now)
-        if self._sensors is not None:
-            self.link.simulators = self._sensors.publishers()
+        if self.board is None:
+            self.link.simulators = self.count_publishers(self.resolve_topic_name(SENSORS))
         self.link.second = self._single.warning()
         if self._clock_pulse is not None:
             self.link.clock_warning = clock_conflict(self)
@@ -388,11 +408,16 @@ def run_board(
     loop.run(step, stop)
 
 
-def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
-    """Control the box until `stop` is set."""
+def prepare_process() -> None:
+    """Let neither collections of garbage nor other threads delay a sample; see `serve_others`."""
     gc.freeze()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    gc.disable()  # a collection would delay a sample; see serve_others
+    gc.disable()
+
+
+def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
+    """Control the box until `stop` is set."""
+    prepare_process()
     if node.board is None:
         run_topic(node, stop)
     else:

@@ -7,6 +7,7 @@ from a wait set of their own, without an executor.
 from __future__ import annotations
 
 import array
+from collections.abc import Callable
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -17,7 +18,10 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from softhand_common.documents.quoted import quoted
-from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
+from softhand_ros.topics import NEWEST, RELIABLE, has_subscribers, subscribe_by_hand, take
+
+SENSORS, VALVES = "pneumaticbox/sensors", "pneumaticbox/valves"
+Plant = Callable[[JointState], object]  # obeys valves in this process
 
 
 def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray[np.float64]:
@@ -40,17 +44,21 @@ class ValvesOut:
     Args:
         node: the node that publishes.
         channels: names of the channels, in order.
+        plant: in this process, which gets every message; None: the plant subscribes.
     """
 
-    def __init__(self, node: Node, channels: tuple[str, ...]) -> None:
-        self._publisher = node.create_publisher(JointState, "pneumaticbox/valves", RELIABLE)
-        self._valves = JointState(name=list(channels))
+    def __init__(self, node: Node, channels: tuple[str, ...], plant: Plant | None = None) -> None:
+        self._publisher = node.create_publisher(JointState, VALVES, RELIABLE)
+        self._valves, self._plant = JointState(name=list(channels)), plant
 
     def answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
         """Publish the valves (n,) with the stamp of their sample."""
         self._valves.header.stamp = stamp
         self._valves.position = array.array("d", valves.tolist())
-        self._publisher.publish(self._valves)
+        if self._plant is not None:
+            self._plant(self._valves)
+        if self._plant is None or has_subscribers(self._publisher):
+            self._publisher.publish(self._valves)
 
     def flush(self, timeout: float) -> None:
         """Wait up to `timeout` [s] until the plant has received all messages."""

@@ -10,6 +10,9 @@ from pathlib import Path
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
 
 RECORDER = "recorder"  # the node's name, too
+HAND_WITH_BOX = "hand_with_box"
+SIM_TIME = "use_sim_time"
+COMPOSED, TOPIC = DRIVERS = ("composed", "topic")  # where the driver runs
 
 
 def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, str]:
@@ -59,6 +62,7 @@ class SuiteOptions:
         await_commander: whether the simulation waits at its start until a strategy runs, which
             makes runs reproducible.
         enclave: ROS enclave of the nodes, by which the run recognizes them; empty: none.
+        driver: `composed`: in the simulator's process; `topic`: in a process of its own.
     """
 
     hand: str = "rbo_hand_2"
@@ -82,6 +86,7 @@ class SuiteOptions:
     namespace: str = ""
     await_commander: bool = False
     enclave: str = ""
+    driver: str = COMPOSED
 
 
 def simulator(options: SuiteOptions) -> NodeCommand:
@@ -116,7 +121,7 @@ def driver(options: SuiteOptions, command_timeout: float | None = None) -> NodeC
     """The node `pneumaticbox` with the simulated plant; `command_timeout` in [s], 0 for none, None
     for the node's default.
     """
-    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, SIM_TIME: True}
     if command_timeout is not None:
         parameters["command_timeout"] = command_timeout
     return NodeCommand(
@@ -129,7 +134,7 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
         "strategy.surface_constrained": options.strategy,
-        "use_sim_time": True,
+        SIM_TIME: True,
     }
     return NodeCommand(
         "sequencer", "grasp_strategies.ros.node", parameters, enclave=options.enclave
@@ -142,7 +147,7 @@ def monitor(
     """The node `monitor` with the model of the options, which may differ from the simulator's, and
     with further parameters.
     """
-    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, SIM_TIME: True}
     parameters.update(further or {})
     if options.model:
         parameters["model_file"] = options.model
@@ -166,11 +171,38 @@ def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
     )
 
 
-def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
-    """Simulator, driver and sequencer, in the order of their start. Names of their processes begin
-    with the namespace, if there is one.
+def hand_with_box(options: SuiteOptions, command_timeout: float | None = None) -> list[NodeCommand]:
+    """The nodes `hand_sim` and `pneumaticbox`: in one process or in two, as `options.driver` says;
+    `command_timeout` as of `driver`.
+
+    Raises:
+        ValueError: `options.driver` is none of DRIVERS.
     """
-    commands = [simulator(options), driver(options), sequencer(options)]
+    if options.driver not in DRIVERS:
+        raise ValueError(f"driver: expected one of {', '.join(DRIVERS)}, got {options.driver}")
+    hand, box = simulator(options), driver(options, command_timeout)
+    if options.driver == TOPIC:
+        return [hand, box]
+    # the clock of the node `pneumaticbox` alone, which follows it unless told otherwise
+    own = {name: value for name, value in box.parameters.items() if name != SIM_TIME}
+    module = "softhand_bringup.ros.hand_with_box.node"
+    return [replace(hand, name=HAND_WITH_BOX, module=module, parameters={**hand.parameters, **own})]
+
+
+def suite_nodes(options: SuiteOptions) -> list[NodeCommand]:
+    """Simulator, driver and sequencer, in the order of their start, simulator and driver in one
+    process or in two, as `options.driver` says. Names of their processes begin with the namespace,
+    if there is one.
+    """
+    return _in_namespace([*hand_with_box(options), sequencer(options)], options)
+
+
+def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
+    """As `suite_nodes`, in three processes whatever the options say."""
+    return suite_nodes(replace(options, driver=TOPIC))
+
+
+def _in_namespace(commands: list[NodeCommand], options: SuiteOptions) -> list[NodeCommand]:
     space = options.namespace.strip("/")
     if not space:
         return commands

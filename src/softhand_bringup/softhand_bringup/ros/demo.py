@@ -90,7 +90,7 @@ class Demo:
                 self._start_recorder(run)
             enclave = run_enclave(domain)
             options = replace(self.options, await_commander=True, enclave=enclave)
-            for command in suite.three_nodes(options):
+            for command in suite.suite_nodes(options):
                 run.start(command)
             with GraspClient(self.service, self._tell_phase, domain, enclave) as client:
                 verdict = self._grasp(client, run)
@@ -293,6 +293,7 @@ def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
         # in real time for somebody who watches, otherwise as fast as possible
         real_time_factor=1.0 if parsed.gui else 0.0,
         gui=parsed.gui,
+        driver=parsed.driver,
     )
 
 
@@ -316,6 +317,12 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         prog="softhand demo", description="Grasp, lift and hold an object with three ROS 2 nodes."
     )
     parser.add_argument("--seed", type=int, default=0, help="of the object's offset and mass")
+    parser.add_argument(
+        "--driver",
+        choices=suite.DRIVERS,
+        default=suite.COMPOSED,
+        help="in the simulator's process, or a process of its own on topics (composed)",
+    )
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
     parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument(

@@ -97,8 +97,8 @@ class Session:
         log = self.folder / "log"
         with Launcher(log, node_environment(log, domain)) as launcher:
             launcher.start(suite.recorder(self.bag, RECORDED_TOPICS))
-            launcher.start(suite.simulator(options))
-            launcher.start(suite.driver(options, command_timeout=0.0))
+            for command in suite.hand_with_box(options, command_timeout=0.0):
+                launcher.start(command)
             launcher.start(suite.monitor(replace(options, model=self.model), MONITOR_SETTLING))
             channel = load_hand(RIG_HAND).channels[0]
             with RigLink("lab_story", channel, RECORDED_TOPICS, domain, enclave) as rig:

@@ -1,0 +1,1 @@
+"""The nodes `hand_sim` and `pneumaticbox` in one process."""
