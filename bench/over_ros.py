@@ -1,4 +1,4 @@
-"""The demo's grasp with the three nodes as processes at 2 ms, for ten seeds."""
+"""The demo's grasp over ROS at 2 ms, for ten seeds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SEEDS = range(10)
 
 
 def run() -> list[dict[str, Any]]:
-    """Real-time factor of the three nodes, grasps that succeed, and drift while held."""
+    """Real-time factor over ROS, grasps that succeed, and drift while held."""
     with tempfile.TemporaryDirectory() as folder:
         runs = [grasp(seed, Path(folder) / str(seed)) for seed in SEEDS]
     verdicts = [verdict for verdict in runs if verdict is not None]
@@ -28,7 +28,7 @@ def run() -> list[dict[str, Any]]:
     slips = [verdict.slip for verdict in verdicts if verdict.slip is not None]
     gripped = sum(verdict.gripped for verdict in verdicts)
     return [
-        at_least("three nodes over ROS, 2 ms: real-time factor", factor, "", 1),
+        at_least("grasp over ROS, 2 ms: real-time factor", factor, "", 1),
         at_least("grasps over ROS that succeed, of 10 seeds", gripped, "", len(SEEDS)),
         at_most(
             "drift of the held object in 1 s, worst of the seeds",

@@ -7,6 +7,7 @@ from bench.groups import main
 OPTIONS = {
     "minutes": (5.0, "of the long rows"),
     "seed": (0, "of what is drawn"),
+    "rounds": (5, "of grasps whose speed is measured"),
     "demos": (10, "beside busy loops"),
 }
 

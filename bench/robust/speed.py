@@ -1,8 +1,9 @@
 """Speed over ROS beside the same grasp in process, in turns, and the driver's share of a core.
 
 What is compared are whole grasps at 2 ms with 5 segments an actuator: strategy, judge and physics
-in one process, and as three nodes, without and with a recorder beside them. In process air follows
-its command; over ROS there are the valves, the tubes and the noisy sensors of the plant too.
+in one process, and over ROS, with the driver in the simulator's process or in one of its own,
+without and with a recorder beside them. In process air follows its command; over ROS there are the
+valves, the tubes and the noisy sensors of the plant too.
 """
 
 from __future__ import annotations
@@ -20,19 +21,24 @@ from ros_domain import held_domain
 from bench import simulator
 from bench.pneumatics.driver_process import cpu_share
 from bench.row import at_least, at_most, stated
+from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.ros.demo import Demo
 from softhand_trials.trials import draw_placement, run_trial
 
 ROUNDS = 5
 STEP, SEGMENTS = 0.002, 5
-BARE, RECORDED = 0.45, 0.4  # least ratio without and with a recorder
+# least ratio to in process without and with a recorder, by where the driver runs
+LEAST = {suite.COMPOSED: (0.6, 0.5), suite.TOPIC: (0.45, 0.4)}
+SUITE_TIME = 0.35  # CPU time of simulator, driver and sequencer a simulated second, composed [s]
 DRIVER, WATCHED = 25.0, 20.0  # share of a core [%] over so long [s]
+RECORDER = "recorder"
 NODES = {
+    "softhand_bringup.ros.hand_with_box": "simulator with driver",
     "pneuflex_sim": "simulator",
     "pneumaticbox_driver": "driver",
     "grasp_strategies": "sequencer",
-    "softhand_bringup": "recorder",
+    "softhand_bringup.ros.recorder": RECORDER,
 }
 
 
@@ -55,17 +61,23 @@ def cpu_times() -> dict[str, float]:
     """CPU time so far of the nodes that this process has started [s]."""
     times = {}
     for process in psutil.Process().children():
-        package = next((p for p in NODES if f"-m {p}." in " ".join(process.cmdline())), None)
+        package = next((p for p in NODES if f"-m {p}" in " ".join(process.cmdline())), None)
         if package is not None:
             spent = process.cpu_times()
             times[NODES[package]] = spent.user + spent.system
     return times
 
 
-def over_ros(seed: int, record: bool) -> tuple[float, dict[str, float]]:
+def over_ros(seed: int, record: bool, driver: str) -> tuple[float, dict[str, float]]:
     """Real-time factor of one grasp over ROS, as fast as it goes, and its nodes' CPU times."""
     offset, mass_scale = draw_placement(seed)
-    options = SuiteOptions(object_offset=offset, object_mass_scale=mass_scale, seed=seed, step=STEP)
+    options = SuiteOptions(
+        object_offset=offset,
+        object_mass_scale=mass_scale,
+        seed=seed,
+        step=STEP,
+        driver=driver,
+    )
     with tempfile.TemporaryDirectory() as folder, held_domain() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
         demo = WatchedDemo(options, Path(folder), lambda line: None, record=record)
@@ -76,31 +88,42 @@ def over_ros(seed: int, record: bool) -> tuple[float, dict[str, float]]:
 def run(rounds: int = ROUNDS) -> list[dict[str, Any]]:
     """Ratios of the real-time factors, CPU time of the nodes, share of the driver."""
     run_trial(0)  # compile
-    rows, bare, recorded, alone = [], [], [], []
-    spent: dict[str, list[float]] = {}
+    kinds = [(driver, record) for driver in LEAST for record in (False, True)]
+    alone: list[float] = []
+    factors: dict[tuple[str, bool], list[float]] = {kind: [] for kind in kinds}
+    spent: dict[tuple[str, bool], list[dict[str, float]]] = {kind: [] for kind in kinds}
     for seed in range(rounds):
         alone.append(run_trial(seed).real_time_factor)
-        for factors, record in ((bare, False), (recorded, True)):
-            factor, cpu = over_ros(seed, record)
-            factors.append(factor)
-            for name, time in cpu.items():
-                spent.setdefault(f"{name}{', with recorder' * record}", []).append(time)
-        line = f"in process {alone[-1]:.2f}, over ROS {bare[-1]:.2f}, recorded {recorded[-1]:.2f}"
-        print(f"  seed {seed}: {line}", flush=True)
+        for driver, record in kinds:
+            factor, cpu = over_ros(seed, record, driver)
+            factors[driver, record].append(factor)
+            spent[driver, record].append(cpu)
+        line = ", ".join(f"{_words(*kind)} {factors[kind][-1]:.2f}" for kind in kinds)
+        print(f"  seed {seed}: in process {alone[-1]:.2f}, {line}", flush=True)
     steps = simulator.grasp(SEGMENTS, STEP)
-    rows += [
+    rows = [
         stated("grasp in process, 2 ms: real-time factor", median(alone), ""),
         stated("of it the physics alone", steps.steps * STEP / steps.total, ""),
-        stated("grasp over ROS: real-time factor", median(bare), ""),
-        stated("grasp over ROS with recorder: real-time factor", median(recorded), ""),
-        at_least("over ROS / in process", ratio(bare, alone), "", BARE),
-        at_least("over ROS with recorder / in process", ratio(recorded, alone), "", RECORDED),
     ]
-    for name, times in spent.items():
-        rows.append(stated(f"CPU time a simulated second: {name}", 1e3 * median(times), "ms"))
+    for kind in kinds:
+        driver, record = kind
+        words, least = _words(driver, record), LEAST[driver][record]
+        rows.append(stated(f"{words}: real-time factor", median(factors[kind]), ""))
+        rows.append(at_least(f"{words} / in process", ratio(factors[kind], alone), "", least))
+        for name in spent[kind][0]:
+            time = median(cpu[name] for cpu in spent[kind])
+            rows.append(stated(f"{words}: CPU time a simulated second, {name}", time, "s"))
+    suite_time = median(sum(cpu.values()) for cpu in spent[suite.COMPOSED, False])
+    name = "composed: CPU time a simulated second, whole suite"
+    rows.append(at_most(name, suite_time, "s", SUITE_TIME))
     share = 100 * cpu_share(WATCHED)
     rows.append(at_most("driver, 8 channels, 500 Hz: share of one core", share, "%", DRIVER))
     return rows
+
+
+def _words(driver: str, record: bool) -> str:
+    name = "composed" if driver == suite.COMPOSED else "three processes"
+    return f"{name}{', recorded' * record}"
 
 
 def ratio(factors: list[float], others: list[float]) -> float:

@@ -77,7 +77,7 @@ class Session:
         ):
             enclave = run_enclave(domain)
             options = suite.SuiteOptions(
-                hand=HAND, scene=SCENE, seed=self.seed, step=STEP, enclave=enclave
+                hand=HAND, scene=SCENE, seed=self.seed, step=STEP, enclave=enclave, state_rate=0.0
             )
             launcher.start(suite.recorder(self.bag, RECORDED))
             for command in suite.hand_with_box(options, command_timeout=0.0):

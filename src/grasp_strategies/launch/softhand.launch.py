@@ -116,15 +116,19 @@ def nodes(context):
             **common,
         )
 
+    # a bag gets the driver's state at every sample
+    rates = [{"state_rate": 0.0}] if given["record"] else []
     started = [node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER)]
     simulated = given["backend"] == "topic"
     if given["driver"] not in DRIVERS:
         raise ValueError(f"driver: expected one of {DRIVERS}, got {given['driver']}")
     if simulated and given["driver"] == "composed":
         both = SIMULATOR | DRIVER
-        started.append(node("softhand_bringup", "hand_with_box", None, both, *needed(given)))
+        started.append(
+            node("softhand_bringup", "hand_with_box", None, both, *rates, *needed(given))
+        )
     else:
-        started.append(node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER))
+        started.append(node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, *rates))
         if simulated:
             started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *needed(given)))
     if given["record"]:

@@ -21,7 +21,7 @@ from rclpy.subscription import Subscription
 from softhand_ros.services import ANSWER_PERIOD
 from softhand_ros.topics import TakenByHand
 
-SERVICE_PERIOD = 0.005  # wall time between two checks of the services [s]
+SERVICE_PERIOD = ANSWER_PERIOD  # wall time between two checks of the services [s]
 
 
 class RoundRobin:

@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 from plant_peer import BOX, CHANNELS, DEEP, MG, MODULE
-from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, GetParameters
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from refused_start import refusal
 from ros_peer import seconds
 from rosgraph_msgs.msg import Clock
@@ -20,10 +20,11 @@ from pneumaticbox_driver.ros.parameters import PARAMETERS
 from softhand_bringup.processes.launcher import NodeCommand
 
 pytestmark = pytest.mark.system
+DOUBLE = ParameterType.PARAMETER_DOUBLE
 
 
 def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, peer):
-    start()
+    start(state_rate=0.0)
     pressures = peer.listen(FluidPressure, "pneumaticbox/supply/pressure", DEEP)
     peer.connect()
     peer.command(20 * MG, 8 * MG)
@@ -41,6 +42,26 @@ def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, p
     assert len(pressures) == pytest.approx(2.6 * 25, rel=0.15)
     assert pressures[-1].variance > 0
     assert pressures[-1].fluid_pressure == pytest.approx(401e3, rel=0.03)
+
+
+def test_states_come_at_their_rate_and_at_every_sample_once_that_is_asked_for(start, peer):
+    start()
+    peer.connect()
+
+    def gaps():
+        peer.states.clear()
+        peer.run(0.3)
+        peer.spin(0.2)
+        return np.diff([seconds(state.header.stamp) for state in peer.states])
+
+    np.testing.assert_allclose(gaps(), 0.01, atol=1e-9)
+    # at the ticks of the simulator's clock, which the sequencer waits for
+    assert round(seconds(peer.states[-1].header.stamp) * 1e9) % 10**7 == 0
+    every = Parameter(name="state_rate", value=ParameterValue(type=DOUBLE, double_value=0.0))
+    answer = peer.call(SetParameters, "pneumaticbox/set_parameters", parameters=[every])
+    assert answer.results[0].successful
+    gaps()
+    np.testing.assert_allclose(gaps(), 0.002, atol=1e-9)
 
 
 def test_unusable_messages_are_refused_whole_and_named(start, peer):

@@ -91,7 +91,7 @@ def gaps_under(peer, topic):
 
 
 def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start, peer):
-    start(backend="embedded", embedded_rate=200.0, real_time_priority=20)
+    start(backend="embedded", embedded_rate=200.0, state_rate=0.0, real_time_priority=20)
     peer.wait(lambda: peer.states, 20.0, "a state")
     elsewhere = gaps_under(peer, "nobody/listens")
     stormy = gaps_under(peer, "pneumaticbox/command")

@@ -10,18 +10,20 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-import pybullet
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.command_topics import CommandTopics
 from pneuflex_sim.ros.driver_link import SENSORS, VALVES, DriverLink, Obey, TopicLink
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders
 from pneuflex_sim.ros.markers import SceneMarkers
-from pneuflex_sim.ros.parameters import PARAMETERS, configuration
+from pneuflex_sim.ros.parameters import CHANGING_RATES, PARAMETERS, configuration
 from pneuflex_sim.ros.state_topics import StateTopics
 from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
@@ -46,7 +48,7 @@ SERVE_SLICE = 0.001  # wall time for messages and services after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between checks of services while the simulation stands [s]
 STANDSTILL_CLOCK_PERIOD = 0.1  # wall time between ticks while the simulation stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
-SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
+CONTACTS_PERIOD = 0.02  # [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
 FAILURES = (RuntimeError, pybullet.error)  # no display, or the window was closed
 
@@ -78,6 +80,7 @@ class HandSim(Node):
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
         self.clock = shared_clock(self, value["publish_clock"])
+        self.ticked = self.simulation.time  # of the last tick of /clock [s]
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self.commanders = Commanders(self, value["await_commander"])
         self.command_topics = CommandTopics(self, self.simulation, self._refuse)
@@ -89,6 +92,8 @@ class HandSim(Node):
         self.markers = SceneMarkers(self, self.simulation, RELIABLE)
         self.transforms = Transforms(self, self.simulation)
         self.marker_period = 1.0 / value["marker_rate"]
+        self.rates = {name: value[name] for name in CHANGING_RATES}
+        self.add_on_set_parameters_callback(self._set_rates)
         self._executor = RoundRobin(self)
         layout = self.simulation.bodies.layout
         self.description.publish(String(data=write_urdf(layout)))
@@ -111,6 +116,12 @@ class HandSim(Node):
         offer_trigger(self, "sim/reset", self._reset)
         offer_trigger(self, "sim/step", self._step)
         offer_switch(self, "sim/pause", self._pause)
+
+    def _set_rates(self, changes: list[Parameter]) -> SetParametersResult:
+        self.rates |= {
+            change.name: change.value for change in changes if change.name in CHANGING_RATES
+        }
+        return SetParametersResult(successful=True)
 
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
@@ -147,6 +158,7 @@ class HandSim(Node):
         """Let the simulation go on at another time [s]."""
         self.simulation.start += now - self.simulation.time
         self.watch.reset(now)
+        self.ticked = now
         self.pace.restart(now)
 
     def _step(self) -> str:
@@ -173,8 +185,18 @@ class HandSim(Node):
         self.driver.send(message)
 
     def publish_clock(self) -> None:
-        """Publish the simulated time; also while the simulation is paused."""
-        self.clock.publish_time(self.simulation.time)
+        """Publish the simulated time."""
+        self.ticked = self.simulation.time
+        self.clock.publish_time(self.ticked)
+
+    def _publish_standing(self) -> None:
+        """Publish the time while the simulation stands. While it waits for commanders that is the
+        last tick: another one, which depends on the machine's load, would move their next command.
+        """
+        if self.paused or self.clock.follows:
+            self.publish_clock()
+        else:
+            self.clock.publish_time(self.ticked)
 
     def _warnings(self) -> list[str]:
         """Warnings for the user; refused messages are named once."""
@@ -237,9 +259,12 @@ class HandSim(Node):
         stamp = stamp_of_seconds(now)
         if _crossed(before, now, self.marker_period):
             self.markers.publish_markers(stamp)
-        if _crossed(before, now, SLOW_PERIOD):
-            self.state_topics.publish_slow(stamp)
+        if _due(before, now, self.rates["joint_rate"]):
+            self.state_topics.publish_joints(stamp)
+        if _crossed(before, now, CONTACTS_PERIOD):
             self.markers.publish_contacts(stamp)
+        if _due(before, now, self.rates["wrench_rate"]):
+            self.state_topics.publish_wrench(stamp)
         if _crossed(before, now, FAST_PERIOD):
             self.state_topics.publish_fast(stamp)
             self.transforms.publish(stamp)
@@ -256,7 +281,7 @@ class HandSim(Node):
         time.
         """
         if not self.diverged:
-            self.publish_clock()
+            self._publish_standing()
         end = time.monotonic() + STANDSTILL_CLOCK_PERIOD
         while self.stands and time.monotonic() < end:
             self.clock.wait(SERVE_PERIOD)
@@ -290,6 +315,11 @@ class HandSim(Node):
 def _crossed(before: float, after: float, period: float) -> bool:
     """True when a multiple of `period` lies in (before, after]."""
     return int(after / period + 1e-6) > int(before / period + 1e-6)
+
+
+def _due(before: float, after: float, rate: float) -> bool:
+    """Whether a topic of this rate [Hz], 0 for every sample, is due."""
+    return not rate or _crossed(before, after, 1.0 / rate)
 
 
 def run(node: HandSim, stop: threading.Event) -> None:

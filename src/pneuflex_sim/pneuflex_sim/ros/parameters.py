@@ -1,4 +1,4 @@
-"""Parameters of the node `hand_sim`, all read-only, and the simulation that they configure."""
+"""Parameters of the node `hand_sim`, and the simulation that they configure."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from softhand_ros.single import ALLOW_SECOND
 if TYPE_CHECKING:
     from pneuflex_sim.simulation import SimulationConfig
 
+CHANGING_RATES = ("joint_rate", "wrench_rate")  # these may change while the node runs
 SOLVERS = ("fast", "default", "stable")  # pneuflex_sim.world.SETTINGS
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
@@ -47,6 +48,22 @@ PARAMETERS = (
         (0.0, 1000.0),
     ),
     Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time", "Hz", (0.1, 100.0)),
+    Parameter(
+        "joint_rate",
+        50.0,
+        "rate of hand/joint_states, tip_angles and fingertips in simulated time; 0: every sample",
+        "Hz",
+        (0.0, 1000.0),
+        read_only=False,
+    ),
+    Parameter(
+        "wrench_rate",
+        100.0,
+        "rate of wrist/wrench in simulated time, 100 or more for the sequencer; 0: every sample",
+        "Hz",
+        (0.0, 1000.0),
+        read_only=False,
+    ),
     Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist", "N/m", (1.0, 1e6)),
     Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring", "N", (0.1, 1e4)),
     Parameter(

@@ -45,20 +45,21 @@ class StateTopics:
         self._wrench_message.header.frame_id = WORLD
 
     def publish_fast(self, stamp: Time) -> None:
-        """Wrist and object, which a strategy follows."""
+        """Poses of wrist and object, which a strategy follows."""
         simulation = self._simulation
         if has_subscribers(self._wrist_pose):
             self._wrist_message.header.stamp = stamp
             _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
             self._wrist_pose.publish(self._wrist_message)
-        if has_subscribers(self._wrench):
-            self._publish_wrench(stamp)
         if simulation.object is not None and has_subscribers(self._object_pose):
             self._object_message.header.stamp = stamp
             _fill_pose(self._object_message.pose, *simulation.object_pose())
             self._object_pose.publish(self._object_message)
 
-    def _publish_wrench(self, stamp: Time) -> None:
+    def publish_wrench(self, stamp: Time) -> None:
+        """Force and torque of the hand on the wrist."""
+        if not has_subscribers(self._wrench):
+            return
         self._wrench_message.header.stamp = stamp
         force, torque = self._simulation.wrist_wrench()
         wrench = self._wrench_message.wrench
@@ -66,7 +67,7 @@ class StateTopics:
         wrench.torque.x, wrench.torque.y, wrench.torque.z = torque.tolist()
         self._wrench.publish(self._wrench_message)
 
-    def publish_slow(self, stamp: Time) -> None:
+    def publish_joints(self, stamp: Time) -> None:
         """Joints and tips of the hand."""
         if has_subscribers(self._joints):
             message, q = self._joint_message, self._simulation.bodies.q

@@ -1,4 +1,4 @@
-"""Topics of the box: commands, states at every sample, and pressures at a lower rate."""
+"""Topics of the box: commands, states and pressures, each at its rate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import CommandTraffic
-from softhand_ros.topics import RELIABLE, has_subscribers, seconds
+from softhand_ros.topics import RELIABLE, Due, has_subscribers, seconds
 
 BOX_COMMAND, BOX_SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
 BOX_STATE = "pneumaticbox/state"
@@ -100,10 +100,16 @@ class StateTopics:
         box: whose state is published.
         channel_deviation: of the channel sensors, one sigma [Pa].
         supply_deviation: of the supply's sensor, one sigma [Pa].
+        state_rate: of `pneumaticbox/state` [Hz]; 0: at every sample.
     """
 
     def __init__(
-        self, node: Node, box: PneumaticBox, channel_deviation: float, supply_deviation: float
+        self,
+        node: Node,
+        box: PneumaticBox,
+        channel_deviation: float,
+        supply_deviation: float,
+        state_rate: float,
     ) -> None:
         channels = box.settings.channels
         self._box = box
@@ -117,10 +123,11 @@ class StateTopics:
         deviations = [channel_deviation] * len(channels) + [supply_deviation]
         self._pressure = [FluidPressure(variance=deviation**2) for deviation in deviations]
         self._slot = 0
+        self.state_due = Due(state_rate)
 
     def publish(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
         """Publish the state after a sample of absolute pressures (n + 1,) [Pa] to subscribers."""
-        if has_subscribers(self._state_out):
+        if self.state_due(seconds(stamp)) and has_subscribers(self._state_out):
             self._publish_state(stamp)
         self._publish_pressures(stamp, pressures_abs)
 

@@ -134,8 +134,8 @@ class PneumaticBoxNode(Node):
             self._sensors = Inbox(self, JointState, SENSORS, RELIABLE)
         self._valves = ValvesOut(self, channels, self._plant)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
-        deviations = self._value("channel_deviation"), self._value("supply_deviation")
-        self._state = StateTopics(self, self.box, *deviations)
+        rows = ("channel_deviation", "supply_deviation", "state_rate")
+        self._state = StateTopics(self, self.box, *map(self._value, rows))
         handlers = {BOX_COMMAND: self.box.command, BOX_SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
             self, handlers, self._box_time, self._of_stamp, self._refuse, self.link.accept
@@ -187,6 +187,8 @@ class PneumaticBoxNode(Node):
             return SetParametersResult(successful=False, reason=str(error))
         for name in SWITCHED_PARTS & values.keys():
             setattr(getattr(self.box, SWITCHED_PARTS[name]), name, values[name])
+        if "state_rate" in values:
+            self._state.state_due.rate = values["state_rate"]
         if "embedded_supply" in values:
             cast("EmbeddedBoard", self.board).set_supply(values["embedded_supply"])
         return SetParametersResult(successful=True)

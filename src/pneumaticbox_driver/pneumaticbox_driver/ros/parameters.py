@@ -98,6 +98,14 @@ PARAMETERS = (
     Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
     Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma", "Pa", (0.0, 1e5)),
     Parameter("supply_deviation", 10000.0, "of the supply pressure, one sigma", "Pa", (0.0, 1e5)),
+    Parameter(
+        "state_rate",
+        100.0,
+        "rate of pneumaticbox/state, 100 or more for the sequencer; 0: every sample",
+        "Hz",
+        (0.0, 1000.0),
+        read_only=False,
+    ),
     Parameter("embedded_rate", 500.0, "control steps without a simulator", "Hz", (10.0, 1000.0)),
     Parameter(
         "real_time_priority", 0, "SCHED_FIFO priority of the node; 0: ordinary", bounds=(0, 99)

@@ -62,6 +62,7 @@ class SuiteOptions:
         await_commander: whether the simulation waits at its start until a strategy runs, which
             makes runs reproducible.
         enclave: ROS enclave of the nodes, by which the run recognizes them; empty: none.
+        state_rate: of the driver's states [Hz]; 0: every sample, for a bag.
         driver: `composed`: in the simulator's process; `topic`: in a process of its own.
     """
 
@@ -86,6 +87,7 @@ class SuiteOptions:
     namespace: str = ""
     await_commander: bool = False
     enclave: str = ""
+    state_rate: float = 100.0
     driver: str = COMPOSED
 
 
@@ -121,7 +123,11 @@ def driver(options: SuiteOptions, command_timeout: float | None = None) -> NodeC
     """The node `pneumaticbox` with the simulated plant; `command_timeout` in [s], 0 for none, None
     for the node's default.
     """
-    parameters: dict[str, ParameterValue] = {"hand": options.hand, SIM_TIME: True}
+    parameters: dict[str, ParameterValue] = {
+        "hand": options.hand,
+        "state_rate": float(options.state_rate),
+        SIM_TIME: True,
+    }
     if command_timeout is not None:
         parameters["command_timeout"] = command_timeout
     return NodeCommand(

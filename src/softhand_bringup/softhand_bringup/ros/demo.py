@@ -90,6 +90,8 @@ class Demo:
                 self._start_recorder(run)
             enclave = run_enclave(domain)
             options = replace(self.options, await_commander=True, enclave=enclave)
+            if self.record:
+                options = replace(options, state_rate=0.0)
             for command in suite.suite_nodes(options):
                 run.start(command)
             with GraspClient(self.service, self._tell_phase, domain, enclave) as client:

@@ -93,6 +93,7 @@ class Session:
             seed=self.seed,
             step=RIG_STEP,
             enclave=enclave,
+            state_rate=0.0,
         )
         log = self.folder / "log"
         with Launcher(log, node_environment(log, domain)) as launcher:
