@@ -96,6 +96,8 @@ def test_every_topic_of_the_suite_is_in_the_bag(bag):
         "/scene/object_pose",
         "/grasp/phase",
         "/grasp/result",
+        "/tf",
+        "/tf_static",
     ):
         assert counts.get(topic, 0) >= 1, topic
 

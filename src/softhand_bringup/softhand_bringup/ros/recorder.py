@@ -6,6 +6,8 @@ It finds new topics and takes their serialised messages directly from the queues
 fifty times a second. It has no executor and no wait set: at 2000 messages a second these would cost
 more than the recording itself. Stamps are those of the middleware, so that reading the queues only
 every 20 ms costs no accuracy.
+
+Where tf2_msgs is not installed nobody publishes `/tf`: then the recorder writes the frames itself.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import sys
 import threading
 import time
 from collections.abc import Collection
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -33,12 +36,13 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import WriterError
 
+from softhand_bringup.bags.frames import TF, FrameWriter
 from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 from softhand_bringup.processes.suite import RECORDER
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
-from softhand_ros.topics import SECOND_NS, unused
+from softhand_ros.topics import SECOND_NS, latched, unused
 
 RECORDER_PERIOD = 0.02  # [s]
 DISCOVERY_PERIOD = 0.1  # [s]
@@ -75,7 +79,7 @@ def _as_time(nanoseconds: int) -> QosTime:
 
 class Recorder(Node):
     """Subscribes to all topics of the domain except bulky ones, or to chosen ones, and writes their
-    messages to a bag.
+    messages to a bag, and the frames of the hands where tf2_msgs is not installed.
     """
 
     def __init__(self, bag: BagWriter, chosen: Collection[str] = ()) -> None:
@@ -85,6 +89,10 @@ class Recorder(Node):
         self._chosen = {self.resolve_topic_name(topic) for topic in chosen}
         self._sources: dict[str, tuple[Any, Connection]] = {}
         self._refused: set[str] = set()
+        self._frames: FrameWriter | None = None
+        if find_spec("tf2_msgs") is None and (not chosen or TF in self._chosen):
+            offered = [[offered_qos(qos)] for qos in (QoSProfile(depth=100), latched(1))]
+            self._frames = FrameWriter(bag, *offered)
         self._diagnostics = Diagnostics(self, RECORDER, "")
         self.get_logger().info("ready")
 
@@ -148,12 +156,19 @@ class Recorder(Node):
             take, message_type = subscription.handle.take_message, subscription.msg_type
             while (taken := take(message_type, True)) is not None:
                 data, stamps = taken
-                write(connection, stamps["received_timestamp"], stamps["source_timestamp"], data)
+                when = stamps["received_timestamp"], stamps["source_timestamp"]
+                write(connection, *when, data)
+                if self._frames is not None:
+                    self._frames.take(connection.topic, connection.msgtype, *when, data)
 
     def _report(self) -> None:
         values = {"topics": str(len(self._sources)), "messages": str(self._bag.message_count)}
         refused = ", ".join(sorted(self._refused))
-        warnings = (f"not recorded: {refused}",) if refused else ()
+        no_frames = self._frames.refused if self._frames is not None else ""
+        warnings = (
+            f"not recorded: {refused}" if refused else "",
+            f"no frames for the links of {no_frames}" if no_frames else "",
+        )
         self._diagnostics.publish([Report("", "recording", warnings, values)])
 
 
@@ -211,7 +226,8 @@ def main(arguments: list[str] | None = None) -> int:
         description="Record topics to a bag.",
         epilog="Options of ROS follow --ros-args, such as -r __ns:=/left to record the topics "
         "below /left and those without a namespace. The node subscribes to every topic that it "
-        "records, publishes /diagnostics once a second, and has neither services nor parameters.",
+        "records, writes /tf and /tf_static where tf2_msgs is not installed, publishes "
+        "/diagnostics once a second, and has neither services nor parameters.",
     )
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
     parser.add_argument(
