@@ -47,7 +47,8 @@ def test_runs_are_the_same_bit_for_bit_on_a_busy_machine_and_in_one_process(tmp_
     first = run_once(options)
     with busy(2):
         second = run_once(options)
-    composed = run_once(replace(options, driver="composed", state_rate=100.0))
+    with busy(4):
+        composed = run_once(replace(options, driver="composed", state_rate=100.0))
     # it has moved the object, and pressure commands were obeyed: the phase `press` has ended
     assert max(abs(first.places[-1] - first.places[0])) > 1e-3
     assert first.answer == "none: table touched the object in the hold"
