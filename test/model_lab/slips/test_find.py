@@ -234,6 +234,13 @@ def test_a_slip_is_found_beside_a_hidden_effect(hidden, tmp_path):
     assert slip.rmse_after < 0.5 * slip.rmse_before
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_unit_that_the_calibration_takes_up_is_no_slip(seed, tmp_path):
+    """Pulses of valves: the calibration has the same factor as the duration, the leak is large."""
+    make_set(tmp_path, "valve_pulse", [("leakage", {})], seed=seed, ratio=4.0)
+    assert find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips == ()
+
+
 @pytest.mark.parametrize(
     ("change", "name"),
     [

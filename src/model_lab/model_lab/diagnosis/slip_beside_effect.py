@@ -153,8 +153,8 @@ def _explained(
         except ValueError:  # such data the model refuses: so that is not the slip
             continue
         left = mended.relative(mended.base) / stated.relative(stated.base)
-        if left > RULES.slip_beside_worse:
-            continue
+        if left > RULES.slip_beside_worse or np.isclose(left, 1.0):
+            continue  # what the calibration takes up whole is seen by no error
         limit = FITTED_EFFECTS if left > RULES.help_error else 0
         mended = _with_effects(mended, model, limit)
         effect = mended.usual
