@@ -234,6 +234,16 @@ def test_a_slip_is_found_beside_a_hidden_effect(hidden, tmp_path):
     assert slip.rmse_after < 0.5 * slip.rmse_before
 
 
+def test_the_unit_is_told_beside_which_an_effect_explains(tmp_path):
+    """A wrong unit alone is nearer to stiffening rubber than the right one."""
+    make_set(tmp_path, "uniaxial", [("gent_stiffening", {})], seed=6100, ratio=5.0)
+    data = load_measurements(tmp_path)
+    assert data.units["stress"] == "kPa"
+    stated = scaled(data, "stress", 1e3 / 133.3224)  # the numbers are of mmHg
+    (slip,) = find_all_slips(stated, BASE, effect_classes()).slips
+    assert (slip.column, slip.fits) == ("stress", "mmHg")
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_unit_that_the_calibration_takes_up_is_no_slip(seed, tmp_path):
     """Pulses of valves: the calibration has the same factor as the duration, the leak is large."""

@@ -82,13 +82,16 @@ def find_all_slips(
     classes: Mapping[str, type[Effect]],
     tell: Tell = tell_nobody,
 ) -> Checked:
-    """The slips of a set that alone explain it; else one beside which an effect does, and the set
-    without them. classes: effects that take part.
+    """The slips of a set that alone explain it, or with an effect; else one beside which an effect
+    does, if there is any, and the set without them. classes: effects that take part.
 
     Raises ValueError for data that the model cannot use.
     """
     checked = find_slips(data, model, tell)
-    return checked if checked.slips else find_slip_beside_effect(data, model, classes, tell)
+    if data.doubts or (checked.slips and _is_explained(checked.data, model, classes)):
+        return checked
+    beside = find_slip_beside_effect(data, model, classes, tell)
+    return beside if beside.slips else checked
 
 
 def find_slip_beside_effect(
@@ -200,6 +203,15 @@ def _is_gain(problem: FitProblem, pair: Scored) -> bool:
 
 
 # ---------------------------------------------------------------------- fits
+def _is_explained(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> bool:
+    """Whether the model explains a set as it is, or with a usual effect."""
+    mended = _base_of(data, model, classes)
+    if mended.explains(mended.base):
+        return True
+    effect = _with_effects(mended, model).usual
+    return effect is not None and mended.explains(effect)
+
+
 def _base_of(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> _Searched:
     problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, classes)
     problem = replace(problem, known={})
