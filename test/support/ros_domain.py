@@ -1,4 +1,8 @@
-"""A ROS domain of a test's own: as of a demo, but also where the user has set ROS_DOMAIN_ID."""
+"""A ROS domain that no other run on this machine uses, reserved for a test.
+
+A demo keeps to ROS_DOMAIN_ID if the user has set it; tests never do, so that they hear no nodes but
+their own.
+"""
 
 from softhand_bringup.processes.domain import held_domain
 

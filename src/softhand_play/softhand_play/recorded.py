@@ -90,7 +90,10 @@ def read_bag(folder: Path, hand: str, object_name: str, scene: SceneDescription)
         start = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0])
         if not 0.0 < joints.time[-1] - start <= LONGEST_RUN:
             span = joints.time[-1] - start
-            raise ValueError(f"{folder.name}: expected up to {LONGEST_RUN:g} s, got {span:g} s")
+            raise ValueError(
+                f"{folder.name}: expected a recording longer than 0 and up to {LONGEST_RUN:g} s, "
+                f"got {span:g} s in which both joints and object are known"
+            )
         times = np.arange(start, joints.time[-1] + 1e-9, INTERVAL)
         states, texts = recorded_states(bag, times), bag.texts(PHASE_TOPIC)
     segments = recorded_segments(hand, joints.names)
@@ -113,9 +116,13 @@ def _check_air(air: JointSeries, channels: tuple[str, ...]) -> None:
     """Raise ValueError unless each state has a finite number for each channel of the hand."""
     if air.names != channels:
         raise ValueError(
-            f"{STATE_TOPIC}: expected the channels {listed(channels)}, got {listed(air.names)}"
+            f"{STATE_TOPIC}: expected the channels of the chosen hand, {listed(channels)}, "
+            f"got {listed(air.names)}"
         )
     for name in ("position", "effort"):
         values = getattr(air, name)
         if values.shape != (len(air.time), len(channels)) or not np.isfinite(values).all():
-            raise ValueError(f"{STATE_TOPIC}: {name}: expected finite numbers for each channel")
+            raise ValueError(
+                f"{STATE_TOPIC}: {name}: expected one finite number for each channel, got other "
+                "counts, NaN or infinity"
+            )

@@ -198,15 +198,17 @@ def import_files(
 def synthesize(
     experiment: str, hide: str | None = None, seed: int = 0, noise: float = NOISE
 ) -> Data:
-    """A set that the model itself makes, to try the lab on.
+    """A simulated measurement set, to try the lab on: the base model with noise, and on request
+    with one more effect, which `diagnose` should then find.
 
     Args:
-        experiment: as in `from_frames`.
-        hide: name of an effect that acts in it; None: none does.
-        seed: of what is drawn at random.
-        noise: one sigma over the largest output [-].
+        experiment: kind of the experiment, as in `from_frames`.
+        hide: name of the effect to add; None: none.
+        seed: of specimens, parameters of the effect and noise, which are drawn at random.
+        noise: standard deviation of the noise over the largest output [-].
 
-    Raises ValueError for an unknown experiment or effect, and for one that does not show in it.
+    Raises ValueError for an unknown experiment or effect, and for an effect that this experiment
+    cannot show.
     """
     known = effect_classes()
     if hide is not None and hide not in known:

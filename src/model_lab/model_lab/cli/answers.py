@@ -58,10 +58,14 @@ def keep(answer: dict[str, Any]) -> None:
 
 
 def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
-    """The answer with a fingerprint: in the file or the report's folder `place`, or without one in
-    the cache, and None if it is not there.
+    """An earlier answer of `diagnose`, if there is one about the same set, model and effects.
 
-    Raises ValueError for a file that cannot be read or is about something else.
+    Args:
+        place: file of the answer, or folder of the report that holds it; None: look in the cache.
+        expected: fingerprint of set, model and effects as they are now.
+
+    Returns the answer as in the JSON file [SI units]; None if the cache has none. Raises ValueError
+    if the file at `place` cannot be read, or if its answer has another fingerprint.
     """
     path = _cached(expected) if place is None else place / ANSWER if place.is_dir() else place
     if place is None and not path.is_file():
@@ -69,8 +73,8 @@ def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
     answer: dict[str, Any] = read_json(path, DIAGNOSIS_FORMAT).value
     if answer.get("fingerprint") != expected:
         raise ValueError(
-            f"{path}: expected the diagnosis of this set with this model and these effects, got "
-            "one of others, or of before they changed: run `model-lab diagnose` again"
+            f"{path}: expected a diagnosis of this set, model and effects, got one of others or "
+            "of an earlier state of these: run `model-lab diagnose` again"
         )
     return answer
 

@@ -270,7 +270,8 @@ def _place(shape: Shape, stage: str, given: str) -> str:
 
 
 def files_of(path: Path, count: int = MOST_CURVES) -> list[Path]:
-    """Files of so many curves: the one that was asked for, and those beside it.
+    """Names of the files of `count` learned curves: the wanted one for the first, numbered ones
+    beside it for the others.
 
     >>> [file.name for file in files_of(Path("seen.py"), 2)]
     ['seen.py', 'seen_2.py']
@@ -279,14 +280,16 @@ def files_of(path: Path, count: int = MOST_CURVES) -> list[Path]:
 
 
 def check_name(path: Path, force: bool) -> None:
-    """Raise ValueError unless effects of that file's name could be written and loaded."""
+    """Raise ValueError if a file of a learned effect cannot have this path: it exists (without
+    `force`), is no .py file, or its name is no Python name or that of a built-in effect.
+    """
     for file in files_of(path):
         check_new(file, force, (".py",))
     if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
-        raise ValueError(f"{path}: expected a name that Python can have, got {path.stem}")
+        raise ValueError(f"{path}: expected a file name of letters, digits and _, got {path.stem}")
     if path.stem in effect_classes():
         raise ValueError(
-            f"{path}: expected a name that no built-in effect has, got {path.stem}; choose another"
+            f"{path}: expected a file name that is not that of a built-in effect, got {path.stem}"
         )
 
 

@@ -95,7 +95,11 @@ def _about_mean(values: Array) -> Array:
 
 
 def _middle(full: Array, count: int) -> Array:
-    """Lags -LARGEST_LAG..FARTHEST of a full correlation of `count` values; 0 beyond them."""
+    """The values of a cross-correlation for lags from -LARGEST_LAG to LARGEST_LAG steps.
+
+    `full` (2*count - 1,) is `np.correlate(..., "full")` of two series of `count` values, whose lag
+    0 stands in its middle. Lags that series so short do not have get 0.
+    """
     padded = np.pad(full, LARGEST_LAG)
     center = count - 1 + LARGEST_LAG
     return padded[center - LARGEST_LAG : center + LARGEST_LAG + 1]

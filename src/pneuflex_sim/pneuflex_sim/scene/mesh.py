@@ -108,7 +108,9 @@ def hull_mesh(points: Array) -> Mesh:
     try:
         return _mesh_of_library(trimesh.convex.convex_hull(points))
     except (QhullError, ImportError) as reason:  # a flat hull asks for another package to mend it
-        raise ValueError("surface: expected points that do not lie in one plane") from reason
+        raise ValueError(
+            "surface: expected a body with a volume, got points in a plane"
+        ) from reason
 
 
 def _mesh_of_library(found: trimesh.Trimesh) -> Mesh:
@@ -188,7 +190,8 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     three = found.vertices.shape[1:] == (3,)
     if len(found.faces) < 4 or not (three and np.isfinite(found.vertices).all()):
         raise ValueError(
-            f"{path}: expected 4 triangles or more of finite numbers, got {len(found.faces)}"
+            f"{path}: expected 4 triangles or more whose corners are three finite numbers, "
+            f"got {len(found.faces)} triangles or other numbers"
         )
     longest = float(np.ptp(found.triangles.reshape(-1, 3), axis=0).max())
     if not SHORTEST_OBJECT <= longest <= LONGEST_OBJECT:
@@ -212,7 +215,7 @@ def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
     with path.open("rb") as opened:
         data, kind = opened.read(LARGEST_MESH_FILE + 1), path.suffix.lower()[1:]
     if len(data) > LARGEST_MESH_FILE:
-        raise ValueError(f"more than {LARGEST_MESH_FILE} bytes; make it coarser")
+        raise ValueError(f"more than {LARGEST_MESH_FILE} bytes; use fewer triangles")
     count = int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
     if kind == "stl" and len(data) == STL_HEAD + count * STL_TRIANGLE:
         return io.BytesIO(data), kind
@@ -223,7 +226,7 @@ def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
             text += "\nendsolid"  # some leave it out, and the library gives nothing then
         return io.StringIO(text), "stl_ascii"
     if CORNER_ZERO.search(text):
-        raise ValueError("a face with a corner 0, but corners count from 1")
+        raise ValueError("a face with a corner number 0; OBJ files count corners from 1")
     return io.StringIO(text), kind
 
 

@@ -30,13 +30,13 @@ TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a material with its surface at height 0.
+    """A level table; its top is the plane z = 0.
 
     Attributes:
-        material: its name in the table of friction.
-        edge: x [m] from which it reaches towards +x; None: it is endless.
-        rolling_resistance: [m], moment over normal force that an object must overcome to roll; it
-            does not act on the hand.
+        material: name under which `friction.yaml` lists its coefficients of friction.
+        edge: x [m] of its edge; the table lies on the side of larger x. None: no edge anywhere.
+        rolling_resistance: an object that rolls on it is braked by this length [m] times the normal
+            force. Fingers are not.
     """
 
     material: str

@@ -84,9 +84,10 @@ class MassObserver:
 
     @property
     def drift_bound(self) -> Floats:
-        """Two standard deviations of the estimates since `set_mass` (n,) [kg].
+        """By how much each estimated mass may be wrong after the pulses since `set_mass` (n,) [kg].
 
-        Running pulses are not included; see `DriftBound`.
+        Two standard deviations, from the scatter of the calibration; the pulse that is running does
+        not count yet (see `DriftBound`).
         """
         return self._drift.bound
 

@@ -99,7 +99,9 @@ class Zeroing:
 
     @property
     def drift_bound(self) -> Floats:
-        """Two standard deviations of the estimates (n,) [kg]."""
+        """By how much each estimated mass may be wrong (n,) [kg]: two standard deviations, of its
+        last zeroing and of the pulses since.
+        """
         return 2.0 * np.sqrt(self._total_variance())
 
     def _total_variance(self) -> Floats:

@@ -82,7 +82,9 @@ def live_residual(bag: Path, runs: Sequence[PlayedRun], still: Collection[int]) 
         if stamp in counts and any(run.start <= stamp / SECOND <= run.end for run in runs)
     ]
     if not counted:
-        raise ValueError(f"{bag}: expected residuals where the pressure stands, got none")
+        raise ValueError(
+            f"{bag}: expected the monitor's residuals where the pressure stands, got none"
+        )
     return float(np.sqrt(np.mean(np.square(counted))))
 
 

@@ -17,12 +17,13 @@ MOST_NAMED = 3  # nodes named in a message
 
 @contextlib.contextmanager
 def run_domain(say: Say) -> Iterator[int]:
-    """The domain of ROS_DOMAIN_ID, or else a free one, reserved during the context and printed.
+    """Number of the ROS domain in which a run's nodes meet, as a context manager.
 
-    Discovery is limited to this machine unless the user has set ROS_AUTOMATIC_DISCOVERY_RANGE.
+    If ROS_DOMAIN_ID is set, it is that number. Otherwise a free one is reserved until the context
+    ends, and told to `say`. Sets ROS_AUTOMATIC_DISCOVERY_RANGE to this machine if it is not set.
 
     Raises:
-        DomainTaken: nodes of a suite run in the domain.
+        DomainTaken: other nodes of the suite already run in that domain.
         ValueError: ROS_DOMAIN_ID is not a number.
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
