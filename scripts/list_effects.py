@@ -15,9 +15,9 @@ Which physical effects can a model have beyond the base model, and which measure
 
     .venv/bin/model-lab add ballooning --data SET --model base --out mine.yaml
 
-A model file names those that take part ([hands and objects](../use/hands-and-objects.md)).
-Simulator, live monitor and lab run the same code, one class each, which says more: assumptions,
-limits and sources are in [effects in Python](python/effects.md#the-effects).
+A [model file](../use/hands-and-objects.md) names those that take part. Simulator, live monitor and
+lab run the same code; [the classes](python/effects.md#the-effects) state assumptions, limits and
+sources.
 
 * **Parameters**: unit, bounds and, in brackets, the usual range.
 * **Seen in**: the experiments that show it. *Bending* stands for base_torque, blocked_tip and
@@ -25,10 +25,10 @@ limits and sources are in [effects in Python](python/effects.md#the-effects).
 * **Memory**: the result depends on what was before.
 * **Mistaken for**: effects that look alike. The reason stands with the first of a pair.
 
-Effects of the stage `flow` act on valve pulses, in the lab and in the simulator, whose plant
-replaces the naive term `c*p_in*duration`; what they add to a pulse flows at most five times as fast
-as the open path passes air, and never beyond supply or ambient pressure. Trials in process impose
-air masses and refuse a model with flow effects.
+Effects of the stage `flow` act on valve pulses, in the lab and in the simulator, in place of the
+naive term `c*p_in*duration`. What they add flows at most five times as fast as the open path passes
+air, and never beyond supply or ambient pressure. Trials in process impose air masses and refuse
+them.
 
 ## Stages
 

@@ -51,9 +51,10 @@ EXCEPTIONS = {
         ("AXIS_BINS", "RANKED_SAMPLES", "SMALLEST_BIN"), NUMERICS
     ),
     "localisation/localise.py": {"MOST_DIGITS": "words of a report"},
-    "measurements/bag.py": dict.fromkeys(("SHOWN_FIELDS", "PROGRESS_PERIOD"), "words of a message")
-    | {"LARGEST_MESSAGE": "which topics become columns"},
-    "measurements/bag_limits.py": dict.fromkeys(("CHUNK", "LARGEST_PIECE"), FILE),
+    "importing/bag_tables.py": {"LARGEST_MESSAGE": "which topics become columns"},
+    "measurements/bags/columns.py": {"PROGRESS_PERIOD": "words of a message"},
+    "measurements/bags/fields.py": {"SHOWN_FIELDS": "words of a message"},
+    "measurements/bags/limits.py": dict.fromkeys(("CHUNK", "LARGEST_PIECE"), FILE),
     "measurements/csv_file.py": {"LARGEST_FILE": FILE},
     "measurements/load.py": dict.fromkeys(("TEMPERATURES", "LONGEST_NAME", "LONGEST_PATH"), FILE),
     "measurements/measurement_set.py": {"SAME_TEMPERATURE": "part of the format of a set"},

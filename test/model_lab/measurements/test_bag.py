@@ -9,7 +9,7 @@ from measurement_folder import SPECIMEN, document, write_set
 from rosbags.rosbag2 import StoragePlugin
 
 from model_lab.experiments.forward import Forward
-from model_lab.measurements.bag import MessageField
+from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from softhand_common.documents.yaml_document import DocumentError

@@ -17,7 +17,7 @@ from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_typestore
 
-from model_lab.measurements.bag_limits import LARGEST_PIECE, TooLargeBag, unpacked
+from model_lab.measurements.bags.limits import LARGEST_PIECE, TooLargeBag, unpacked
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.repair import main, repair
 from softhand_common.documents.yaml_reading import LARGEST_DOCUMENT

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from textwrap import fill
 from typing import NoReturn
 
-from model_lab.cli.commands import COMMANDS
+from model_lab.cli.catalogue import COMMANDS
 from softhand_common.standard_output import with_checked_output
 
 PROGRAM = "model-lab"

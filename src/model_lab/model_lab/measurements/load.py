@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.measurements.bag import MessageField, Source, read_bag_columns
+from model_lab.measurements.bags.columns import Source, read_bag_columns
+from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.csv_file import TableError, read_columns
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.lead import parted

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.measurements.bag_limits import AnyReader
+from model_lab.measurements.bags.limits import AnyReader
 from softhand_common.documents.quoted import shortened
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import ReaderError, WriterError
 from rosbags.rosbag2.metadata import parse_qos
 
-from model_lab.measurements.bag_limits import LARGEST_PIECE, ZSTD, TooLargeBag, allowed, unpacked
+from model_lab.measurements.bags.limits import LARGEST_PIECE, ZSTD, TooLargeBag, allowed, unpacked
 from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 
 MAGIC = b"\x89MCAP0\r\n"

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
-from model_lab.measurements.bag_limits import AnyReader
+from model_lab.measurements.bags.limits import AnyReader
 
 if TYPE_CHECKING:
     from rosbags.rosbag2.enums import CompressionMode
