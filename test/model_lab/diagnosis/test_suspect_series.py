@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from bench import rig_faults as rig
 from model_lab.bench.synthesize import synthesize
+from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.measurements.load import load_measurements
 from model_lab.report.sentences import verdict_sentence
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
+EXAMPLE = Path(__file__).parents[3] / "examples" / "measurements" / "finger"
 SEVENTH = 6  # index of the first run of the second half
 FEW = ("mullins_softening", "ageing", "gent_stiffening", "viscoelasticity")
 
@@ -70,3 +77,22 @@ def test_an_effect_is_named_beside_an_event(classes):
     assert found.verdict == "effects_missing"
     assert [effect.name for effect in found.effects] == ["mullins_softening"]
     assert [(event["kind"], event["run"]) for event in found.events] == [("step", "r1b")]
+
+
+def test_two_odd_runs_are_not_taken_for_a_drift_that_would_make_the_error_larger(classes):
+    """Both later repeats of one finger read 8 deg too much, as a drift over its runs would do to
+    the differences between repeats."""
+    data = load_measurements(EXAMPLE)
+    jumped = ("thick_2", "thick_half_2")
+    runs = tuple(
+        replace(r, columns={**r.columns, "tip_angle": r.columns["tip_angle"] + np.radians(8.0)})
+        if r.name in jumped
+        else r
+        for r in data.runs
+    )
+    found = diagnose(replace(data, runs=runs), Model("pneuflex"), classes).diagnosis
+    told = [event["run"] for event in found.events if event["kind"] in ("step", "drift")]
+    assert not told
+    assert found.verdict != "adequate"
+    as_stated = compare(replace(data, runs=runs), Model("pneuflex")).errors.held_out.rmse
+    assert found.rmse_before <= 1.01 * as_stated

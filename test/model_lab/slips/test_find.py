@@ -122,6 +122,13 @@ def exchanged():
     return replace(data, specimens=swapped)
 
 
+def of_specimens(specimens):
+    """The example with other specimens of some runs."""
+    data = load_measurements(EXAMPLE)
+    runs = (replace(run, specimen=specimens.get(run.name, run.specimen)) for run in data.runs)
+    return replace(data, runs=tuple(runs))
+
+
 KINDS = {
     "absolute": (lambda: stated_otherwise("pressure", lambda p: p + 100.9e3), "pressure"),
     "unit": (lambda: scaled(load_measurements(EXAMPLE), "tip_angle", np.pi / 180.0), "tip_angle"),
@@ -135,7 +142,16 @@ KINDS = {
     "youngs_modulus": (lambda: resized({"shear_modulus": 3.0}), "shear_modulus"),
     "radius": (lambda: resized({"height": 0.5, "width": 0.5}), "height, width"),
     "wall_total": (lambda: resized({"wall": 2.0, "side_wall": 2.0}), "wall, side_wall"),
+    "wrapped_180": (
+        lambda: stated_otherwise("tip_angle", lambda angle: np.arctan(np.tan(angle))),
+        "tip_angle",
+    ),
     "exchanged": (exchanged, "thin, thick"),
+    "exchanged runs": (
+        lambda: of_specimens({"thin_1": "thick", "thick_1": "thin"}),
+        "specimen of thin_1 and thick_1",
+    ),
+    "odd_run": (lambda: of_specimens({"thick_half_2": "thin"}), "specimen of thick_half_2"),
 }
 
 
@@ -143,7 +159,7 @@ KINDS = {
 def test_each_kind_is_found_and_its_mend_mends(stated, column, request, tmp_path):
     write_files(set_files(stated(), tmp_path))
     checked = find_slips(load_measurements(tmp_path), BASE)
-    name = request.node.callspec.id
+    name = request.node.callspec.id.split()[0]
     assert [(slip.name, slip.column) for slip in checked.slips] == [(name, column)]
     after = mended(tmp_path, checked.slips)
     assert find_slips(after, BASE).slips == ()
@@ -167,6 +183,19 @@ def test_what_fits_as_well_is_told_beside_the_slip():
     assert "pressure_gain" in diagnosis.instead
     first = verdict_sentence(diagnosis).split("\n")[0]
     assert "Young's modulus" in first and "shear_modulus" in first
+
+
+def test_slips_that_the_data_do_not_tell_apart_are_told_together():
+    inches = stated_otherwise("pressure", lambda pressure: pressure / 3.386389)
+    (slip,) = find_slips(inches, BASE).slips
+    assert (slip.name, slip.alike) == ("youngs_modulus", ("pressure is inHg, not kPa",))
+    diagnosis = diagnose(inches, BASE).diagnosis
+    assert "would fit as well if pressure is inHg" in verdict_sentence(diagnosis)
+
+
+def test_exchanged_specimens_are_told_in_the_first_line():
+    first = verdict_sentence(diagnose(exchanged(), BASE).diagnosis).split("\n")[0]
+    assert "thin, thick is thick and thin, exchanged" in first
 
 
 def test_pressures_below_those_of_the_air_are_refused_before_any_search():

@@ -32,6 +32,7 @@ def _of_angle() -> dict[str, Meaning]:
         "from_vertical": lambda values, _: values - _TURNED["complement"],
         "chord": lambda values, _: 2.0 * values,
         "wrapped": lambda values, _: np.unwrap(values),
+        "wrapped_180": lambda values, _: np.unwrap(values, period=np.pi),
     }
 
 
@@ -51,7 +52,7 @@ MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
     strain: the stretch less 1. true_stress: force over the area as it is then.
     supplement: 180 deg less the angle. complement: 90 deg less the angle. from_vertical: 90 deg
     more than the angle. chord: the angle of the chord from base to tip, half of the tip's. wrapped:
-    it jumps by 360 deg.
+    it jumps by 360 deg. wrapped_180: by 180 deg, as the arc tangent of a quotient does.
 """
 
 

@@ -85,6 +85,8 @@ USUAL_UNITS = {
     "mmHg": Unit(133.322387415, 0.0, "Pa"),
     "kgf/cm**2": Unit(98066.5, 0.0, "Pa"),
     "inH2O": Unit(249.08890999999997, 0.0, "Pa"),
+    "cmH2O": Unit(98.06649999999999, 0.0, "Pa"),
+    "inHg": Unit(3386.3886403409997, 0.0, "Pa"),
     "atm": Unit(101325.0, 0.0, "Pa"),
     "deg": Unit(np.pi / 180.0, 0.0, "rad"),
     "turn": Unit(2.0 * np.pi, 0.0, "rad"),

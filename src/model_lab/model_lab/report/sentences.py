@@ -86,10 +86,14 @@ def slip_sentences(slips: Sequence[Slip], display: Display) -> list[str]:
     return [
         f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated{_besides(slip)}: "
         f"the error falls from {display.shown(slip.rmse_before)} to "
-        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}"
+        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}{_or_else(slip)}"
         for slip in slips
-        if slip.name not in OF_SERIES
     ]
+
+
+def _or_else(slip: Slip) -> str:
+    """Other slips that fit as well."""
+    return f"\nThey would fit as well if {listed(slip.alike, 'or')}." if slip.alike else ""
 
 
 def _besides(slip: Slip) -> str:
@@ -115,7 +119,9 @@ def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> s
 def _verdict(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict_mended is not None:
         plain = replace(diagnosis, verdict=diagnosis.verdict_mended, verdict_mended=None)
-        told = slip_sentences(diagnosis.slips, diagnosis.display)
+        runs = {event["run"] for event in diagnosis.events}  # whose slips their events tell
+        stated = [s for s in diagnosis.slips if not (s.name in OF_SERIES and s.column in runs)]
+        told = slip_sentences(stated, diagnosis.display)
         if diagnosis.instead:
             instead = listed(diagnosis.instead, "or")
             told.append(f"The data as stated would fit with {instead}, too.")

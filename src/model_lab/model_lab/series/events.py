@@ -99,14 +99,18 @@ class Series:
 NO_SERIES = Series(0, 1.0, ())
 
 
-def examine(data: MeasurementSet, residual: Array, within: float) -> Series:
+def examine(
+    data: MeasurementSet, residual: Array, within: float, refused: Sequence[str] = ()
+) -> Series:
     """Events in the series of a set, given a model's residual (samples,).
 
-    within: root mean square scatter within a run; an event that changes runs by less is left alone.
+    within: root mean square scatter within a run, in the unit of the outputs; an event that changes
+    runs by less is left alone. refused: kinds of events that are not sought.
     """
     table, group = data.table, group_of_runs(data)
     freedom = len(group) - len(np.unique(group))
-    patterns = [p for p in _patterns(data) if _seen_by_repeats(p, group)]
+    sought = (p for p in _patterns(data) if p.kind not in refused)
+    patterns = [p for p in sought if _seen_by_repeats(p, group)]
     if freedom < RULES.event_freedom or not patterns:
         return Series(freedom, 1.0, ())
     measured, predicted = table.value, table.value - residual

@@ -17,7 +17,7 @@ from model_lab.measurements.units import COLUMN_UNITS, column_unit, display_of
 from model_lab.rules import RULES
 
 MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
-    "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm"),
+    "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm", "inHg"),
     "rad": ("deg", "rad", "turn", "mrad"),
     "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
     "N m": ("N*mm", "N*m", "N*cm", "kgf*cm", "lbf*inch"),
@@ -27,6 +27,7 @@ MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
     "": ("", "percent"),
 }
 """Usual units of a quantity by its SI unit, the commonest first."""
+COMMON_UNITS = 5  # of a quantity; those after them are rare
 NAMES = {"negative": "sign", "from_vertical": "complement", "gauge": "absolute"}
 """Name of the slip that is said by a word of `MEANINGS`, where it is not that word."""
 PLAUSIBLE_SIZES = {
@@ -53,6 +54,7 @@ MEANING_WORDS = {
     "from_vertical": "90 deg more than the tip angle",
     "chord": "the angle of the chord",
     "wrapped": "an angle that jumps by 360 deg",
+    "wrapped_180": "an angle that jumps by 180 deg",
 }
 EXPECTED = {
     "absolute": "gauge pressure",
@@ -61,13 +63,14 @@ EXPECTED = {
     "true_stress": "nominal stress",
     "negative": "{column}",
     "wrapped": "a continuous angle",
+    "wrapped_180": "a continuous angle",
 }
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, and the set
-    without it.
+    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, the set
+    without it, and whether it is told only where no other fits as well.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Candidate:
     fits: str
     mend: str
     mended: MeasurementSet
+    rare: bool = False
 
 
 def candidates(data: MeasurementSet) -> Iterator[Candidate]:
@@ -112,6 +116,7 @@ def _units(data: MeasurementSet, column: str) -> Iterator[Candidate]:
             unit,
             column_mend(data, {column: {"unit": unit}}),
             replace(_scaled(data, column, factor), units={**data.units, column: unit}),
+            rare=unit in MISTAKEN_UNITS[COLUMN_UNITS[column]][COMMON_UNITS:],
         )
 
 

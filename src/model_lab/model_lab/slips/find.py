@@ -7,6 +7,7 @@ come nearest.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import made_of
 from model_lab.rules import RULES
 from model_lab.slips.candidates import Candidate, candidates
+from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
@@ -99,15 +101,39 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     before = score(data, model)
     if before.explains:
         return None
-    tried = scored(data, model)
-    least = min((after.relative for _, after in tried), default=np.inf)
-    alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
-    if not alike or not is_slip(alike[0][0].name, before, alike[0][1]):
+    alike = _best(scored(data, model), before)
+    if not alike:
+        alike = _best(_of_runs(data, model, before), before)
+    if not alike:
         return None
-    candidate, after = alike[0]  # the commonest
+    (candidate, after), *others = alike
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
-    return _told(candidate, before.rmse, after)
+    slip, mended, error = _told(candidate, before.rmse, after)
+    return replace(slip, alike=tuple(_words(other) for other, _ in others)), mended, error
+
+
+def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
+    """The slips that fit about as well as the best one does, the commonest first; none if that is
+    no slip.
+    """
+    least = min((after.relative for _, after in tried), default=np.inf)
+    alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
+    alike.sort(key=lambda pair: pair[0].rare)
+    return alike if alike and is_slip(alike[0][0].name, before, alike[0][1]) else []
+
+
+def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Candidate, Score]]:
+    """Runs of other specimens than stated, without which the error falls as without a slip. The
+    floor alone does not tell them, as it depends on which runs are repeats.
+    """
+    tried = [(one, score(one.mended, model)) for one in mislabelled(data, model)]
+    return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
+
+
+def _words(candidate: Candidate) -> str:
+    """What another slip is, such as `pressure is inHg, not kPa`."""
+    return f"{candidate.column} is {candidate.fits}, not {candidate.said}"
 
 
 def _possible_reading(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float]:

@@ -14,7 +14,8 @@ class Slip:
     as `kPa` and `psi`. rmse_before, rmse_after: held-out error of the model, its calibration
     refitted, on the data as stated and mended; each in the SI unit of the outputs as they are then.
     mend: text to paste into experiment.yaml, which takes the place of what stands there. beside: an
-    effect that acts besides, with which rmse_after is; empty if none is needed.
+    effect that acts besides, with which rmse_after is; empty if none is needed. alike: other slips
+    without which the data fit about as well, such as `pressure is inHg, not kPa`.
     """
 
     name: str
@@ -25,3 +26,4 @@ class Slip:
     rmse_after: float
     mend: str
     beside: str = ""
+    alike: tuple[str, ...] = ()
