@@ -335,6 +335,7 @@ class Rules:
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
     notice_steps: float = _rule(3.0, "steps of a coarse sensor that explain it")
     notice_drift: float = _rule(1.0, "change of the mean error of runs over the floor", BY_HAND)
+    notice_apart: float = _rule(6.0, "difference of repeats' mean errors over the floor", BY_HAND)
     notice_runs: int = _rule(6, "runs from which on a drift is sought", BY_HAND)
     notice_size: float = _rule(10.0, "ratio of model to readings of a wrong unit", BY_HAND)
     atmosphere: tuple[float, float] = _rule(

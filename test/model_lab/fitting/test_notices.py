@@ -158,6 +158,16 @@ def test_a_drift_over_the_session_is_said_with_its_size():
     assert found.value == pytest.approx(0.55, rel=0.1)
 
 
+def test_repeats_that_lie_apart_are_said_by_name():
+    clean = toy_set(np.random.default_rng(0))
+    group = next(group for group in clean.groups() if len(group) > 1)
+    found = noticed(lambda run, time, random: 0.5 * (run == group[1]))["apart"]
+    names = [clean.runs[run].name for run in group]
+    assert found.value == pytest.approx(0.5, abs=3 * LEVEL)
+    assert names[1] in found.text and group[1] in found.marked
+    assert len(found.marked) == 2
+
+
 def test_what_is_said_holds_no_points():
     said = noticed(hum)["line"].as_json()
     assert said.keys() == {"kind", "value", "size", "text"}

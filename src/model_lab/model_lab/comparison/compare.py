@@ -19,9 +19,11 @@ from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable
-from model_lab.series.events import NO_SERIES, Series, examine
+from model_lab.series.events import NO_SERIES, Event, Series
+from model_lab.series.lowering import examine_lowering
+from model_lab.series.mended import without_events
 from model_lab.series.within_runs import WithinRuns, residual_tests
-from model_lab.slips.find import find_slips
+from model_lab.slips.find import find_slips, score
 from model_lab.slips.outside import below_ambient
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
@@ -200,10 +202,19 @@ def compare(
         input_relation(data, errors.residual),
         notices(errors.data, errors.floor, errors.residual),
         checked.slips,
-        examine(errors.data, errors.residual, errors.floor.within),
+        _series(errors, model),
         residual_tests(errors.data, errors.residual),
         outside=below_ambient(checked.data, model.base) or "",
     )
+
+
+def _series(errors: Errors, model: Model) -> Series:
+    """What happened in the series of runs."""
+
+    def error_without(events: Sequence[Event]) -> float:
+        return score(without_events(errors.data, events), model).rmse
+
+    return examine_lowering(errors.data, errors.residual, errors.floor.within, error_without)
 
 
 def _parts(errors: Errors, names: Sequence[str], index: IntArray) -> tuple[Part, ...]:

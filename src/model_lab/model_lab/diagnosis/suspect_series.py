@@ -20,14 +20,8 @@ from model_lab.diagnosis.search import Scored, score_base, trial_values, with_tr
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import (
-    DRIFT_EVENT,
-    STEP_EVENT,
-    Event,
-    examine,
-    group_of_runs,
-    of_the_other,
-)
+from model_lab.series.events import Event, examine, group_of_runs, of_the_other
+from model_lab.series.lowering import examine_lowering
 from model_lab.series.mended import without_events
 from model_lab.series.odd_run import error_of_runs, odd_run_slips
 from model_lab.series.run_scale import run_values, within_groups
@@ -55,7 +49,13 @@ def judged_series(
     """The judgement on a set without the events in its series, and these events."""
     problem, given = pose(data)
     base = score_base(problem, given)
-    found = _lowering(data, pose, problem, base)
+
+    def error_without(events: Sequence[Event]) -> float:
+        scored = score_base(*pose(without_events(data, events))) if events else base
+        return scored.held_out.rmse
+
+    residual, within = base.fit.residual, problem.floor.within
+    found = examine_lowering(problem.data, residual, within, error_without).events
     if not found:
         return judge(problem, given), Faults()
     again = judge(*pose(without_events(data, found)))
@@ -68,26 +68,6 @@ def judged_series(
     if not named or _explains(first, again, named):
         return first, Faults()
     return again, _faults(problem, again, named)
-
-
-def _lowering(
-    data: MeasurementSet, pose: Pose, problem: FitProblem, base: Scored
-) -> tuple[Event, ...]:
-    """Events under a model without effects, with a lower error where they are taken out. Repeats
-    tell differences alone: two odd runs may look like a drift of all, which takes more out of the
-    others than was ever in them.
-    """
-    refused: tuple[str, ...] = ()
-    while True:
-        residual, within = base.fit.residual, problem.floor.within
-        found = examine(problem.data, residual, within, refused).events
-        courses = [event.kind for event in found if event.kind in (STEP_EVENT, DRIFT_EVENT)]
-        if not courses:
-            return found
-        mended = score_base(*pose(without_events(data, found)))
-        if mended.held_out.rmse <= base.held_out.rmse:
-            return found
-        refused = (*refused, *courses)
 
 
 def _places(events: Sequence[Event]) -> list[tuple[str, str]]:

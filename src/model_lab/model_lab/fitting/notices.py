@@ -25,19 +25,20 @@ FREQUENCIES = 240  # at which a line is sought
 FEWEST_PERIODS = 5.0  # periods in the shortest run
 SPECTRUM_SAMPLES = 4000  # samples of a run of which the spectrum is taken
 LINE_WIDTH = 3.0  # periods in a run, of one line
+SAID = 3  # runs or pairs of runs that are named
 COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 
 
 @dataclass(frozen=True)
 class Notice:
-    """An anomaly: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size`,
-    `absolute`, `duration` or `single_sample`.
+    """An anomaly: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`,
+    `size`, `absolute`, `duration` or `single_sample`.
 
-    value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest pressure
-    [Pa]; median duration [s]; number of runs. size: root mean square, or mean of absolute values,
-    in that unit. text: a clause that says it. x, y: the points that show it; marked: indices of
-    those that stand out.
+    value: times the stated noise; frequency [Hz]; number of samples; change over the session, and
+    largest difference of repeats, in the unit of the outputs; number of jumps; longest gap [s];
+    times the readings; smallest pressure [Pa]; median duration [s]; number of runs. size: root mean
+    square, or mean of absolute values, in the unit of the outputs. text: a clause that says it.
+    x, y: the points that show it; marked: indices of those that stand out.
     """
 
     kind: str
@@ -60,6 +61,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _line(data, residual),
         _wild(residual, data),
         _drift(data, floor, residual),
+        _apart(data, floor, residual),
         _held_input(data),
         _gaps(data),
         _size(data, residual),
@@ -229,6 +231,32 @@ def _slope(order: Array, means: Array) -> tuple[float, float]:
     return slope, 2.0 * float(stdtr(freedom, -abs(slope) / error))
 
 
+def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
+    """Repeats whose mean errors differ by far more than the noise floor, which follows most."""
+    if floor.source != REPEATS or len(data.outputs) > 1:
+        return None
+    means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
+    found = []
+    for group in data.groups():
+        low, *_, high = sorted(group, key=lambda run: means[run]) if len(group) > 1 else (0, 0)
+        found.append((float(means[high] - means[low]), low, high))
+    least = RULES.notice_apart * floor.total
+    far = sorted((one for one in found if one[0] > least), reverse=True)
+    if not far:
+        return None
+    shown = data.output_display.shown
+    pairs = [
+        f"{data.runs[high].name} lies {shown(apart)} above {data.runs[low].name}"
+        for apart, low, high in far[:SAID]
+    ]
+    more = f" and {len(far) - SAID} more" if len(far) > SAID else ""
+    text = f"runs that repeat each other have different mean errors: {', '.join(pairs)}{more}"
+    size = float(np.sqrt(np.mean(means**2)))
+    order = np.arange(len(means), dtype=float)
+    marked = np.array(sorted({run for _, *pair in far for run in pair}), np.int64)
+    return Notice("apart", far[0][0], size, text, order, means, marked)
+
+
 def _held_input(data: MeasurementSet) -> Notice | None:
     """An input that is held between samples where it jumps: time constants depend on that."""
     if not data.jumps:
@@ -337,8 +365,8 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
         return None
     if samples.max() == 1 and not data.has_time:
         return None
-    names = ", ".join(data.runs[index].name for index in marked[:3])
-    more = f" and {len(marked) - 3} more" if len(marked) > 3 else ""
+    names = ", ".join(data.runs[index].name for index in marked[:SAID])
+    more = f" and {len(marked) - SAID} more" if len(marked) > SAID else ""
     text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)
