@@ -16,6 +16,7 @@ from typing import Any
 from bench.kept import append, read
 from bench.lab.adapter import diagnosis_of
 from bench.lab.gather import LINES
+from bench.lab.scoring import SECOND_AUTHOR
 from bench.lab.store import revision_of_the_code
 from bench.second_author.__main__ import MAKERS
 from bench.second_author.score import score
@@ -27,8 +28,8 @@ TURN = ("forms", "forms", "slips", "forms", "series")  # kinds in turn
 def record_of(kind: str, seed: int, revision: str) -> dict[str, Any]:
     """What `calibrate` needs of one set; no answer where the lab refused the files."""
     record: dict[str, Any] = {
-        "key": f"second author/{kind}|{seed}",
-        "row": f"second author, {kind}",
+        "key": f"{SECOND_AUTHOR}/{kind}|{seed}",
+        "row": f"{SECOND_AUTHOR}, {kind}",
     }
     record |= {"experiment": "", "seed": seed, "revision": revision}
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:
@@ -69,7 +70,7 @@ def main(arguments: list[str] | None = None) -> int:
         if time.monotonic() > until:
             print("bench.lab.gather_others: time is over; run it again to go on", flush=True)
             break
-        if f"second author/{kind}|{seed}" not in known:
+        if f"{SECOND_AUTHOR}/{kind}|{seed}" not in known:
             append(record_of(kind, seed, revision), chose.lines)
     return 0
 

@@ -8,6 +8,7 @@ from itertools import permutations
 from typing import Any
 
 Record = Mapping[str, Any]
+SECOND_AUTHOR = "second author"  # begins the row of such a set
 EXTRA_NAMES = 2  # in a tie beside the truth
 
 
@@ -28,8 +29,10 @@ def right(record: Record) -> bool:
 
     Catalogue and pairs: just the hidden effects, each in its own group of at most three names.
     Other form: the family is named and at most one effect besides. One rate: one group with all
-    loops.
+    loops. A set of the second author is judged where it is made.
     """
+    if record["row"].startswith(SECOND_AUTHOR):
+        return bool(record["right"])
     answer, expected = record.get("answer"), record["expected"]
     if answer is None or answer["verdict"] != expected["verdict"]:
         return False

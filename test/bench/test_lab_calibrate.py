@@ -8,6 +8,7 @@ import pytest
 from bench.hidden.reserved import is_reserved
 from bench.lab import calibrate, gather
 from bench.lab.calibrate import TERMS, fitted, limit_of, shown
+from bench.lab.scoring import SECOND_AUTHOR
 from model_lab.diagnosis.confidence import probability
 
 
@@ -60,6 +61,15 @@ def test_what_is_stated_holds_on_other_sets(found):
     assert sum(each["count"] for each in proof["bins"]) == 300
     refused, wrong = proof["refused_of_wrong"]
     assert refused / wrong > 0.7
+
+
+def test_sets_of_the_second_author_count_as_they_were_judged(found):
+    records = gathered(40, 605)
+    for number, one in enumerate(records):
+        del one["expected"]
+        one |= {"row": f"{SECOND_AUTHOR}, slips", "right": number < 30}
+    assert fitted(records)["verdicts"]["effects_missing"]["right"] == 30
+    assert shown(records, found)["right"] == 30
 
 
 def test_no_more_is_stated_than_so_many_sets_can_show(found):
