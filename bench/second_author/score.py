@@ -146,8 +146,11 @@ def found_run(truth: Truth, answer: dict) -> bool:
 
 
 def _names_run(truth: Truth, told: list[dict]) -> bool:
-    """Whether the runs that are told are among the right ones, and at least one is."""
-    runs = {run for one in told for run in (one.get("run"), *(one.get("runs") or ())) if run}
+    """Whether the runs that are told are among the right ones, and at least one is.
+
+    An event has a `run`; a slip of a run names it as the `column` that it is about.
+    """
+    runs = {one.get("run") or one.get("column") for one in told} - {None}
     return bool(runs) and runs <= set(truth.runs)
 
 

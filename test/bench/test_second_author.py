@@ -208,7 +208,17 @@ def answer(verdict, *effects, **more):
         ),
         (
             Truth("", event="odd_run", runs=("r3",)),
-            answer("slip", slips=[{"name": "odd_run", "run": "r4"}]),
+            answer("slip", slips=[{"name": "odd_run", "column": "r4"}]),
+            "sure",
+        ),
+        (
+            Truth("", slip="odd_run", event="odd_run", runs=("r3",)),
+            answer("slip", slips=[{"name": "odd_run", "column": "r3"}]),
+            "right",
+        ),
+        (
+            Truth("", slip="odd_run", event="odd_run", runs=("r3",)),
+            answer("slip", slips=[{"name": "odd_run", "column": "r4"}]),
             "sure",
         ),
         (
