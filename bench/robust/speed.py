@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -24,7 +25,7 @@ from bench.row import at_least, at_most, stated
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.ros.demo import Demo
-from softhand_trials.trials import draw_placement, run_trial
+from softhand_trials.trials import Placement, TrialSettings, draw_placement, started_scene
 
 ROUNDS = 5
 STEP, SEGMENTS = 0.002, 5
@@ -68,6 +69,16 @@ def cpu_times() -> dict[str, float]:
     return times
 
 
+def in_process(seed: int) -> tuple[float, float]:
+    """Real-time factor of one grasp without ROS, and its CPU time a simulated second [s]."""
+    started = started_scene(TrialSettings())
+    placement = Placement(*draw_placement(seed))
+    wall, cpu = time.perf_counter(), time.process_time()
+    started.run(placement)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    return started.scene.time / wall, cpu / started.scene.time
+
+
 def over_ros(seed: int, record: bool, driver: str) -> tuple[float, dict[str, float]]:
     """Real-time factor of one grasp over ROS, as fast as it goes, and its nodes' CPU times."""
     offset, mass_scale = draw_placement(seed)
@@ -87,13 +98,16 @@ def over_ros(seed: int, record: bool, driver: str) -> tuple[float, dict[str, flo
 
 def run(rounds: int = ROUNDS) -> list[dict[str, Any]]:
     """Ratios of the real-time factors, CPU time of the nodes, share of the driver."""
-    run_trial(0)  # compile
+    in_process(0)  # compile
     kinds = [(driver, record) for driver in LEAST for record in (False, True)]
     alone: list[float] = []
+    alone_cpu: list[float] = []
     factors: dict[tuple[str, bool], list[float]] = {kind: [] for kind in kinds}
     spent: dict[tuple[str, bool], list[dict[str, float]]] = {kind: [] for kind in kinds}
     for seed in range(rounds):
-        alone.append(run_trial(seed).real_time_factor)
+        factor, time_alone = in_process(seed)
+        alone.append(factor)
+        alone_cpu.append(time_alone)
         for driver, record in kinds:
             factor, cpu = over_ros(seed, record, driver)
             factors[driver, record].append(factor)
@@ -104,6 +118,7 @@ def run(rounds: int = ROUNDS) -> list[dict[str, Any]]:
     rows = [
         stated("grasp in process, 2 ms: real-time factor", median(alone), ""),
         stated("of it the physics alone", steps.steps * STEP / steps.total, ""),
+        stated("grasp in process: CPU time a simulated second", median(alone_cpu), "s"),
     ]
     for kind in kinds:
         driver, record = kind
