@@ -48,12 +48,14 @@ def test_an_error_at_large_stretch_is_located():
     text = comparison_text(found, "base")
     assert "pressure (stretch)" in text
     assert "times the noise floor" in text
+    assert "`diagnose` tries them with effects" in text
 
 
 def test_noise_is_said_to_be_noise():
     text = comparison_text(compare(tensile_set(), Model()), "base")
     assert "The held-out error lies within the noise floor." in text
     assert "nothing beyond chance" in text
+    assert "tries them" not in text
 
 
 def test_parts_add_up_to_the_whole():

@@ -172,6 +172,10 @@ def _judgement(found: Comparison) -> str:
         times = found.errors.held_out.rmse / floor.total
         shown = f"{times:.0f}" if times >= MANY_TIMES else f"{times:.2g}"
         error = f"The held-out error is {shown} times the noise floor."
+        if not found.slips and times > RULES.explained_error:
+            error += (
+                " No wrong unit or the like explains it alone; `diagnose` tries them with effects."
+            )
     within, between, upper = (display.number(v) for v in (floor.within, floor.between, floor.upper))
     parts = (
         f"The floor is {within} within a run and {between} between runs, {upper} at most (95 %)."
