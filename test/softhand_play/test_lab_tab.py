@@ -7,8 +7,10 @@ import pytest
 from finger_csvs import HAND, finger_csvs
 from play_page import PATIENCE, Window, served, wait_until
 
+from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
+from softhand_play.lab_tab import AS_SHOWN
 from softhand_play.messages import Look
 
 pytestmark = pytest.mark.timeout(900)
@@ -73,6 +75,26 @@ def test_a_diagnosis_is_cancelled_and_its_process_ends(page, texts):
     assert process.returncode is not None
     assert not page.lab.work.is_running and page.message == "cancelled"
     assert not [thread for thread in threading.enumerate() if thread.name == "model-lab"]
+
+
+def test_a_file_that_can_be_read_in_two_ways_waits_for_what_is_said_of_it(page):
+    page.lab._forget()
+    rows = "\n".join(f"{n};{1 + n / 10:.3f};{n},{100 + n}".replace(".", ",") for n in range(1, 9))
+    text = f"time [s];stretch [-];stress [kPa]\n{rows}\n"
+    page.attempt(lambda: page.dropped.open("pull_1.csv", text.encode()))
+    assert page.look is Look.ERROR and "decimal sign" in page.message
+    given = {"decimal": "comma", "specimen": "strip", "stretched": "pull_1.csv=2.5"}
+    for name, value in given.items():
+        getattr(page.lab, name).value = value
+    page.attempt(page.lab._look)
+    (run,) = load_measurements(page.lab._set).runs
+    assert (run.specimen, run.stretched_to) == ("strip", 2.5)
+    assert run.columns["stress"][0] == pytest.approx(1.101e3)
+    page.lab.stretched.value = "far"
+    page.attempt(page.lab._look)
+    assert page.message == "stretched to: expected [FILE=]STRETCH, got far"
+    for name in given:
+        getattr(page.lab, name).value = AS_SHOWN if name == "decimal" else ""
 
 
 @pytest.mark.parametrize(

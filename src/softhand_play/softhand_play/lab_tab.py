@@ -8,13 +8,16 @@ import argparse
 import html
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import viser
 
-from model_lab.cli.options import column_map
-from model_lab.importing.importing import Maps, make_set, propose
+from model_lab.cli.options import DECIMAL_SIGNS, column_map, sheet_of, stretch_before
+from model_lab.importing.cells import Ambiguous
+from model_lab.importing.importing import Maps, Proposal, make_set, propose
 from model_lab.importing.told import table_rows
 from model_lab.report.first_look_text import FIRST_LOOK
 from softhand_common.documents.json_document import read_json
@@ -24,6 +27,8 @@ from softhand_play.messages import Look
 from softhand_play.page_context import PageContext
 from softhand_play.widgets import NOTHING, offer
 
+T = TypeVar("T")
+AS_SHOWN = "as the numbers show"
 NO_HAND = "unknown: a straight line as model"
 LINEAR, BASE = "linear", "base"
 FILES_LIMIT = 50  # files of one set
@@ -49,6 +54,19 @@ class LabTab:
             self.maps = gui.add_text(
                 "columns", "", hint="what the names do not say: NAME=COLUMN:UNIT, with spaces"
             )
+            with gui.add_folder("more about the files", expand_by_default=False):
+                self.decimal = gui.add_dropdown("decimal sign", (AS_SHOWN, *DECIMAL_SIGNS))
+                self.sheet = gui.add_text(
+                    "sheet", "", hint="of a spreadsheet; of single files FILE=SHEET; FILE=SHEET"
+                )
+                self.specimen = gui.add_text(
+                    "specimen", "", hint="name of the only specimen; empty: as the files' names say"
+                )
+                self.stretched = gui.add_text(
+                    "stretched to",
+                    "",
+                    hint="largest stretch before the run, 1 for none; of single files A=1.5; B=2",
+                )
             self._columns = gui.add_html("")
             compare = gui.add_button("compare", hint="checks the data first, then the model")
             diagnose = gui.add_button("diagnose", hint="names the effect that is missing")
@@ -57,7 +75,8 @@ class LabTab:
             add = gui.add_button("add it, and move the hand with it")
             forget = gui.add_button("forget these files")
             self._answer = gui.add_html("")
-        for widget in (self.finger, self.maps):
+        more = (self.decimal, self.sheet, self.specimen, self.stretched)
+        for widget in (self.finger, self.maps, *more):
             widget.on_update(lambda _: page.attempt(self._look))
         compare.on_click(lambda _: page.attempt(self._compare))
         diagnose.on_click(lambda _: page.attempt(self._diagnose))
@@ -67,14 +86,17 @@ class LabTab:
 
     # ---------------------------------------------------------------- files
     def take(self, path: Path) -> None:
-        """Take one more file; raises ValueError for one that cannot be read, which is left out."""
+        """Take one more file; raises ValueError for one that cannot be read, which is left out, and
+        for one that can be read in two ways, which waits for what is said of it.
+        """
         if len(self._files) >= FILES_LIMIT:
             raise ValueError(f"{path.name}: expected at most {FILES_LIMIT} files, got one more")
         size = path.stat().st_size
         if size > SIZE_LIMIT:
             most = f"{SIZE_LIMIT / 1e6:g} MB of measurements"
             raise ValueError(f"{path.name}: expected at most {most}, got {size / 1e6:.0f} MB")
-        propose([path])
+        with suppress(Ambiguous):
+            self._proposal([path], {})
         self._files.append(path)
         self._look()
 
@@ -84,10 +106,15 @@ class LabTab:
         self._is_set = False
         if not self._files:
             return
-        proposal = propose(self._files, maps=self._given_maps())
+        proposal = self._proposal(self._files, self._given_maps())
         self._columns.content = _table(table_rows(proposal))
         finger = self.finger.value
-        made = make_set(proposal, None if finger == NO_HAND else finger)
+        made = make_set(
+            proposal,
+            None if finger == NO_HAND else finger,
+            specimen=self.specimen.value.strip() or None,
+            stretched_to=_said(self.stretched, stretch_before),
+        )
         for old in self._set.glob("*"):
             old.unlink()
         made.write(self._set)
@@ -96,6 +123,16 @@ class LabTab:
             "; ".join((f"{proposal.experiment}, {len(made.runs)} runs", *made.remarks)),
             Look.SUCCESS,
         )
+
+    def _proposal(self, files: Sequence[Path], maps: Maps) -> Proposal:
+        named = {path.name for path in files}
+        sheets = {
+            file: sheet
+            for file, sheet in _said(self.sheet, sheet_of).items()
+            if not file or file in named
+        }
+        decimal = DECIMAL_SIGNS.get(self.decimal.value, "")
+        return propose(files, None, maps, None, decimal, sheets)
 
     def _given_maps(self) -> Maps:
         try:
@@ -184,6 +221,14 @@ class LabTab:
     def close(self) -> None:
         """End what runs."""
         self.work.cancel()
+
+
+def _said(field: viser.GuiInputHandle[str], read: Callable[[str], tuple[str, T]]) -> dict[str, T]:
+    """What a field says of files, by their names; raises ValueError with what it expects."""
+    try:
+        return dict(read(word.strip()) for word in field.value.split(";") if word.strip())
+    except argparse.ArgumentTypeError as reason:
+        raise ValueError(f"{field.label}: {reason}") from reason
 
 
 def _fingers() -> list[str]:

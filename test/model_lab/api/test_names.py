@@ -153,3 +153,23 @@ def test_a_hidden_effect_is_named_added_and_the_error_falls_to_the_floor():
     assert "<svg" in found._repr_html_() and found.sentence in found._repr_html_()
     left = lab.compare(data, lab.add(found.effects, data))
     assert left.error < 1.3 * left.floor < 0.3 * lab.compare(data).error
+
+
+PULL = "\n".join(f"{n};{1 + n / 10:.3f};{n},{100 + n}".replace(".", ",") for n in range(1, 9))
+
+
+def test_an_import_can_be_told_what_the_command_can_be_told(tmp_path):
+    files = [tmp_path / name for name in ("thin_1.csv", "thick_1.csv")]
+    for file in files:
+        file.write_text(f"time [s];stretch [-];stress [kPa]\n{PULL}\n")
+    ways = {"sheets": {"other.xlsx": "A"}, "decimal": "comma"}
+    for name, value in ways.items():
+        with pytest.raises(ValueError, match=name.removesuffix("s")):
+            lab.import_files(files, **{"decimal": ",", name: value})
+    said = {"decimal": ",", "specimen": "strip", "stretched_to": {"": 2.0, "thin_1.csv": 1.5}}
+    runs = {run.name: run for run in lab.import_files(files, **said).set.runs}
+    assert {run.specimen for run in runs.values()} == {"strip"}
+    assert {name: run.stretched_to for name, run in runs.items()} == {"thin_1": 1.5, "thick_1": 2.0}
+    assert runs["thin_1"].columns["stress"][0] == pytest.approx(1.101e3)
+    everywhere = lab.import_files(files, decimal=",", stretched_to=2.0).set.runs
+    assert {run.stretched_to for run in everywhere} == {2.0}

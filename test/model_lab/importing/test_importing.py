@@ -1,6 +1,9 @@
 """Files as people have them become the same numbers, and what is open is named."""
 
+import shlex
+
 import numpy as np
+import openpyxl
 import pytest
 
 from model_lab.cli.main import main
@@ -181,3 +184,30 @@ def test_what_was_asked_of_a_regulator_is_not_what_was_measured(tmp_path, names)
     file = write(tmp_path / "r1.csv", header, TIME, *columns, ANGLE)
     make_set(propose([file]), HAND).write(tmp_path / "set")
     check(tmp_path / "set")
+
+
+def test_of_several_sheets_the_one_that_is_said_is_read(tmp_path, capsys):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, factor in (("Raw data", 1.0), ("Half", 0.5), ("Notes", None)):
+        sheet = book.create_sheet(name)
+        sheet.append(["t [s]", "p [kPa]", "angle [deg]"])
+        for row in zip(TIME, PRESSURE, ANGLE, strict=True) if factor else []:
+            sheet.append([row[0], row[1], factor * row[2]])
+    file = tmp_path / "r1.xlsx"
+    book.save(file)
+    command = ["import", str(file), "-o", str(tmp_path / "set"), "--yes", "--hand", HAND]
+    assert main(command) == 2
+    line = capsys.readouterr().err
+    assert "Raw data" in line and "Half" in line and "Notes" not in line
+    assert "--sheet 'Raw data'" in line
+    assert main([*command, "--sheet", "Raw data"]) == 0
+    check(tmp_path / "set")
+    again = capsys.readouterr().out.split("The same again:\n")[1].splitlines()[0]
+    assert main([*shlex.split(again)[1:], "--force"]) == 0
+    assert main([*command, "--sheet", "r1.xlsx=Half", "--force"]) == 0
+    np.testing.assert_allclose(numbers(tmp_path / "set")[2], np.radians(ANGLE / 2), atol=1e-5)
+    capsys.readouterr()
+    for wrong, words in (("half", "Raw data, Half, Notes"), ("r2.xlsx=Half", "r1.xlsx")):
+        assert main([*command, "--sheet", wrong, "--force"]) == 2
+        assert words in capsys.readouterr().err

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import yaml
 
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from model_lab.report.drawing import Drawing
+
+T = TypeVar("T")
+DECIMAL_SIGNS = ("", ".", ",")
 
 
 @dataclass(frozen=True, repr=False)
@@ -173,26 +176,47 @@ def import_files(
     columns: Mapping[str, tuple[str, str]] | None = None,
     hand: str | None = None,
     shifts: Mapping[str, float] | None = None,
+    decimal: str = "",
+    sheets: str | Mapping[str, str] = "",
+    specimen: str | None = None,
+    stretched_to: float | Mapping[str, float] | None = None,
 ) -> Data:
     """A measurement set of files as rigs write them, also several of one run at different rates.
 
     Args:
-        paths: CSV files of any dialect, or spreadsheets.
+        paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
         experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
         columns: what columns are, by quantity: name of the column and its unit, such as
             {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
         hand: hand, or HAND:ACTUATOR, of which the specimen is a finger.
         shifts: time [s] to add to the clock of a file, by its name.
+        decimal: sign of the numbers of text files, "." or ","; "": the one that they show.
+        sheets: which sheet of a spreadsheet, where several hold numbers: of all files, or by name.
+        specimen: name of the specimen of all runs; None: as the names of the files say.
+        stretched_to: largest stretch of the specimen before the run [-]: of all, or by file.
 
     Raises ValueError that says what the files leave open.
     """
     from model_lab.importing.importing import make_set, propose
 
-    found = make_set(propose([Path(path) for path in paths], experiment, columns), hand, shifts)
+    if decimal not in DECIMAL_SIGNS:
+        raise ValueError(f"decimal: expected '.', ',' or '', got {decimal!r}")
+    proposal = propose(
+        [Path(path) for path in paths], experiment, columns, None, decimal, _by_file(sheets)
+    )
+    before = _by_file(stretched_to)
+    found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
     with tempfile.TemporaryDirectory() as folder:
         found.write(Path(folder))
         loaded = replace(load_measurements(folder), folder=Path("imported"))
     return Data(loaded, tuple(found.remarks))
+
+
+def _by_file(said: T | Mapping[str, T] | None) -> dict[str, T]:
+    """What is said of all files (under ""), or of each by its name."""
+    if isinstance(said, Mapping):
+        return dict(said)
+    return {"": said} if said else {}
 
 
 def synthesize(

@@ -77,6 +77,14 @@ COMMANDS: Mapping[str, Command] = {
                 help="decimal sign of the numbers, where they do not show it",
             ),
             argument(
+                "--sheet",
+                type=options.sheet_of,
+                action="append",
+                default=[],
+                metavar="[FILE=]SHEET",
+                help="sheet of a spreadsheet, where several hold numbers; may be given again",
+            ),
+            argument(
                 "--shift",
                 type=options.clock_shift,
                 action="append",

@@ -28,8 +28,8 @@ def import_files(arguments: argparse.Namespace) -> None:
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
-    maps, shifts = dict(arguments.map), dict(arguments.shift)
-    given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""))
+    maps, shifts, sheets = dict(arguments.map), dict(arguments.shift), dict(arguments.sheet)
+    given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
     with Progress("reading") as progress:
         progress("the files", 0, 0)
         proposal = propose(arguments.files, arguments.experiment, maps, *given)
@@ -55,6 +55,7 @@ def import_files(arguments: argparse.Namespace) -> None:
         arguments.decimal,
         arguments.specimen,
         stretched_to,
+        sheets,
     )
     print(f"\n{proposal.experiment}, {counted(len(found.runs), 'run')}; written: {arguments.out}")
     for remark in found.remarks:

@@ -90,6 +90,14 @@ def stretch_before(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f"expected [FILE=]STRETCH, got {text}") from None
 
 
+def sheet_of(text: str) -> tuple[str, str]:
+    """File ("" for all) and sheet, of [FILE=]SHEET."""
+    file, _, sheet = text.rpartition("=")
+    if not sheet:
+        raise argparse.ArgumentTypeError(f"expected [FILE=]SHEET, got {text}")
+    return file, sheet
+
+
 # ---------------------------------------------------------------------- declared
 DATA = argument(
     "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"

@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator, Sequence
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from model_lab.importing.clocks import is_time
 from model_lab.importing.numerals import is_missing, is_number
+from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
 Row = list[str]
@@ -23,13 +25,19 @@ LINE_ENDS = re.compile(r"\r*\n|\r")
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))  # of byte orders
 
 
-def read_cells(path: Path) -> tuple[list[Row], str]:
+class Ambiguous(DocumentError):
+    """A file that can be read in two ways, between which only a person can choose."""
+
+
+def read_cells(path: Path, sheet: str = "") -> tuple[list[Row], str]:
     """Rows of cells of a file, without blank ones, and the sign between them ("" in spreadsheets);
     preamble and header are among the rows.
 
-    A text file is split at the delimiter at which most of its lines become rows of numbers.
+    A text file is split at the delimiter at which most of its lines become rows of numbers. sheet:
+    of a spreadsheet, "" for the only one that holds rows of numbers.
 
-    Raises DocumentError for a file that cannot be read, is too large, or holds no row of numbers.
+    Raises DocumentError for a file that cannot be read, is too large, has no such sheet, or holds
+    no row of numbers, and Ambiguous where several sheets do.
     """
     if path.is_dir() or not path.exists():
         got = "a folder" if path.is_dir() else "nothing there"
@@ -38,7 +46,7 @@ def read_cells(path: Path) -> tuple[list[Row], str]:
         size = path.stat().st_size
         raise DocumentError(f"{path}: expected at most {LARGEST_TABLE} bytes, got {size}")
     if path.suffix.lower() in SPREADSHEETS:
-        rows, delimiter = max(_sheets(path), key=count_of_data, default=[]), ""
+        rows, delimiter = _chosen(path, _sheets(path), sheet), ""
     else:
         rows, delimiter = _best_split(path)
     if not count_of_data(rows):
@@ -80,22 +88,37 @@ def count_of_data(rows: list[Row]) -> int:
     return int(max(counts.values(), default=0))
 
 
-def _sheets(path: Path) -> list[list[Row]]:
-    """The sheets of a spreadsheet as rows of text."""
+def _chosen(path: Path, sheets: Mapping[str, list[Row]], sheet: str) -> list[Row]:
+    """The sheet of that name, or the only one that holds rows of numbers."""
+    if sheet:
+        if sheet not in sheets:
+            raise DocumentError(f"{path}: sheet: expected {listed(sheets)}, got {shortened(sheet)}")
+        return sheets[sheet]
+    filled = {name: rows for name, rows in sheets.items() if count_of_data(rows)}
+    if len(filled) > 1:
+        raise Ambiguous(
+            f"{path}: expected one sheet with numbers, got {listed(filled)}; say which sheet "
+            f"(--sheet {shlex.quote(next(iter(filled)))})"
+        )
+    return next(iter(filled.values()), [])
+
+
+def _sheets(path: Path) -> dict[str, list[Row]]:
+    """The sheets of a spreadsheet as rows of text, by name."""
     import openpyxl  # here, as only spreadsheets need it
 
     try:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        sheets = [
-            [row for row in map(_texts, sheet.iter_rows(values_only=True)) if any(row)]
+        sheets = {
+            sheet.title: [row for row in map(_texts, sheet.iter_rows(values_only=True)) if any(row)]
             for sheet in book.worksheets
-        ]
+        }
     # openpyxl raises what its zip and XML readers happen to raise
     except Exception as reason:
         said = " ".join(str(reason).split())
         raise DocumentError(f"{path}: expected a spreadsheet, got {said}") from reason
     book.close()
-    return [_without_empty_columns(sheet) for sheet in sheets if sheet]
+    return {name: _without_empty_columns(sheet) for name, sheet in sheets.items() if sheet}
 
 
 def _texts(values: tuple[object, ...]) -> Row:

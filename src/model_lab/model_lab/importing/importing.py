@@ -80,6 +80,7 @@ def propose(
     maps: Maps | None = None,
     messages: Path | None = None,
     decimal: str = "",
+    sheets: Mapping[str, str] | None = None,
 ) -> Proposal:
     """What measurement files hold, by names, units and numbers of their columns.
 
@@ -90,13 +91,19 @@ def propose(
             a function of columns, see `derived`.
         messages: folder of definitions of message types that a bag does not define.
         decimal: decimal sign of text files, "" for the one that their numbers show.
+        sheets: name of the sheet of a spreadsheet, by the name of its file; "" for all others.
 
     Raises DocumentError for what cannot be read, is ambiguous, or is no unit of its quantity.
     """
     if experiment is not None and experiment not in NEEDED:
         raise DocumentError(f"experiment: expected {listed(NEEDED)}, got {shortened(experiment)}")
-    given = maps or {}
-    tables = [table for path in paths for table in _tables(path, given, messages, decimal)]
+    given, sheet_of = maps or {}, sheets or {}
+    _check_files("--sheet", sheet_of, [path.name for path in paths])
+    tables = []
+    for path in paths:
+        sheet = sheet_of.get(path.name, sheet_of.get("", ""))
+        read = read_tables(path, messages, decimal, sheet)
+        tables += [_with_all_derived(table, given) for table in read]
     _check_maps(tables, given)
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
@@ -110,13 +117,21 @@ def propose(
     return Proposal(every if unsure else sources, found, unsure)
 
 
-def _tables(path: Path, maps: Maps, messages: Path | None, decimal: str) -> Iterable[Table]:
-    """The tables of a file, with the derived columns that the user asks for."""
-    for table in read_tables(path, messages, decimal):
-        found = table
-        for name, unit in maps.values():
-            found = _with_derived(found, name, unit)
-        yield found
+def _check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
+    """Raise DocumentError where something is said of a file that is not there ("": of all)."""
+    known = dict.fromkeys(files)
+    unknown = [name for name in given if name and name not in known]
+    if unknown:
+        raise DocumentError(
+            f"{option}: expected one of the files {listed(known)}, got {shortened(unknown[0])}"
+        )
+
+
+def _with_all_derived(table: Table, maps: Maps) -> Table:
+    """The table with the derived columns that the user asks for."""
+    for name, unit in maps.values():
+        table = _with_derived(table, name, unit)
+    return table
 
 
 def _with_derived(table: Table, text: str, unit: str) -> Table:
@@ -256,12 +271,7 @@ def _pulled(
             f"--stretched-to: expected runs whose stretch is measured, got {experiment}; import "
             "what was done to the specimen before as a run"
         )
-    unknown = [name for name in stretched_to if name and name not in files]
-    if unknown:
-        raise DocumentError(
-            f"--stretched-to: expected one of the files {listed(files)}, "
-            f"got {shortened(unknown[0])}"
-        )
+    _check_files("--stretched-to", stretched_to, files)
     every = {run.name: stretched_to[""] for run in runs} if "" in stretched_to else {}
     return every | {files[name]: value for name, value in stretched_to.items() if name}
 

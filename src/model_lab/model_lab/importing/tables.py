@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from model_lab.aliases import Array
-from model_lab.importing.cells import Row, is_data, is_value, read_cells
+from model_lab.importing.cells import Ambiguous, Row, is_data, is_value, read_cells
 from model_lab.importing.clocks import is_time, may_be_hours, seconds
 from model_lab.importing.headers import header
 from model_lab.importing.numerals import (
@@ -66,11 +66,12 @@ class Table:
         return found[0] if found else None
 
 
-def read_tables(path: Path, messages: Path | None = None, decimal: str = "") -> tuple[Table, ...]:
+def read_tables(
+    path: Path, messages: Path | None = None, decimal: str = "", sheet: str = ""
+) -> tuple[Table, ...]:
     """The tables of a file: the topics of a bag, the structures of a MAT file, or a single one.
 
-    messages: folder of definitions of a bag's own message types. decimal: sign of a text file's
-    numbers, "" for the one that they show.
+    messages: folder of definitions of a bag's own message types. decimal, sheet: see `read_table`.
     """
     if path.suffix.lower() == ".mat":
         from model_lab.importing.matlab import read_matlab  # here, as it loads scipy.io
@@ -80,19 +81,20 @@ def read_tables(path: Path, messages: Path | None = None, decimal: str = "") -> 
         from model_lab.importing.bag_tables import read_bag  # here, as it loads rosbags
 
         return read_bag(path, messages)
-    return (read_table(path, decimal),)
+    return (read_table(path, decimal, sheet),)
 
 
-def read_table(path: Path, decimal: str = "") -> Table:
+def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
     """The table of a CSV or text file in any dialect, or of a spreadsheet.
 
-    decimal: its decimal sign, "" for the one that its numbers show. Columns of words, and rows
+    decimal: its decimal sign, "" for the one that its numbers show. sheet: of a spreadsheet, "" for
+    the only one that holds numbers. Columns of words, and rows
     without numbers, are left out; so are single cells that cannot be read, which become NaN.
 
-    Raises DocumentError for what has no table or two, for more than a few cells that cannot be
-    read, and for numbers that may be read in two ways.
+    Raises DocumentError for what has no table or two, and for more than a few cells that cannot be
+    read; Ambiguous for several sheets, and for numbers that may be read in two ways.
     """
-    rows, delimiter = read_cells(path)
+    rows, delimiter = read_cells(path, sheet)
     widths = [len(row) for row in rows if is_data(row)]
     width = max(set(widths), key=widths.count)
     kept = _measured_columns([row for row in rows if len(row) == width and is_data(row)])
@@ -199,8 +201,8 @@ def _column(
     try:
         sign = decimal or decimal_sign(known, others, point=delimiter in ("", ","))
     except ValueError as reason:
-        raise DocumentError(
+        raise Ambiguous(
             f"{path}: column {shortened(name)}: expected numbers of one kind, got {reason}; say "
-            "--decimal point or --decimal comma"
+            "the decimal sign (--decimal point or --decimal comma)"
         ) from reason
     return Column(name, unit, numbers([cell if is_number(cell) else "" for cell in cells], sign))

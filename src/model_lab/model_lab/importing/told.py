@@ -68,6 +68,7 @@ class Said:
     decimal: str | None = None
     specimen: str | None = None
     stretched_to: Mapping[str, float] = field(default_factory=dict)
+    sheets: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def words(self) -> list[str]:
@@ -86,6 +87,8 @@ class Said:
             words += ["--shift", f"{name}={shift:g}"]
         for name, stretch in self.stretched_to.items():
             words += ["--stretched-to", f"{name}={stretch:g}" if name else f"{stretch:g}"]
+        for name, sheet in self.sheets.items():
+            words += ["--sheet", f"{name}={sheet}" if name else sheet]
         return words
 
 
