@@ -6,6 +6,7 @@ calibration: {modulus_scale: {A: 1.03}}         # or a scalar; modulus [Pa] like
 springs: {bending: curvature, lateral: section, twist: 0.5}  # of the simulator's joints
 effects:
   - {name: gravity, parameters: {mass_scale: 1.0}}
+  - {name: actuator_scatter, where: {actuator: index}, parameters: {modulus_factor: 0.8}}
   - {name: my_effect, file: my_effect.py, parameters: {...}}
 """
 
@@ -19,6 +20,7 @@ from softhand_common.documents.yaml_document import DocumentError, Node, read_do
 from softhand_model.data_files import find_document, shipped_names
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import BASES
+from softhand_model.effects.hand import HandEffect
 from softhand_model.effects.pipeline import in_order
 from softhand_model.hand import plausible
 from softhand_model.hand.joint_stiffness import SpringModel, read_springs
@@ -179,15 +181,17 @@ def _effects(
     std: dict[str, dict[str, float]] = {}
     files: dict[str, Path] = {}
     for entry in node.items():
-        fields = entry.fields(["name"], ["file", "parameters", "std"])
+        fields = entry.fields(["name"], ["file", "where", "parameters", "std"])
         name = fields["name"].text()
+        place = _place(fields, {**effect_classes(), **own})
+        name = place.name if place else name
         if name in effects:
             raise fields["name"].error("every effect once")
         foreign = "file" in fields and name not in own
         if foreign:
             files[name] = _file(fields["file"], allow_files)
         known = effects_in_file(files[name]) if foreign else {**effect_classes(), **own}
-        effects[name] = _effect(entry, fields, known)
+        effects[name] = _effect(entry, fields, known, place)
         if "std" in fields:
             std[name] = {
                 key: value.number(low=0.0) for key, value in fields["std"].mapping().items()
@@ -209,10 +213,31 @@ def _file(node: Node, allowed: bool) -> Path:
     return path
 
 
-def _effect(entry: Node, fields: dict[str, Node], known: Mapping[str, type[Effect]]) -> Effect:
-    name = fields["name"].choice(known)
+def _place(
+    fields: Mapping[str, Node], known: Mapping[str, type[Effect]]
+) -> type[HandEffect] | None:
+    """The class of an effect of a hand at its place; None for any other effect."""
+    effect = known.get(fields["name"].text())
+    if effect is None or not issubclass(effect, HandEffect):
+        if "where" in fields:
+            raise fields["where"].error("no place but of an effect of a hand")
+        return None
+    stated = fields["where"].mapping() if "where" in fields else {}
+    try:
+        return effect.at(**{key: node.text() for key, node in stated.items()})
+    except ValueError as reason:
+        raise DocumentError(f"{fields['name'].place}: {reason}") from reason
+
+
+def _effect(
+    entry: Node,
+    fields: dict[str, Node],
+    known: Mapping[str, type[Effect]],
+    place: type[Effect] | None,
+) -> Effect:
+    kind = place or known[fields["name"].choice(known)]
     values = fields["parameters"].mapping() if "parameters" in fields else {}
     try:
-        return known[name](**{key: value.value for key, value in values.items()})
+        return kind(**{key: value.value for key, value in values.items()})
     except ValueError as reason:
         raise DocumentError(f"{entry.place}: {reason}") from reason

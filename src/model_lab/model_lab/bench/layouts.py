@@ -13,6 +13,12 @@ from model_lab.aliases import Array, Mask
 from model_lab.bench.protocols import PROTOCOLS
 from model_lab.experiments.base_torque import FINGER_SEGMENTS
 from model_lab.experiments.specimen_models import SpecimenSegments
+from model_lab.measurements.hands import (
+    HandSpecimen,
+    default_markers,
+    marker_columns,
+    pressure_columns,
+)
 from model_lab.measurements.measurement_set import (
     DEFLATE,
     INFLATE,
@@ -26,6 +32,7 @@ from model_lab.measurements.measurement_set import (
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.effects.effect import STRETCHED
 from softhand_model.gas import AMBIENT_PRESSURE, psi
+from softhand_model.hand.hand import load_hand
 from softhand_model.hand.section import free_curvature
 
 DURATION = 24.0  # [s] of a run
@@ -44,6 +51,15 @@ SETTINGS = (  # temperature [K] and mount of each protocol in turn
     (293.15, "base_up"),
     (313.15, "bending_plane_level"),
 )
+HAND_POSES, HAND_PEAK = 12, 0.3  # poses of a run; highest pressure over the limit of the channel
+HAND_PROTOCOLS = {  # roll, pitch, yaw [rad] of the wrist
+    "together_fingers_up": (0.0, 0.0, 0.0),
+    "together_palm_down": (0.0, 1.5707963267948966, 0.0),
+    "in_turn_fingers_up": (0.0, 0.0, 0.0),
+    "in_turn_thumb_up": (-1.5707963267948966, 0.0, 0.0),
+    "backwards_palm_up": (0.0, -1.5707963267948966, 0.0),
+    "backwards_fingers_down": (3.141592653589793, 0.0, 0.0),
+}
 HELD_RUN_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
 PEAK_PRESSURE = 40e3  # [Pa]
 # protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
@@ -180,6 +196,36 @@ def _pose(
         rotation = rotation * Rotation.from_rotvec(bend)
     place = place + rotation.apply(chain.tip_offset)
     return dict(zip(TIP_POSE, [*place.T, *rotation.as_quat().T], strict=True))
+
+
+# ---------------------------------------------------------------------- poses of a hand
+def hand_pose_set(name: str = "rbo_hand_2") -> MeasurementSet:
+    """A hand that is held in several ways while its channels are inflated together and apart."""
+    hand = load_hand(name)
+    markers, limits = default_markers(hand), HAND_PEAK * hand.max_pressures()
+    zeros = {column: np.zeros(HAND_POSES) for column in marker_columns(markers)}
+    runs = []
+    for repeat in "ab":
+        for order, (protocol, rpy) in enumerate(HAND_PROTOCOLS.items()):
+            shares = hand_shares(protocol, len(hand.channels))
+            driven = dict(zip(pressure_columns(hand), (shares * limits).T, strict=True))
+            columns = {**driven, **zeros}
+            name_of_run = f"r{order + 1}{repeat}"
+            runs.append(Run(name_of_run, "h1", protocol, 293.15, columns, wrist_rpy=rpy))
+    specimens = {"h1": Specimen("h1", batch="A", hand=HandSpecimen(name, hand))}
+    title = f"synthesised poses of {name}"
+    return MeasurementSet("hand_pose", title, specimens, tuple(runs), markers=markers)
+
+
+def hand_shares(protocol: str, channels: int) -> Array:
+    """Pressures (poses, channels) of a protocol over their peaks: all rise together, or one after
+    the other while the others stay where they are.
+    """
+    steps = np.linspace(0.0, 1.0, HAND_POSES)
+    if protocol.startswith("together"):
+        return np.tile(steps[:, None], (1, channels))
+    order = np.arange(channels) if protocol.startswith("in_turn") else np.arange(channels)[::-1]
+    return np.clip(steps[:, None] * channels - order, 0.0, 1.0)
 
 
 # ---------------------------------------------------------------------- valve pulses

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
+from model_lab.bench.layouts import driven_set, hand_pose_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL_CONDUCTANCE
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -25,6 +25,7 @@ from softhand_common.documents.json_document import json_node
 from softhand_common.documents.output_file import write_files
 from softhand_common.documents.yaml_document import Node
 from softhand_model.effects import Effect, effect_classes
+from softhand_model.effects.hand import HandEffect, at_places
 
 SEAL = ".seal"
 EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
@@ -34,6 +35,7 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "rubber": lambda random: driven_set("rubber"),
     "valve_pulse": pulse_set,
     "base_torque": lambda random: held_tip_set(),
+    "hand_pose": lambda random: hand_pose_set(),
 }
 EXPERIMENTS = tuple(EMPTY)
 NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
@@ -66,7 +68,7 @@ def open_seal(folder: Path) -> dict[str, Any]:
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():
-        of_effect = effect.fields(["name", "parameters"])
+        of_effect = effect.fields(["name", "parameters"], ["where"])
         of_effect["name"].text()
         _check_numbers(of_effect["parameters"])
     _check_numbers(truth["calibration"])
@@ -119,12 +121,19 @@ def synthesize(
     known = effect_classes() if classes is None else classes
     chosen = (bench.hidden_effect(known, tell),) if hide else ()
     truth = {
-        "effects": [{"name": effect.name, "parameters": dict(effect.values)} for effect in chosen],
+        "effects": [_told(effect) for effect in chosen],
         "calibration": bench.calibration,
         "noise": bench.noise,
         "seed": seed,
     }
     return Synthesised(bench.measured(chosen), truth)
+
+
+def _told(effect: Effect) -> dict[str, Any]:
+    """What the seal says of an effect."""
+    if isinstance(effect, HandEffect):
+        return {"name": effect.kind, "where": dict(effect.where), "parameters": dict(effect.values)}
+    return {"name": effect.name, "parameters": dict(effect.values)}
 
 
 def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
@@ -147,7 +156,7 @@ class _Rig:
         """An effect that changes the readings by so many noise floors, unlike the calibration."""
         able = [
             effect
-            for effect in classes.values()
+            for effect in self._at_places(classes).values()
             if effect.physical
             and inapplicable(effect, self.empty, "pneuflex") is None
             and (self.empty.experiment == "rubber" or not effect.refines)
@@ -169,6 +178,9 @@ class _Rig:
             f"effects: expected one that shows in {self.empty.experiment}, "
             f"got {', '.join(sorted(classes)) or 'none'}; less noise shows more"
         )
+
+    def _at_places(self, classes: Mapping[str, type[Effect]]) -> Mapping[str, type[Effect]]:
+        return at_places(self.empty.hand, classes) if self.empty.of_hand else classes
 
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
         """The set with its outputs: the model with these effects, scatter of runs and noise."""

@@ -50,6 +50,8 @@ class TrialRun:
 
 def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
     """Experiments of the same kind as the set, within its pressures."""
+    if data.of_hand:
+        return []
     if data.experiment == "valve_pulse":
         return list(_pulses(data))
     if data.experiment == "base_torque":

@@ -70,8 +70,7 @@ def compare(arguments: argparse.Namespace) -> None:
     from model_lab.report.comparison_text import comparison_json, comparison_text
 
     options.check_json(arguments)
-    model = options.model(arguments)
-    data = options.measurements(arguments)
+    model, data = options.of_set(arguments)
     with Progress("comparing") as progress:
         found = compare(data, model, arguments.seed, progress)
     print(comparison_text(found, arguments.model), end="")

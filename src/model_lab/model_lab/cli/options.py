@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from model_lab.experiments.hand_pose import with_weight
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.own_effects import all_classes, file_of_each, own_classes
@@ -170,8 +171,17 @@ def given(
     arguments: argparse.Namespace,
 ) -> tuple[Model, dict[str, type[Effect]], MeasurementSet]:
     """Model, effects that take part, and measurement set."""
-    known = model(arguments)
-    return known, all_classes(known, arguments.effects), measurements(arguments)
+    known, data = of_set(arguments)
+    return known, all_classes(known, arguments.effects), data
+
+
+def of_set(arguments: argparse.Namespace) -> tuple[Model, MeasurementSet]:
+    """Model and measurement set; says so where the model gets the weight that hands have."""
+    known, data = model(arguments), measurements(arguments)
+    fitting = with_weight(data, known)
+    if fitting is not known:
+        print(f"{arguments.model} has no weight; that of the hand is taken in (effect gravity)")
+    return fitting, data
 
 
 def check_json(arguments: argparse.Namespace) -> None:

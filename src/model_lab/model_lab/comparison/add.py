@@ -23,12 +23,14 @@ from model_lab.diagnosis.search import (
     Scored,
     Unseen,
     invisible,
+    score_all,
     score_base,
     score_with,
     signature,
     with_trials,
 )
 from model_lab.experiments.forward import inapplicable
+from model_lab.experiments.hand_pose import with_weight
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
@@ -36,6 +38,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_common.documents.output_file import check_new, plain, write_new
 from softhand_common.documents.quoted import unknown
 from softhand_model.effects import Effect
+from softhand_model.effects.hand import HandEffect, at_places
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 
@@ -64,6 +67,9 @@ def add_effect(
 
     Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
     """
+    if data.of_hand:
+        model, classes = with_weight(data, model), at_places(data.hand, classes)
+        name = _at_best_place(name, data, model, classes, tell)
     if name not in classes:
         known = ", ".join(sorted(classes))
         raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
@@ -87,6 +93,27 @@ def add_effect(
     calibration = _written(calibration_of(after), modulus_of(after, problem.data))
     new = Model(model.base, calibration, (*kept, *fitted), std, springs=model.springs)
     return Addition(problem, before, after, named[-1], new)
+
+
+def _at_best_place(
+    name: str,
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    tell: Tell,
+) -> str:
+    """The effect of a hand at the place where it leaves the smallest held-out error, if `name` is
+    one without a place; else the name.
+    """
+    places = [one for one, effect in classes.items() if getattr(effect, "kind", "") == name]
+    if not places:
+        return name
+    problem, given = pose_problem(data, model, classes)
+    tried = score_all(problem, score_base(problem, [e.name for e in given]), places, tell=tell)
+    shown = [scored for scored in tried if isinstance(scored, Scored)]
+    if not shown:
+        raise ValueError(f"effect {name}: expected one that these data show, but it shows nowhere")
+    return min(shown, key=lambda scored: scored.held_out.rmse).added
 
 
 def _written(calibration: dict[str, Any], modulus: Mapping[str, Estimate] | None) -> dict[str, Any]:
@@ -211,7 +238,10 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
 
 
 def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": effect.name}
+    placed = isinstance(effect, HandEffect)
+    entry: dict[str, Any] = {"name": effect.kind if placed else effect.name}
+    if placed:
+        entry["where"] = dict(effect.where)
     if effect.name in model.files:
         file = os.path.relpath(model.files[effect.name].resolve(), folder.resolve())
         entry["file"] = Path(file).as_posix()

@@ -60,6 +60,7 @@ from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import below_ambient
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
+from softhand_model.effects.hand import HandEffect
 from softhand_model.model_file import Model, load_model
 
 
@@ -315,7 +316,9 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
         members = {one: classes[one].member for one in [name, *alike]} if alike else {}
         sure = confidence if len(alike) == len(tied) else None
         effect = named_effect(judged.named, name)
-        found.append(replace(effect, cause=cause, members=members, cause_confidence=sure))
+        kind = classes[name]
+        place = {"kind": kind.kind, "where": kind.where} if issubclass(kind, HandEffect) else {}
+        found.append(replace(effect, cause=cause, members=members, cause_confidence=sure, **place))
     return tuple(found)
 
 

@@ -46,7 +46,8 @@ class NamedEffect:
     cause: the class of causes it belongs to, such as "lag"; its own name without one. members: of
     that class those that explain the data alike, by name of effect, in words such as "tube", the
     effect itself first; empty where it stands alone. cause_confidence: share (0 to 1) of such
-    verdicts in which the class is right, None where that is not known.
+    verdicts in which the class is right, None where that is not known. kind, where: of an effect
+    of a hand, what it is called without its place, and the place, names by key.
     """
 
     name: str
@@ -54,6 +55,8 @@ class NamedEffect:
     cause: str = ""
     members: Mapping[str, str] = field(default_factory=dict)
     cause_confidence: float | None = None
+    kind: str = ""
+    where: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def undetermined(self) -> list[str]:
@@ -63,9 +66,10 @@ class NamedEffect:
     def as_json(self) -> dict[str, Any]:
         """The entry of `effects` in the JSON of a diagnosis."""
         return {
-            "name": self.name,
+            "name": self.kind or self.name,
+            **({"where": dict(self.where)} if self.where else {}),
             "parameters": {name: asdict(entry) for name, entry in self.parameters.items()},
-            "class": self.cause or self.name,
+            "class": self.cause or self.kind or self.name,
             "class_members": list(self.members),
             "class_confidence": self.cause_confidence,
         }

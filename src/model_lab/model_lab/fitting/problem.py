@@ -10,6 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_pose import with_weight
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
@@ -20,6 +21,7 @@ from model_lab.measurements.wild_samples import without_wild_samples
 from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import OUTPUT_UNIT
+from softhand_model.effects.hand import at_places
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
@@ -79,11 +81,12 @@ def pose_problem(
     The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
     the input, and wild samples, are taken off first.
     """
+    model = with_weight(data, model)
     data = without_input_noise(without_wild_samples(made_of(data, model)))
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
-    known = in_the_range_of(data, known)
+    known = in_the_range_of(data, at_places(data.hand, known) if data.of_hand else known)
     free = [known[effect.name] for effect in given]
 
     def forward_of(data: MeasurementSet) -> Forward:

@@ -12,6 +12,14 @@ from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.measurements.bags.columns import Source, read_bag_columns
 from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.csv_file import TableError, read_columns
+from model_lab.measurements.hands import (
+    OF_HANDS,
+    default_markers,
+    marker_columns,
+    pressure_columns,
+    read_markers,
+    the_hand,
+)
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.lead import parted
 from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, as_expected
@@ -30,7 +38,7 @@ from model_lab.measurements.measurement_set import (
 )
 from model_lab.measurements.rows import STRETCHES, check_rows
 from model_lab.measurements.specimens import document_of, known_fields, read_specimens
-from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit
+from model_lab.measurements.units import Unit, column_unit, unit_of
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import (
     DocumentError,
@@ -71,13 +79,20 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
             f"{document}: expected a readable file, got No such file or directory; `model-lab "
             "import FILE... -o SET` begins a set from CSV files, tables or bags"
         )
-    fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, MORE_KEYS)
+    fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, [*MORE_KEYS, "markers"])
     experiment = fields["experiment"].choice(OUTPUTS)
     title = fields["title"].text() if "title" in fields else ""
-    specimens = read_specimens(fields["specimens"])
+    of_hands = experiment in OF_HANDS
+    specimens = read_specimens(fields["specimens"], of_hands)
+    markers, columns = {}, (INPUTS[experiment], OUTPUTS[experiment])
+    if of_hands:
+        hand = the_hand({name: one.hand for name, one in specimens.items()}, str(document))
+        stated_markers = "markers" in fields
+        markers = read_markers(fields["markers"], hand) if stated_markers else default_markers(hand)
+        columns = pressure_columns(hand), marker_columns(markers)
     stated = _stated(fields["columns"]) if "columns" in fields else {}
     units = {name: column.unit for name, column in stated.items()}
-    reader = _RunReader(document.parent, experiment, specimens, stated)
+    reader = _RunReader(document.parent, experiment, specimens, stated, columns)
     runs = reader.runs(fields["runs"], tell)
     noise = _noise(fields["noise"], {**reader.bag_units, **units}) if "noise" in fields else {}
     free = "calibration" in fields and _free_modulus(fields["calibration"])
@@ -92,6 +107,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         units={**reader.texts, **{name: column.text for name, column in stated.items()}},
         bags=frozenset(reader.bags),
         doubts=tuple(reader.doubts),
+        markers=markers,
     )
 
 
@@ -176,9 +192,11 @@ class _RunReader:
         experiment: str,
         specimens: Mapping[str, Specimen],
         stated: Mapping[str, _Column],
+        columns: tuple[tuple[str, ...], tuple[str, ...]],
     ) -> None:
         self._folder, self._experiment = folder, experiment
         self._specimens, self._stated = specimens, stated
+        self._inputs, self._outputs = columns
         self._units = {name: column.unit for name, column in stated.items()}
         self._files: dict[Path, str] = {}
         self.bag_units: Units = {}
@@ -202,6 +220,7 @@ class _RunReader:
         of_rubber = self._experiment == "rubber"
         more = [*RUN_KEYS, "description", *(["mode"] if of_rubber else [])]
         more += [STRETCHED_TO] if self._experiment in STRETCHED else []
+        more += ["wrist_rpy"] if self._experiment in OF_HANDS else []
         fields = known_fields(node, ["specimen"], more)
         mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
@@ -214,8 +233,9 @@ class _RunReader:
             self.bags.add(name)
         steady = initial == "steady"
         pulled = _stretched_to(fields, virgin)
+        held = fields["wrist_rpy"].vector() if "wrist_rpy" in fields else (0.0, 0.0, 0.0)
         return Run(
-            name, specimen, protocol, temperature, columns, virgin, steady, mode, lead, pulled
+            name, specimen, protocol, temperature, columns, virgin, steady, mode, lead, pulled, held
         )
 
     def _columns(
@@ -297,7 +317,7 @@ class _RunReader:
                 raise DocumentError(
                     f"{node.file}: columns: expected the column {name}, which {self._experiment} "
                     f"needs, got {listed(self._units)}; "
-                    f"add {name}: {{unit: {COLUMN_UNITS[name] or repr('')}}}, or the unit it has"
+                    f"add {name}: {{unit: {unit_of(name) or repr('')}}}, or the unit it has"
                 )
         words = [
             name for name in self._needed() if name in COLUMN_WORDS and name not in self._units
@@ -305,11 +325,11 @@ class _RunReader:
         return [*self._units, *words]
 
     def _needed(self) -> tuple[str, ...]:
-        return (*INPUTS[self._experiment], *OUTPUTS[self._experiment])
+        return (*self._inputs, *self._outputs)
 
     def _outputs_that_begin(self) -> tuple[str, ...]:
         """Outputs that may begin after the inputs."""
-        return OUTPUTS[self._experiment] if self._experiment in DRIVING_COLUMN else ()
+        return self._outputs if self._experiment in DRIVING_COLUMN else ()
 
     # ---------------------------------------------------------------- bags
     def _bag(self, path: Path, node: Node, told: Told) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -336,8 +356,8 @@ class _RunReader:
         sources = {
             name: _source(topics[origin], entries[origin], name) for name, origin in origins.items()
         }
-        columns, lead = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], told)
-        if not (self._outputs_that_begin() and lead.keys() >= set(INPUTS[self._experiment])):
+        columns, lead = read_bag_columns(path, sources, self._outputs[0], told)
+        if not (self._outputs_that_begin() and lead.keys() >= set(self._inputs)):
             lead = {}
         self.bag_units.update(units)
         self.texts.update(
@@ -367,7 +387,7 @@ def _source(node: Node, entry: Mapping[str, Node], column: str) -> Source:
     except ValueError as reason:
         raise DocumentError(f"{entry['field'].place}: {reason}") from reason
     topic = entry["topic"].text()
-    return Source(f"/{topic.lstrip('/')}", field, node.place, COLUMN_UNITS.get(column) == "rad")
+    return Source(f"/{topic.lstrip('/')}", field, node.place, unit_of(column) == "rad")
 
 
 def _stretched_to(fields: Mapping[str, Node], virgin: bool) -> float:

@@ -11,15 +11,24 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.hands import (
+    HAND_POSE,
+    OF_HANDS,
+    HandSpecimen,
+    Marker,
+    marker_columns,
+    pressure_columns,
+)
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS, SampleTable, make_table
 from model_lab.measurements.units import (
-    COLUMN_UNITS,
     Display,
     display_among,
     display_of,
     stated_display,
+    unit_of,
 )
 from softhand_model.effects.effect import STRETCHED
+from softhand_model.hand.hand import HandDescription
 
 SET_FORMAT = "softhand-measurement/1"  # of its document on disk
 TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
@@ -30,6 +39,7 @@ OUTPUTS = {
     "rubber": ("stress",),
     "valve_pulse": ("mass",),
     "base_torque": ("torque_x", "torque_y", "torque_z"),
+    HAND_POSE: (),  # those of its markers
 }
 INPUTS = {
     "free_bending": ("pressure",),
@@ -38,6 +48,7 @@ INPUTS = {
     "rubber": ("stretch",),
     "valve_pulse": ("direction", "duration", "p_in", "p_out"),
     "base_torque": ("time", "pressure", *TIP_POSE),
+    HAND_POSE: (),  # the pressures of its channels
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",
@@ -46,6 +57,7 @@ OUTPUT_UNITS = {
     "rubber": "Pa",
     "valve_pulse": "kg",
     "base_torque": "N m",
+    HAND_POSE: "m",
 }
 MODES = ("uniaxial", "pure_shear", "equibiaxial")  # in which rubber is stretched
 INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
@@ -60,7 +72,7 @@ class Specimen:
 
     `values` holds numbers (length, wall, side_wall, shear_modulus, mass, gauge_length, ...) and
     profiles as arrays (n, 2) of [x, value]; `mount` and `batch` are names. `notes` holds what else
-    its entry says, such as a description.
+    its entry says, such as a description. hand: which hand it is, where it is one.
     """
 
     name: str
@@ -68,6 +80,7 @@ class Specimen:
     mount: str = "bending_plane_level"
     batch: str = "all"
     notes: Mapping[str, object] = field(default_factory=dict)
+    hand: HandSpecimen | None = None
 
     @property
     def mean_wall(self) -> float:
@@ -92,7 +105,8 @@ class Run:
     instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`. lead: columns
     (k,) of time and inputs before the first sample, which a model is driven with too; empty for
     none. stretched_to: largest stretch of the specimen before the run, in pulls that no run of the
-    set holds (`measurements.preconditioning`).
+    set holds (`measurements.preconditioning`). wrist_rpy (3,) [rad]: how a hand was held, roll,
+    pitch and yaw of its wrist in the world, z up.
     """
 
     name: str
@@ -105,6 +119,7 @@ class Run:
     mode: str = ""
     lead: Mapping[str, Array] = field(default_factory=dict)
     stretched_to: float = 1.0
+    wrist_rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
     def samples(self) -> int:
@@ -137,6 +152,7 @@ class MeasurementSet:
     units: of the columns as they were stated, by name; values are in SI units all the same.
     bags: names of the runs that were read from bags. doubts: values that were kept although they
     cannot be what their column is named, each as an error would say it (`measurements.rows`).
+    markers: of a hand, by name.
     """
 
     experiment: str
@@ -151,6 +167,7 @@ class MeasurementSet:
     units: Mapping[str, str] = field(default_factory=dict)
     bags: frozenset[str] = frozenset()
     doubts: tuple[str, ...] = ()
+    markers: Mapping[str, Marker] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":
@@ -162,13 +179,30 @@ class MeasurementSet:
         return self.experiment in STRETCHED
 
     @property
+    def of_hand(self) -> bool:
+        """Whether a whole hand was measured."""
+        return self.experiment in OF_HANDS
+
+    @property
+    def hand(self) -> HandDescription:
+        """The hand that was measured; raises ValueError in a set of anything else."""
+        hands = [entry.hand for entry in self.specimens.values() if entry.hand is not None]
+        if not hands:
+            raise ValueError(f"specimens: expected a hand, got a set of {self.experiment}")
+        return hands[0].description
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the columns from which a model predicts them."""
+        if self.of_hand:
+            return pressure_columns(self.hand)
         return INPUTS[self.experiment]
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the measured columns that a model predicts."""
+        if self.of_hand:
+            return marker_columns(self.markers)
         return OUTPUTS[self.experiment]
 
     @property
@@ -180,7 +214,7 @@ class MeasurementSet:
         """How a column is shown: in the unit that the user stated, else in that of the bench."""
         if column in self.units:
             return stated_display(column, self.units[column])
-        return display_of(COLUMN_UNITS.get(column, ""))
+        return display_of(unit_of(column) or "")
 
     def shown_in(self, unit: str) -> Display:
         """How values of an SI unit are shown: as a column of it was stated, if there is one."""
@@ -193,8 +227,10 @@ class MeasurementSet:
 
     @property
     def has_time(self) -> bool:
-        """Whether every run was recorded against time."""
-        return all("time" in run.columns for run in self.runs)
+        """Whether every run was recorded against time, and it counts: poses of a hand are taken at
+        rest.
+        """
+        return not self.of_hand and all("time" in run.columns for run in self.runs)
 
     @cached_property
     def table(self) -> SampleTable:
@@ -216,9 +252,11 @@ class MeasurementSet:
         return np.concatenate([run.columns[name] for run in self.runs])[self.table.row]
 
     def driving(self, run: Run) -> Array:
-        """What drives a run (samples of the run,): pressure [Pa], stretch [-], or the pressure
-        drop of a pulse [Pa].
+        """What drives a run (samples of the run,): pressure [Pa], of a hand the highest of its
+        channels, stretch [-], or the pressure drop of a pulse [Pa].
         """
+        if self.of_hand:
+            return np.max([run.columns[name] for name in self.inputs], axis=0)
         if self.stretched:
             return run.columns["stretch"]
         if self.experiment == "valve_pulse":

@@ -14,7 +14,7 @@ import numpy as np
 from model_lab.aliases import Array, Mask
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.measurements.units import COLUMN_UNITS, largest
+from model_lab.measurements.units import largest, unit_of
 from softhand_common.documents.quoted import shortened
 from softhand_common.documents.yaml_document import DocumentError
 
@@ -65,7 +65,7 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
         what is kept although it cannot be what its column is named, as an error would say it.
     """
     for name, values in columns.items():
-        most = largest(COLUMN_UNITS.get(name))
+        most = largest(unit_of(name))
         _refuse(_wrong(path, name, values, np.abs(values) > most, f"{most:g} at most in size"))
     if "time" in columns:
         check_time(path, columns)

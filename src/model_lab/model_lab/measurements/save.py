@@ -15,7 +15,7 @@ from model_lab.measurements.measurement_set import (
     Run,
     Specimen,
 )
-from model_lab.measurements.units import COLUMN_UNITS, Display, display_of
+from model_lab.measurements.units import Display, display_of, unit_of
 from softhand_common.documents.output_file import write_files
 from softhand_model.model_file import FREE_VALUE
 
@@ -49,6 +49,11 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
         "experiment": data.experiment,
         "title": data.title,
         "specimens": {name: specimen_entry(entry) for name, entry in data.specimens.items()},
+        **(
+            {"markers": {name: m.entry() for name, m in data.markers.items()}}
+            if data.markers
+            else {}
+        ),
         "columns": column_entries(data.runs[0].columns),
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: run_entry(run) for run in data.runs},
@@ -62,7 +67,7 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
 
 def shown_as(name: str) -> Display:
     """How a column is written: in the unit that people read; as it is if its unit is unknown."""
-    return display_of(COLUMN_UNITS.get(name, ""))
+    return display_of(unit_of(name) or "")
 
 
 def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
@@ -72,6 +77,8 @@ def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
 
 def specimen_entry(specimen: Specimen) -> dict:
     """Entry of a specimen in experiment.yaml."""
+    if specimen.hand is not None:
+        return {"hand": specimen.hand.stated, "batch": specimen.batch}
     values = {
         key: value.tolist() if isinstance(value, np.ndarray) else value
         for key, value in specimen.values.items()
@@ -92,6 +99,7 @@ def run_entry(run: Run) -> dict:
         | ({"virgin": True} if run.virgin else {})
         | ({"initial": "steady"} if run.steady else {})
         | ({"mode": run.mode} if run.mode else {})
+        | ({"wrist_rpy": [float(a) for a in run.wrist_rpy]} if any(run.wrist_rpy) else {})
         | ({"stretched_to": float(run.stretched_to)} if run.stretched_to > 1.0 else {})
     )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.hands import read_hand
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.units import largest
 from softhand_common.documents.quoted import listed
@@ -33,9 +34,12 @@ MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
 
 
-def read_specimens(node: Node) -> dict[str, Specimen]:
-    """Specimens by name; raises DocumentError naming file, key, expected and got."""
-    specimens = {name: _specimen(name, entry) for name, entry in node.mapping().items()}
+def read_specimens(node: Node, of_hands: bool = False) -> dict[str, Specimen]:
+    """Specimens by name, actuators or hands; raises DocumentError naming file, key, expected and
+    got.
+    """
+    read = _hand if of_hands else _specimen
+    specimens = {name: read(name, entry) for name, entry in node.mapping().items()}
     if not specimens:
         raise node.error("at least one specimen")
     return specimens
@@ -103,6 +107,13 @@ def known_fields(
     """
     open_fields(node, required, optional)
     return node.fields(required, optional)
+
+
+def _hand(name: str, node: Node) -> Specimen:
+    fields = known_fields(node, ["hand"], ["batch", "description"])
+    batch = fields["batch"].text() if "batch" in fields else "all"
+    hand = read_hand(fields["hand"], Path(node.file).parent)
+    return Specimen(name, batch=batch, hand=hand)
 
 
 def _specimen(name: str, node: Node) -> Specimen:

@@ -28,6 +28,7 @@ COLUMN_UNITS = {
     "tip_force": "N",
     "mass": "kg",
 }  # those whose quantity is known; any other column may have any unit
+MARKER_COLUMN = re.compile(r".+\.[xyz]")
 LARGEST_VALUES = {
     "s": 1e11,
     "Pa": 1e12,
@@ -43,6 +44,19 @@ LARGEST_OTHER_VALUE = 1e15
 LONGEST_UNIT, LONGEST_EXPONENT = 60, 3  # characters
 _NUMBER = re.compile(r"(?<![\w.])[\d.]+")  # that is not part of a name
 CACHED_UNITS = 256  # units of a set, looked up once
+
+
+def unit_of(column: str) -> str | None:
+    """SI unit of a column; None where its quantity is not known.
+
+    >>> unit_of("pressure.a"), unit_of("index_tip.x"), unit_of("speed")
+    ('Pa', 'm', None)
+    """
+    if column in COLUMN_UNITS:
+        return COLUMN_UNITS[column]
+    if column.startswith("pressure."):
+        return "Pa"
+    return "m" if MARKER_COLUMN.fullmatch(column) else None
 
 
 def largest(unit: str | None) -> float:
@@ -122,10 +136,10 @@ def column_unit(column: str, text: str) -> Unit:
             f"one or two digits, got {quoted(text)}"
         )
     usual = USUAL_UNITS.get(text)
-    if usual is not None and usual.si == COLUMN_UNITS.get(column):
+    if usual is not None and usual.si == unit_of(column):
         return usual
     try:
-        return _unit(_parsed(text), COLUMN_UNITS.get(column), text)
+        return _unit(_parsed(text), unit_of(column), text)
     except ArithmeticError as reason:  # km**99
         raise ValueError(f"expected a unit of a usual size, got {quoted(text)}") from reason
 
@@ -246,7 +260,7 @@ def display_among(units: Mapping[str, str], unit: str) -> Display:
     'deg'
     """
     quantity = unit.removesuffix("/s")
-    stated = [name for name in units if quantity and COLUMN_UNITS.get(name) == quantity]
+    stated = [name for name in units if quantity and unit_of(name) == quantity]
     if not stated:
         return display_of(unit)
     display = stated_display(stated[0], units[stated[0]])

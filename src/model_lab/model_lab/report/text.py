@@ -12,7 +12,7 @@ import yaml
 
 from model_lab.comparison.add import NOT_PHYSICS, Addition
 from model_lab.diagnosis.result import ADEQUATE, Diagnosis
-from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.save import (
     column_entries,
     csv_text,
@@ -235,7 +235,7 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
     columns = {name: np.array(values) for name, values in planned["inputs"].items()}
     mode = planned.get("mode", "")
     run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns, mode=mode)
-    outputs = OUTPUTS[data.experiment]
+    outputs = data.outputs
     entries = column_entries([*columns, *outputs])
     document: dict[str, Any] = {"columns": entries}
     if specimen.name not in data.specimens:

@@ -12,6 +12,7 @@ from pneuflex_sim.dynamics.joint_springs import Actuation
 from pneuflex_sim.dynamics.spatial import Array, IntArray
 from pneuflex_sim.hand.layout import HandLayout
 from softhand_common.numerics.compiled import compiled
+from softhand_model.effects.hand import pressure_shares
 from softhand_model.gas import GAS_CONSTANT
 
 MIN_VOLUME_SHARE = 0.2  # of a chamber bent the wrong way, as a share of that at rest
@@ -23,6 +24,7 @@ class RestTables(NamedTuple):
 
     Attributes:
         channel: (actuators,) index of the channel that feeds each.
+        feed: (actuators, channels) share of each channel's pressure that acts in it.
         step: (actuators,) [Pa] between the pressures of a table.
         cubic: (actuators, intervals, 4, columns), coefficients, three columns per joint.
         first_joint: (actuators,) index.
@@ -30,6 +32,7 @@ class RestTables(NamedTuple):
     """
 
     channel: IntArray
+    feed: Array
     step: Array
     cubic: Array
     first_joint: IntArray
@@ -55,6 +58,9 @@ class AirCoupling:
             chain.name: np.array([hand.channel_of(name) for name in chain.actuators])
             for chain in hand.chains
         }
+        model = next(iter(layout.models.values())).model
+        shares = pressure_shares(hand, model.effects)
+        self._feed = dict(zip(hand.actuator_names, shares, strict=True))
         rest, gain = np.zeros(len(hand.channels)), np.zeros((len(hand.channels), n))
         for name, channels in self._fed.items():
             joints, model = layout.chain_joints[name], layout.models[name]
@@ -79,7 +85,8 @@ class AirCoupling:
         for row, table in enumerate(tables):
             cubic[row, :, :, : columns[row]] = table.cubic
         steps = np.array([table.step for table in tables])
-        return RestTables(np.array(channels), steps, cubic, np.array(starts), columns)
+        feed = np.array(list(self._feed.values()))
+        return RestTables(np.array(channels), feed, steps, cubic, np.array(starts), columns)
 
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
@@ -131,10 +138,11 @@ class AirCoupling:
         """Advance the effects of the model by a step [s] at gauge pressures (channels,) [Pa] and a
         temperature [K], and store the resulting rest shape in `actuation`.
         """
-        for name, channels in self._fed.items():
-            joints = self.layout.chain_joints[name]
-            self.actuation.bend[joints] = self.layout.models[name].step(
-                step, pressures[channels], rotations[joints], temperature
+        for name in self._fed:
+            joints, model = self.layout.chain_joints[name], self.layout.models[name]
+            acting = np.array([self._feed[part] for part in model.description.actuators])
+            self.actuation.bend[joints] = model.step(
+                step, acting @ pressures, rotations[joints], temperature
             )
 
 
@@ -192,7 +200,10 @@ def act_on_joints(
         bend[:] = 0.0
     for actuator in range(len(tables.channel)):
         channel, step = tables.channel[actuator], tables.step[actuator]
-        relative = max(pressures[channel], 0.0) / step
+        pressure = 0.0
+        for other in range(len(pressures)):
+            pressure += tables.feed[actuator, other] * pressures[other]
+        relative = max(pressure, 0.0) / step
         index = min(int(relative), tables.cubic.shape[1] - 1)
         c, t, fall = tables.cubic[actuator, index], relative - index, drop[channel] / step
         for k in range(tables.columns[actuator]):

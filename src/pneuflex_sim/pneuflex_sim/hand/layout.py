@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.dynamics.chain import Links
 from pneuflex_sim.dynamics.joint_springs import Springs
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.serial import mounted, serial_chains
+from softhand_model.effects.hand import tilted
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
@@ -99,9 +100,10 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
 
     Raises ValueError if a serial body would have more joints than PyBullet can report.
     """
+    description = tilted(description, model.effects)
     models = {chain.name: discretise(chain, segments, model) for chain in description.chains}
     bodies, chain_joints, count = [], {}, 0
-    for chains in _bodies_in_order(description):
+    for chains in serial_chains(description):
         start = count
         for name in chains:
             chain_joints[name] = slice(count, count + len(models[name].segments.mass))
@@ -114,7 +116,8 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         mount, joints = description.chain(chains[0]).mount, slice(start, count)
         place = np.asarray(mount.position)
         bodies.append(Body(chains[0], place, mount.quaternion, joints, chains))
-    mounted = [_mounted(description, models, name) for name in chain_joints]
+    cut = {name: chain_model.segments for name, chain_model in models.items()}
+    placed = [mounted(description, cut, name) for name in chain_joints]
 
     def rows(key: str) -> Array:
         return np.concatenate([getattr(models[name].segments, key) for name in chain_joints])
@@ -131,43 +134,11 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
             for name, joints in chain_joints.items()
             for i in range(joints.stop - joints.start)
         ),
-        np.concatenate([offset for offset, _ in mounted]),
-        np.concatenate([rest for _, rest in mounted]),
+        np.concatenate([offset for offset, _ in placed]),
+        np.concatenate([rest for _, rest in placed]),
         rows("stiffness"),
         rows("stretching"),
         np.maximum(rows("body_size"), [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
         rows("body_center"),
         rows("mass"),
     )
-
-
-def _bodies_in_order(description: HandDescription) -> list[tuple[str, ...]]:
-    """Serial chains of chains: each list starts at the wrist."""
-    serial: dict[str, list[str]] = {}
-    root: dict[str, str] = {}
-    for chain in description.chains:
-        parent = chain.mount.parent
-        root[chain.name] = chain.name if parent == "wrist" else root[parent]
-        serial.setdefault(root[chain.name], []).append(chain.name)
-        if parent != "wrist" and serial[root[parent]][-2] != parent:
-            raise ValueError(
-                f"mount of {chain.name}: expected a parent with no other chain on it, got {parent}"
-            )
-    return [tuple(names) for names in serial.values()]
-
-
-def _mounted(
-    description: HandDescription, models: dict[str, ChainModel], name: str
-) -> tuple[Array, Array]:
-    """Joint offsets and rest orientations of a chain; the first ones carry the mount on the parent
-    chain.
-    """
-    segments = models[name].segments
-    offset, rest = np.array(segments.offset, float), np.array(segments.rest, float)
-    mount = description.chain(name).mount
-    if mount.parent != "wrist":
-        mounted = Rotation.from_quat(mount.quaternion)
-        tip = models[mount.parent].segments.tip_offset
-        offset[0] = tip + mount.position + mounted.apply(offset[0])
-        rest[0] = (mounted * Rotation.from_quat(rest[0])).as_quat()
-    return offset, rest

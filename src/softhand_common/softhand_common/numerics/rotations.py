@@ -21,6 +21,11 @@ def from_rpy(rpy: ArrayLike) -> Array:
     return np.asarray(Rotation.from_euler("xyz", np.asarray(rpy, float)).as_quat(), float)
 
 
+def to_rpy(quaternion: ArrayLike) -> Array:
+    """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,)."""
+    return np.asarray(Rotation.from_quat(quaternion).as_euler("xyz"), float)
+
+
 def about_x(angle: float) -> Array:
     """Quaternion (4,) of a rotation by `angle` [rad] about x."""
     return np.array([np.sin(angle / 2.0), 0.0, 0.0, np.cos(angle / 2.0)])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,11 +17,13 @@ from softhand_common.numerics.arrays import Array
 from softhand_model.chain.free_response import (
     RestTable,
     SegmentResponse,
+    angle_table,
     bends,
     tabulates,
 )
 from softhand_model.chain.joint_map import angle_maps, volume_gains
 from softhand_model.chain.segments import BEND_AXIS, LATERAL_AXIS, TWIST_AXIS, cut_chain
+from softhand_model.effects.hand import modulus_factor
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
@@ -68,7 +71,7 @@ def discretise(description: ChainDescription, segments: int, model: Model) -> Ch
 class ChainModel:
     """A discretised chain under a model; pressures are gauge, one for each of its actuators.
 
-    segments: the rigid links and joint springs.
+    segments: the rigid links and joint springs. count: of segments an actuator.
     volume_gain (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
         about y; constant, because the volume is linear in the curvature (eq. 3.17).
     """
@@ -77,7 +80,10 @@ class ChainModel:
         scale = model.modulus_scale()
         parts = {
             name: replace(
-                actuator, shear_modulus=scale * model.shear_modulus(actuator.shear_modulus)
+                actuator,
+                shear_modulus=scale
+                * modulus_factor(name, model.effects)
+                * model.shear_modulus(actuator.shear_modulus),
             )
             for name, actuator in description.actuators.items()
         }
@@ -86,16 +92,28 @@ class ChainModel:
         self._shape = self.segments.offset.shape
         self._struts = self._shape[0] - segments  # joints that no actuator bends
         self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
-        self._tables, self._responses, volumes = [], [], []
-        for part, onto_joints in zip(parts.values(), self._angle_maps, strict=True):
-            response = SegmentResponse(part, segments, model) if bends(model) else None
-            tabled = response if tabulates(model) else None
-            self._tables.append(RestTable(part, segments, onto_joints, tabled))
-            volumes.append(part.chamber_volume() + part.supply_volume)
-            if response and not tabled:
-                self._responses.append(response)
+        self._stated = list(description.actuators.values())
+        self._parts, self.count = list(parts.values()), segments
+        self._curves = [
+            SegmentResponse(part, segments, model) if bends(model) else None for part in self._parts
+        ]
+        self._responses = [
+            curve for curve in self._curves if curve is not None and not tabulates(model)
+        ]
+        volumes = [part.chamber_volume() + part.supply_volume for part in self._parts]
         self._rest_volume = np.array(volumes)
         self.volume_gain = volume_gains(self.description, self.segments, segments)
+
+    @cached_property
+    def _tables(self) -> list[RestTable]:
+        """Tables of the actuators."""
+        kept = tabulates(self.model)
+        return [
+            RestTable(part, self.count, onto_joints, curve if kept else None)
+            for part, onto_joints, curve in zip(
+                self._parts, self._angle_maps, self._curves, strict=True
+            )
+        ]
 
     @property
     def rest_tables(self) -> tuple[RestTable, ...]:
@@ -120,6 +138,18 @@ class ChainModel:
         for table, pressure in zip(self._tables[1:], pressures[1:], strict=True):
             rotation = rotation + table.value(pressure)
         return rotation.reshape(self._shape)
+
+    def rest_rotations(self, pressures: Array, modulus: float = 1.0) -> Array:
+        """As `rest_rotation`, (rows, n, 3) [rad] at pressures (actuators, rows) [Pa], of a rubber
+        whose modulus is `modulus` [-] times as large. Effects but those of a hand are left out.
+        """
+        total = np.zeros((pressures.shape[1], self._shape[0] * 3))
+        for stated, part, onto_joints, pressure in zip(
+            self._stated, self._parts, self._angle_maps, pressures, strict=True
+        ):
+            stiffer = modulus * part.shear_modulus / stated.shear_modulus
+            total += angle_table(stated, self.count).values(pressure / stiffer) @ onto_joints.T
+        return total.reshape(-1, *self._shape)
 
     def volume(self, bend: Array) -> Array:
         """Air volume (actuators,) [m3] of chamber and supply tube.

@@ -4,6 +4,8 @@ effects that only change the rubber's law, stage by stage under others.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from softhand_common.numerics.arrays import Array
@@ -27,6 +29,7 @@ REST_INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
 BENDING_FREELY = ("wall_stress", "act_on_curvature")
 STIFFNESS_HOOKS = ("stiffness_factor", "bend_twist_coupling")
+KEPT_TABLES = 32
 NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a difference
 
 
@@ -70,6 +73,14 @@ class RestTable:
         index, t = self._place(pressure)
         return np.array((1.0, t, t * t, t * t * t)) @ self.cubic[index]
 
+    def values(self, pressures: Array) -> Array:
+        """Values (k, m) [rad] at gauge pressures (k,) [Pa]."""
+        relative = np.maximum(pressures, 0.0) / self.step
+        index = np.minimum(relative.astype(int), REST_INTERVALS)
+        t = (relative - index)[:, None]
+        c = self.cubic[index]
+        return np.asarray(c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3])))
+
     def slope(self, pressure: float) -> Array:
         """Derivative (m,) [rad/Pa] of the values by the pressure; under suction the one at zero."""
         index, t = self._place(pressure)
@@ -79,6 +90,15 @@ class RestTable:
         relative = max(float(pressure), 0.0) / self.step
         index = min(int(relative), REST_INTERVALS)
         return index, relative - index
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def angle_table(actuator: Actuator, segments: int) -> RestTable:
+    """Table of the angles (segments,) [rad] of an actuator's own segments; kept.
+
+    They depend on pressure over modulus alone: one table serves rubber of any stiffness.
+    """
+    return RestTable(actuator, segments, np.eye(segments))
 
 
 def hermite(value: Array, slope: Array) -> Array:

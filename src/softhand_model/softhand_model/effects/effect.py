@@ -15,7 +15,7 @@ from softhand_common.documents.quoted import quoted, shortened
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.kernel import Kernel
 
-STAGES = ("input", "load", "elastic", "structure", "output", "flow")
+STAGES = ("hand", "input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
 EXPERIMENTS = (
     "free_bending",
@@ -24,6 +24,7 @@ EXPERIMENTS = (
     "rubber",
     "valve_pulse",
     "base_torque",
+    "hand_pose",
 )
 
 OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured

@@ -19,6 +19,7 @@ from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, 
 
 FORMAT = "softhand-actuators/1"
 PANEL_GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9
+PANEL_GAUSS = np.polynomial.legendre.leggauss(PANEL_GAUSS_POINTS)  # points and weights
 PANELS = 8
 PANELS_PER_SEGMENT = 2
 STATION_TOLERANCE = 0.01  # of the length, for the last x of a profile: arcs have no round length
@@ -163,7 +164,7 @@ class Actuator:
         self, start: float = 0.0, stop: float | None = None, panels: int = PANELS
     ) -> tuple[Array, Array]:
         """Gauss points x [m] and weights [m] between two positions [m] of the actuator."""
-        points, weights = np.polynomial.legendre.leggauss(PANEL_GAUSS_POINTS)
+        points, weights = PANEL_GAUSS
         edges = np.linspace(start, self.length if stop is None else stop, panels + 1)
         half = np.diff(edges)[:, None] / 2.0
         x = edges[:-1, None] + half * (points + 1.0)

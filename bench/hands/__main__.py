@@ -1,0 +1,94 @@
+"""Hidden effects of hands: `python -m bench.hands` makes the sets, diagnoses them, prints Markdown.
+
+Criteria, fixed before the first run: a set is *right* if the verdict is effects_missing with one
+effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
+*wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
+unexplained. A verdict is *sure* if it has a confidence that is no guess.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from bench.hands.cases import PLAN, SEED, Hidden, hidden_in
+from bench.hands.measure import HAND, measured
+from model_lab.diagnosis.diagnose import diagnose
+from softhand_model.hand.hand import load_hand
+from softhand_model.model_file import load_model
+
+
+def main() -> None:
+    """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
+    chosen = [int(text) for text in sys.argv[1:]] or range(len(PLAN))
+    print("| # | hidden | where | verdict | named | before, after, floor [mm] | s | score |")
+    print("|---|---|---|---|---|---|---|---|")
+    scores: dict[str, list[str]] = {}
+    sure = 0
+    for number in chosen:
+        random = np.random.default_rng(SEED + number)
+        hidden = hidden_in(load_hand(HAND), *PLAN[number], random)
+        data = measured(hidden, random)
+        begun = time.monotonic()
+        answer = diagnose(data, load_model()).diagnosis.as_json()
+        took = time.monotonic() - begun
+        score = scored(hidden, answer)
+        sure += score == "wrong" and answer["confidence"] is not None and not answer["guess"]
+        scores.setdefault(_group(hidden), []).append(score)
+        print(_row(number, hidden, answer, took, score), flush=True)
+    print("\n| group | sets | scores |\n|---|---|---|")
+    for group, found in scores.items():
+        counts = ", ".join(f"{found.count(one)} {one}" for one in sorted(set(found)))
+        print(f"| {group} | {len(found)} | {counts} |")
+    print(f"\nwrong and sure: {sure}")
+
+
+def scored(hidden: Hidden, answer: dict[str, Any]) -> str:
+    """Score of a verdict by the criteria above."""
+    verdict, named = answer["verdict"], answer["effects"]
+    if hidden.name == "nothing":
+        return "right" if verdict == "adequate" else "wrong" if named else verdict
+    if hidden.strength == "outside":
+        return "right" if verdict == "unexplained" else "wrong" if named else verdict
+    if verdict != "effects_missing":
+        return str(verdict)
+    if len(named) == 1 and (named[0]["name"], named[0]["where"]) == (hidden.name, hidden.where):
+        return "right"
+    place = f"{hidden.name}[{'>'.join(hidden.where.values())}]"
+    return "tied" if any(place in tied for tied in answer["tied"]) else "wrong"
+
+
+def _group(hidden: Hidden) -> str:
+    return (
+        f"{hidden.name} {hidden.strength}".strip() if hidden.where else hidden.strength or "nothing"
+    )
+
+
+def _row(number: int, hidden: Hidden, answer: dict[str, Any], took: float, score: str) -> str:
+    named = "; ".join(
+        f"{effect['name']} {'>'.join(effect['where'].values())} "
+        + ", ".join(f"{key} {one['value']:.3g}" for key, one in effect["parameters"].items())
+        for effect in answer["effects"]
+        if "where" in effect
+    )
+    errors = ", ".join(
+        f"{1e3 * answer[key]:.2f}" for key in ("rmse_before", "rmse_after", "noise_floor")
+    )
+    cells = (
+        number,
+        f"{hidden.name} {hidden.strength}".strip(),
+        ">".join(hidden.where.values()),
+        answer["verdict"],
+        named,
+        errors,
+        f"{took:.0f}",
+        score,
+    )
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""A measured set of a hand: the simulator at rest in drawn poses, with noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bench.hands.cases import Hidden
+from model_lab.measurements.hands import (
+    HandSpecimen,
+    default_markers,
+    marker_columns,
+    pressure_columns,
+)
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from pneuflex_sim.scene.scenes import load_scene
+from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_common.numerics.arrays import Array
+from softhand_model.hand.hand import load_hand
+
+HAND = "rbo_hand_2"
+SEGMENTS, STEP = 14, 0.002  # of the simulated hand; [s]
+PROTOCOLS, POSES, REPEATS = 5, 8, 2
+HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
+LONGEST, STILL, LOOK = 3.0, 2e-3, 0.05  # [s] of a pose; [rad/s] of a joint at rest; [s]
+MARKER_NOISE, GAUGE_NOISE = 0.5e-3, 50.0  # one sigma of a coordinate [m], of a pressure [Pa]
+WRIST_NOISE = 0.002  # one sigma [rad] by which the frame of the wrist differs from run to run
+MODULUS_SCALES = (0.93, 1.07)
+
+
+def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
+    """Two noisy repeats of five protocols; each holds the wrist in another way and passes from one
+    drawn set of pressures to another.
+    """
+    stated = load_hand(HAND)
+    markers, scale = default_markers(stated), float(random.uniform(*MODULUS_SCALES))
+    runs = []
+    for number in range(PROTOCOLS):
+        rpy = tuple(Rotation.random(random_state=random).as_euler("xyz").tolist())
+        ends = random.uniform(0.0, 1.0, (3, len(stated.channels))) * HIGHEST
+        ends[0] *= number % 2  # every other one begins without pressure
+        at = np.linspace(0.0, 2.0, POSES)
+        pressures = np.stack([np.interp(at, range(3), column) for column in ends.T], axis=1)
+        true = poses(hidden, pressures, rpy, scale)
+        for repeat in "ab"[:REPEATS]:
+            frame = Rotation.from_rotvec(WRIST_NOISE * random.standard_normal(3)).as_matrix()
+            seen = true @ frame.T + MARKER_NOISE * random.standard_normal(true.shape)
+            read = pressures + GAUGE_NOISE * random.standard_normal(pressures.shape)
+            columns = dict(zip(pressure_columns(stated), read.T, strict=True))
+            places = seen.transpose(1, 2, 0).reshape(-1, POSES)
+            columns |= dict(zip(marker_columns(markers), places, strict=True))
+            name, protocol = f"r{number}{repeat}", f"poses_{number}"
+            runs.append(Run(name, "h1", protocol, 293.15, columns, wrist_rpy=rpy))
+    specimens = {"h1": Specimen("h1", hand=HandSpecimen(HAND, stated))}
+    return MeasurementSet("hand_pose", "simulated hand", specimens, tuple(runs), markers=markers)
+
+
+def poses(hidden: Hidden, pressures: Array, rpy: tuple[float, ...], scale: float) -> Array:
+    """Fingertips (poses, tips, 3) [m] at rest in the wrist frame at pressures (poses, channels)
+    [Pa].
+    """
+    scene = replace(load_scene("stand"), wrist_rpy=rpy)
+    config = SimulationConfig(
+        hand=hidden.hand,
+        scene=scene,
+        model=hidden.model,
+        segments=SEGMENTS,
+        step=STEP,
+        modulus_scale=scale,
+    )
+    simulation = Simulation(config)
+    found = np.array([_at_rest(simulation, hidden.acting(row)) for row in pressures])
+    simulation.close()
+    return found
+
+
+def _at_rest(simulation: Simulation, pressures: Array) -> Array:
+    """Fingertips (tips, 3) [m] once the joints rest; raises RuntimeError if they do not."""
+    pressures_abs, looks = simulation.ambient + pressures, round(LONGEST / LOOK)
+    for _ in range(looks):
+        for _ in range(round(LOOK / STEP)):
+            rotations = simulation.bodies.rotations
+            masses = simulation.air.masses(
+                pressures_abs, simulation.ambient, simulation.temperature, rotations
+            )
+            simulation.set_air_masses(masses)
+            simulation.step()
+        if np.abs(simulation.bodies.v).max() < STILL:
+            return np.array([place for place, _ in simulation.fingertips().values()])
+    raise RuntimeError(f"the hand still moves after {LONGEST:g} s at {pressures} Pa")

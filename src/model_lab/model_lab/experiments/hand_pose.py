@@ -1,0 +1,176 @@
+"""Poses of a whole hand at rest: where its markers are under pressures and weight, no contact."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.experiments.samples import modulus_scales
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.specimens import require_columns
+from softhand_common.numerics.rotations import from_rpy, rotate
+from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.serial import serial_chains
+from softhand_model.effects import Effect, effect_classes
+from softhand_model.effects.hand import (
+    HandEffect,
+    check_places,
+    modulus_factor,
+    pressure_shares,
+    tilted,
+)
+from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.equilibrium.hand_statics import HandBody, Shape
+from softhand_model.hand.hand import ChainDescription
+from softhand_model.model_file import Model
+
+HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
+KEPT = 64  # poses of bodies that are kept, each under other parameters
+UPRIGHT = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
+
+
+class HandPose:
+    """Places (lanes, samples) [m] of the markers of hands, run after run, marker after marker, x, y
+    and z, in the frame of the wrist.
+
+    The chains are those of the simulator, cut into more segments, in equilibrium under pressures
+    and weight (`equilibrium.hand_statics`). Weight is in the base model: `gravity` only scales it.
+
+    Raises DocumentError for a missing column, ValueError for a marker on an arc.
+    """
+
+    def __init__(self, data: MeasurementSet, segments: int = HAND_SEGMENTS) -> None:
+        require_columns(data, data.inputs, "the model of hand_pose")
+        self._data, self._hand, self._segments = data, data.hand, segments
+        batches = list(dict.fromkeys(data.specimens[run.specimen].batch for run in data.runs))
+        poses = np.concatenate([self._poses_of(run, batches) for run in data.runs])
+        alike, self._pose = np.unique(poses, axis=0, return_inverse=True)  # as repeats are
+        channels = len(data.inputs)
+        self._pressures = np.ascontiguousarray(alike[:, :channels].T)
+        self._down = np.ascontiguousarray(alike[:, channels:-1])
+        self._batch = np.array(batches)[alike[:, -1].astype(int)]
+        self._chains = serial_chains(self._hand)
+        self._known: dict[Hashable, Mapping[str, Array]] = {}
+        self._body_of: dict[Hashable, HandBody] = {}
+        self._models: dict[Hashable, ChainModel] = {}
+
+    def _poses_of(self, run: Run, batches: list[str]) -> Array:
+        """Pressures [Pa], direction down in the frame of the wrist, and batch of each sample of a
+        run (samples, channels + 4).
+        """
+        down = rotate(from_rpy(run.wrist_rpy) * UPRIGHT, [0.0, 0.0, -1.0])
+        batch = batches.index(self._data.specimens[run.specimen].batch)
+        pressures = np.array([run.columns[name] for name in self._data.inputs]).T
+        return np.hstack([pressures, np.tile([*down, batch], (run.samples, 1))])
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Names of the calibration with the values from which a search starts."""
+        return modulus_scales(self._data)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Places (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
+        numbers = [*calibration.values(), *(v for e in effects for v in e.values.values())]
+        lanes = max((np.size(number) for number in numbers), default=1)
+        return np.stack([self._lane(calibration, effects, lane) for lane in range(lanes)])
+
+    def _lane(
+        self, calibration: Mapping[str, Array], effects: Sequence[Effect], lane: int
+    ) -> Array:
+        acting = [_in_lane(effect, lane) for effect in effects]
+        places: dict[str, Array] = {}
+        for batch in dict.fromkeys(self._batch.tolist()):
+            scale = _at(calibration.get(f"modulus_scale[{batch}]", 1.0), lane)
+            rows = np.flatnonzero(self._batch == batch)
+            for name, found in self._places(scale, acting, rows).items():
+                places.setdefault(name, np.empty((len(self._batch), 3)))[rows] = found
+        table = self._data.table
+        columns = np.concatenate([places[name].T for name in self._data.markers])
+        return np.asarray(columns[table.output, self._pose.ravel()[table.row]])
+
+    def _places(self, scale: float, effects: Sequence[Effect], rows: Array) -> dict[str, Array]:
+        """Places (rows, 3) [m] of the markers by name."""
+        hand = tilted(self._hand, effects)
+        shares = dict(
+            zip(hand.actuator_names, pressure_shares(hand, effects).tolist(), strict=True)
+        )
+        weights = [e.values["mass_scale"] for e in effects if e.name == "gravity"]
+        weight = float(weights[0]) if weights else 1.0
+        found: dict[str, Array] = {}
+        for chains in self._chains:
+            parts = [hand.chain(name) for name in chains]
+            names = [name for part in parts for name in part.actuators]
+            moduli = tuple(modulus_factor(name, effects) for name in names)
+            body = (*chains, *moduli, *(part.mount for part in parts))
+            key = (*body, scale, weight, *(tuple(shares[name]) for name in names), rows[0])
+            if key not in self._known:
+                self._forget()
+                if body not in self._body_of:
+                    models = {part.name: self._model_of(part, effects) for part in parts}
+                    self._body_of[body] = HandBody(hand, models)
+                acting = np.array([shares[name] for name in names]) @ self._pressures[:, rows]
+                pull = weight * STANDARD_GRAVITY * self._down[rows]
+                shape = self._body_of[body].settle(acting, pull, scale)
+                self._known[key] = self._markers_of(self._body_of[body], shape)
+            found.update(self._known[key])
+        return found
+
+    def _model_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> ChainModel:
+        """The model of a chain, which does not depend on its mount."""
+        key = (chain.name, *(modulus_factor(name, effects) for name in chain.actuators))
+        if key not in self._models:
+            of_hand = tuple(effect for effect in effects if isinstance(effect, HandEffect))
+            self._models[key] = discretise(chain, self._segments, Model(effects=of_hand))
+        return self._models[key]
+
+    def _markers_of(self, body: HandBody, shape: Shape) -> dict[str, Array]:
+        """Places (rows, 3) [m] of the markers on a body."""
+        chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
+        return {
+            name: body.point(shape, chain_of[marker.actuator], marker.at, np.array(marker.offset))
+            for name, marker in self._data.markers.items()
+            if marker.actuator in body.actuators
+        }
+
+    def _forget(self) -> None:
+        """Drop the oldest of what is kept."""
+        for kept in (self._known, self._body_of, self._models):
+            while len(kept) >= KEPT:
+                del kept[next(iter(kept))]
+
+
+def with_weight(data: MeasurementSet, model: Model) -> Model:
+    """The model of a set: of a hand, with the weight that its base model has.
+
+    Raises ValueError for a model of a hand with another base or with effects that the statics of
+    hands do not have.
+    """
+    if not data.of_hand:
+        return model
+    if model.base != "pneuflex":
+        raise ValueError(f"model: base: expected pneuflex for a hand, got {model.base}")
+    check_places(data.hand, model.effects)
+    for effect in model.effects:
+        if data.experiment not in effect.experiments and effect.stage not in ("output", "flow"):
+            raise ValueError(
+                f"model: effects: expected those that act in {data.experiment}, got {effect.name}"
+            )
+    if any(effect.name == "gravity" for effect in model.effects):
+        return model
+    weight = effect_classes()["gravity"](mass_scale=1.0)
+    return replace(model, effects=(*model.effects, weight))
+
+
+def _at(number: float | Array, lane: int) -> float:
+    """The value of a number, or of numbers in lanes, in a lane."""
+    values = np.ravel(number)
+    return float(values[lane if values.size > 1 else 0])
+
+
+def _in_lane(effect: Effect, lane: int) -> Effect:
+    """The effect with its values in a lane, as plain numbers."""
+    one = type(effect).__new__(type(effect))
+    one.values = {name: _at(value, lane) for name, value in effect.values.items()}
+    return one

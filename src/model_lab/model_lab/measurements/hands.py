@@ -1,0 +1,103 @@
+"""Sets of whole hands: which hand a specimen is, and the markers that were followed on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import DocumentError, Node
+from softhand_model.hand.hand import HandDescription, hand_names, load_hand
+
+HAND_POSE = "hand_pose"
+OF_HANDS = (HAND_POSE,)  # experiments
+AXES = ("x", "y", "z")
+PRESSURE_OF = "pressure."  # before the name of a channel
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A marker on an actuator: at a share of its length from the base, with an offset (3,) [m] in
+    the frame of the smooth curve there (z along it, x to the bending side).
+    """
+
+    actuator: str
+    at: float = 1.0
+    offset: tuple[float, ...] = (0.0, 0.0, 0.0)
+
+    def entry(self) -> dict[str, object]:
+        """Its entry in experiment.yaml."""
+        return {"actuator": self.actuator, "at": self.at, "offset": list(self.offset)}
+
+
+@dataclass(frozen=True)
+class HandSpecimen:
+    """A hand that was measured: its name or file as stated, and what that describes."""
+
+    stated: str
+    description: HandDescription
+
+
+def read_hand(node: Node, folder: Path) -> HandSpecimen:
+    """The hand of a specimen: a shipped name, or a file in the set's folder."""
+    stated = node.text()
+    try:
+        found = load_hand(stated if stated in hand_names() else folder / stated)
+    except ValueError as reason:
+        raise DocumentError(f"{node.place}: {reason}") from reason
+    return HandSpecimen(stated, found)
+
+
+def default_markers(hand: HandDescription) -> dict[str, Marker]:
+    """One marker at each fingertip, `<tip>_tip`.
+
+    >>> from softhand_model.hand.hand import load_hand
+    >>> list(default_markers(load_hand("single_finger")))
+    ['finger_tip']
+    """
+    first = {tip: next(iter(hand.chain(tip).actuators)) for tip in hand.tips}
+    return {f"{tip}_tip": Marker(actuator) for tip, actuator in first.items()}
+
+
+def read_markers(node: Node, hand: HandDescription) -> dict[str, Marker]:
+    """Markers by name; raises DocumentError naming key, expected and got."""
+    straight = [name for chain in hand.chains if not chain.turn for name in chain.actuators]
+    markers = {name: _marker(entry, straight) for name, entry in node.mapping().items()}
+    if not markers:
+        raise node.error("at least one marker")
+    return markers
+
+
+def _marker(node: Node, actuators: Sequence[str]) -> Marker:
+    fields = node.fields(["actuator"], ["at", "offset"])
+    return Marker(
+        fields["actuator"].choice(actuators),
+        fields["at"].number(low=0.0, high=1.0) if "at" in fields else 1.0,
+        tuple(fields["offset"].vector()) if "offset" in fields else (0.0, 0.0, 0.0),
+    )
+
+
+def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescription:
+    """The hand of all specimens of a set, by their names; raises DocumentError unless all have one,
+    the same.
+    """
+    stated = {name: hand.stated for name, hand in hands.items() if hand is not None}
+    if len(stated) < len(hands) or len(set(stated.values())) != 1:
+        got = listed(f"{name}: {shortened(stated.get(name, 'none'))}" for name in hands)
+        raise DocumentError(f"{place}: specimens: expected the same `hand` in all, got {got}")
+    return next(hand.description for hand in hands.values() if hand is not None)
+
+
+def pressure_columns(hand: HandDescription) -> tuple[str, ...]:
+    """Names of the columns of pressure, in the order of the channels."""
+    return tuple(f"{PRESSURE_OF}{channel}" for channel in hand.channels)
+
+
+def marker_columns(markers: Mapping[str, Marker]) -> tuple[str, ...]:
+    """Names of the columns of the markers' places.
+
+    >>> marker_columns({"index_tip": Marker("index")})
+    ('index_tip.x', 'index_tip.y', 'index_tip.z')
+    """
+    return tuple(f"{name}.{axis}" for name in markers for axis in AXES)

@@ -1,0 +1,257 @@
+"""Effects of a whole hand: each acts in one place of it, which the lab finds as well.
+
+A class such as `ActuatorScatter` says what happens; `at` gives the class of one place, named
+`actuator_scatter[index]`. The places of one effect are effects of their own to a search, and a
+model file may hold several of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import cache
+from itertools import permutations
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import compose, from_rpy, to_rpy
+from softhand_model.effects.effect import Effect, Parameter
+from softhand_model.hand.hand import HandDescription
+
+HAND_EXPERIMENTS = frozenset({"hand_pose"})
+ANYWHERE = ""  # where an effect acts whose place is not known yet
+LARGEST_TILT, USUAL_TILT = 0.6, 0.12  # [rad]
+
+
+class HandEffect(Effect):
+    """Base class of the effects of a hand.
+
+    place_keys: what names a place, such as `actuator`. where: the place, names by key; empty of a
+    class whose place is not known yet, which is `kind` of all its places.
+    """
+
+    stage = "hand"
+    experiments = HAND_EXPERIMENTS
+    bases = frozenset({"pneuflex"})
+    place_keys: ClassVar[tuple[str, ...]] = ()
+    kind: ClassVar[str] = ""
+    where: ClassVar[Mapping[str, str]] = {}
+
+    @classmethod
+    def at(cls, **where: str) -> type[Self]:
+        """The class of one place; raises ValueError for other keys than `place_keys`.
+
+        >>> ActuatorScatter.at(actuator="index").name
+        'actuator_scatter[index]'
+        """
+        if set(where) != set(cls.place_keys):
+            raise ValueError(
+                f"effect {cls.name}: where: expected {listed(cls.place_keys)}, got {listed(where)}"
+            )
+        return _placed(cls, tuple(where[key] for key in cls.place_keys))
+
+    @classmethod
+    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+        """All places of a hand at which it may act."""
+        raise NotImplementedError(f"{cls.__name__}.places")
+
+    @classmethod
+    def check_place(cls, hand: HandDescription) -> None:
+        """Raise ValueError unless a hand has the place of this class."""
+        places = cls.places(hand)
+        if dict(cls.where) not in places:
+            known = listed(" to ".join(place.values()) for place in places)
+            raise ValueError(
+                f"effect {cls.kind}: where: expected a place of {hand.name} ({known}), "
+                f"got {shortened(' to '.join(cls.where.values()) or 'none')}"
+            )
+
+    def modulus_of(self, actuator: str) -> float:
+        """Factor [-] on the shear modulus of an actuator."""
+        return 1.0
+
+    def tilt_of(self, chain: str) -> Array:
+        """Turn (3,) [rad], roll, pitch, yaw, of a chain's base about its own axes."""
+        return np.zeros(3)
+
+    def share_between(self, source: str, target: str) -> float:
+        """Share [-] of the pressure of one channel that acts in the actuators of another."""
+        return 0.0
+
+
+@cache
+def _placed(cls: type[Any], names: tuple[str, ...]) -> type[Any]:
+    """The class at a place, always the same one."""
+    where = dict(zip(cls.place_keys, names, strict=True))
+    parts = {"name": f"{cls.name}[{'>'.join(names)}]", "kind": cls.name, "where": where}
+    return type(cls.__name__, (cls,), {**parts, "__doc__": cls.__doc__, "__module__": __name__})
+
+
+class ActuatorScatter(HandEffect):
+    """One actuator is softer or stiffer than the others: its shear modulus times a factor.
+
+    Silicone of another batch, or of another age. A channel feeds it as before, so it bends more and
+    carries less where it is soft.
+    """
+
+    name = "actuator_scatter"
+    place_keys = ("actuator",)
+    parameters = (
+        Parameter(
+            "modulus_factor",
+            "",
+            0.2,
+            5.0,
+            "modulus of this actuator over the nominal one",
+            (0.7, 1.4),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "one with it in a hand of a single actuator",
+        "crosstalk": "alike where a channel feeds one actuator and the other channel goes with it",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+        """Every actuator."""
+        return [{"actuator": name} for name in hand.actuator_names]
+
+    def modulus_of(self, actuator: str) -> float:
+        """Factor [-] on the shear modulus of an actuator."""
+        return float(self.values["modulus_factor"]) if actuator == self.where["actuator"] else 1.0
+
+
+class MountTilt(HandEffect):
+    """A chain sits askew: its base is turned in its mount by roll, pitch and yaw about its own x,
+    y and z; chains on its tip turn along.
+    """
+
+    name = "mount_tilt"
+    place_keys = ("chain",)
+    parameters = tuple(
+        Parameter(
+            name,
+            "rad",
+            -LARGEST_TILT,
+            LARGEST_TILT,
+            f"turn about the chain's {axis}",
+            (-USUAL_TILT, USUAL_TILT),
+            neutral=0.0,
+        )
+        for name, axis in (("roll", "x"), ("pitch", "y, its bending axis"), ("yaw", "z"))
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "actuator_scatter": "pitch acts alike where the chain is bent alike in all poses",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+        """Every chain."""
+        return [{"chain": chain.name} for chain in hand.chains]
+
+    def tilt_of(self, chain: str) -> Array:
+        """Turn (3,) [rad], roll, pitch, yaw, of a chain's base about its own axes."""
+        if chain != self.where["chain"]:
+            return np.zeros(3)
+        return np.array([self.values[name] for name in ("roll", "pitch", "yaw")], float)
+
+
+class Crosstalk(HandEffect):
+    """A channel's pressure acts in another: actuators of `to` feel p_to + share*p_from, gauge.
+
+    A leak between two tubes that a regulator keeps at their pressures, or a gauge on the wrong
+    side of it. The air of each channel is counted as before.
+    """
+
+    name = "crosstalk"
+    place_keys = ("from", "to")
+    parameters = (
+        Parameter(
+            "share",
+            "",
+            0.0,
+            1.0,
+            "pressure that acts in `to` over that in `from`",
+            (0.02, 0.3),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "actuator_scatter": "alike where both channels always have the same pressure",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+        """Every pair of channels, in both directions."""
+        return [{"from": one, "to": other} for one, other in permutations(hand.channels, 2)]
+
+    def share_between(self, source: str, target: str) -> float:
+        """Share [-] of the pressure of one channel that acts in the actuators of another."""
+        here = (source, target) == (self.where["from"], self.where["to"])
+        return float(self.values["share"]) if here else 0.0
+
+
+# ---------------------------------------------------------------------- on a hand
+def effects_of_hand(effects: Iterable[Effect]) -> list[HandEffect]:
+    """Those of the effects that act on a whole hand."""
+    return [effect for effect in effects if isinstance(effect, HandEffect)]
+
+
+def check_places(hand: HandDescription, effects: Iterable[Effect]) -> None:
+    """Raise ValueError for an effect that acts where a hand has no place."""
+    for effect in effects_of_hand(effects):
+        effect.check_place(hand)
+
+
+def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
+    """Factor [-] on the shear modulus of an actuator under all the effects."""
+    return float(np.prod([effect.modulus_of(actuator) for effect in effects_of_hand(effects)]))
+
+
+def tilted(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription:
+    """The hand with its chains mounted as the effects tilt them; raises as `check_places`."""
+    acting = effects_of_hand(effects)
+    check_places(hand, acting)
+    chains = []
+    for chain in hand.chains:
+        turns = [tilt for effect in acting if np.any(tilt := effect.tilt_of(chain.name))]
+        for tilt in turns:
+            turned = to_rpy(compose(chain.mount.quaternion, from_rpy(tilt)))
+            mount = replace(chain.mount, rpy=tuple(turned.tolist()))
+            chain = replace(chain, mount=mount)
+        chains.append(chain)
+    return replace(hand, chains=tuple(chains))
+
+
+def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
+    """Share (actuators, channels) [-] of each channel's pressure that acts in each actuator."""
+    acting = effects_of_hand(effects)
+    between = np.array(
+        [
+            [
+                float(one == other) + sum(e.share_between(one, other) for e in acting)
+                for one in hand.channels
+            ]
+            for other in hand.channels
+        ]
+    )
+    return between[[hand.channel_of(name) for name in hand.actuator_names]]
+
+
+def at_places(
+    hand: HandDescription, classes: Mapping[str, type[Effect]]
+) -> dict[str, type[Effect]]:
+    """The classes by name, with one for each place of a hand in place of those without a place."""
+    found: dict[str, type[Effect]] = {}
+    for name, effect in classes.items():
+        if issubclass(effect, HandEffect) and not effect.where:
+            placed = [effect.at(**place) for place in effect.places(hand)]
+            found.update({one.name: one for one in placed})
+        else:
+            found[name] = effect
+    return found

@@ -1,0 +1,293 @@
+"""Statics of a whole hand without contact: pressures and weight bend its chains.
+
+Chains in series (the thumb on the palm) are one body. A joint carries the weight of all beyond it
+and turns as its spring yields, which moves that weight; the joints are placed from the wrist, and
+their moments summed from the tip, until nothing moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.rotations import matrices
+from softhand_common.numerics.triples import (
+    Matrix,
+    Vector,
+    cross,
+    minus,
+    plus,
+    product,
+    rotation,
+    scaled,
+    transposed,
+    turned,
+)
+from softhand_model.chain.chain import ChainModel
+from softhand_model.chain.segments import BEND_AXIS
+from softhand_model.chain.serial import mounted
+from softhand_model.equilibrium.joint_balance import TABLE_NODES, SpringArrays, joint_rotation
+from softhand_model.equilibrium.joint_springs import plain
+from softhand_model.hand.hand import HandDescription
+
+MOST_PASSES = 500
+AT_REST = 1e-9  # [rad] by which no joint moves any more
+
+
+class BodyArrays(NamedTuple):
+    """A body with n joints: place (3,) [m] and frame (3, 3) of its base in the wrist frame; offset
+    (n, 3) [m], rest (n, 3, 3), mass (n,) [kg] and center (n, 3) [m] as in `SegmentChain`.
+    """
+
+    place: Array
+    frame: Array
+    offset: Array
+    rest: Array
+    mass: Array
+    center: Array
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body at rest: places (rows, n, 3) [m] and frames (rows, n, 3, 3) of its joints in the wrist
+    frame.
+    """
+
+    places: Array
+    frames: Array
+
+
+class HandBody:
+    """Chains in series, as `models` has them by name in their order, at the mounts of a description.
+
+    actuators: names in the order of their pressures. joints: slice of each chain's own.
+    """
+
+    def __init__(self, description: HandDescription, models: Mapping[str, ChainModel]) -> None:
+        self._models, chains = models, tuple(models)
+        self.actuators = tuple(
+            name for chain in self._models.values() for name in chain.description.actuators
+        )
+        self.segments = next(iter(models.values())).count
+        cut = {name: chain.segments for name, chain in self._models.items()}
+        placed = [mounted(description, cut, name) for name in chains]
+        self.joints: dict[str, slice] = {}
+        for name, (offset, _) in zip(chains, placed, strict=True):
+            first = max((part.stop for part in self.joints.values()), default=0)
+            self.joints[name] = slice(first, first + len(offset))
+        rest = np.concatenate([orientation for _, orientation in placed])
+        mount = description.chain(chains[0]).mount
+        self._arrays = BodyArrays(
+            np.array(mount.position, float),
+            _matrices(mount.quaternion[None])[0],
+            np.concatenate([offset for offset, _ in placed]),
+            _matrices(rest),
+            np.concatenate([part.mass for part in cut.values()]),
+            np.concatenate([part.body_center for part in cut.values()]),
+        )
+        self._stiffness = np.concatenate([part.stiffness for part in cut.values()])
+        self._struts = np.zeros(len(rest), bool)
+        for name in chains:
+            if description.chain(name).strut is not None:
+                self._struts[self.joints[name].start] = True
+        self._stretching = np.concatenate([part.stretching for part in cut.values()])
+
+    def settle(self, pressures: Array, gravity: Array, modulus: float = 1.0) -> Shape:
+        """The body at rest under gauge pressures (actuators, rows) [Pa] and gravity (rows, 3)
+        [m/s2] in the wrist frame, of a rubber whose modulus is `modulus` [-] times as large.
+
+        Raises RuntimeError where the weight is more than the springs can carry.
+        """
+        bends, first = [], 0
+        for chain in self._models.values():
+            last = first + len(chain.description.actuators)
+            bends.append(chain.rest_rotations(pressures[first:last], modulus))
+            first = last
+        bend = np.concatenate(bends, axis=1)
+        rows, joints = bend.shape[:2]
+        shape = Shape(np.empty((rows, joints, 3)), np.empty((rows, joints, 3, 3)))
+        moved = settle(
+            self._arrays,
+            self._springs(bend[:, :, BEND_AXIS], modulus),
+            np.ascontiguousarray(bend),
+            np.ascontiguousarray(gravity, float),
+            shape.places,
+            shape.frames,
+        )
+        if not moved < AT_REST:
+            raise RuntimeError(
+                f"chains {' + '.join(self._models)}: no equilibrium under their weight: joints "
+                f"still move by {moved:.3g} rad after {MOST_PASSES} passes"
+            )
+        return shape
+
+    def point(self, shape: Shape, chain: str, at: float, offset: Array) -> Array:
+        """Place (rows, 3) [m] of a point of a straight chain in the wrist frame: `offset` (3,) [m]
+        in the frame of the smooth curve at a share `at` of the rubber's length.
+
+        Raises ValueError for a chain of arcs.
+        """
+        description = self._models[chain].description
+        if description.turn:
+            raise ValueError(f"marker: expected one on a straight chain, got the arcs of {chain}")
+        edge = next(iter(description.actuators.values())).length / self.segments
+        last = self.joints[chain].stop
+        index = min(int(at * self.segments), self.segments - 1)
+        share, joint = at * self.segments - index, last - self.segments + index
+        after = shape.frames[:, joint]
+        if joint > 0:
+            before = shape.frames[:, joint - 1] @ self._arrays.rest[joint]
+        else:
+            before = np.broadcast_to(self._arrays.frame @ self._arrays.rest[joint], after.shape)
+        along = np.stack([before[:, :, 2], after[:, :, 2]]) * edge
+        ends = shape.places[:, joint] + np.stack([-along[0], along[1]]) / 2.0
+        place = _hermite(share, ends, along)
+        if not np.any(offset):
+            return place
+        return np.asarray(place + _between(before, after, share) @ np.asarray(offset, float))
+
+    def _springs(self, rest_bend: Array, modulus: float) -> SpringArrays:
+        """The springs at every row, for rest bends (rows, n) [rad]; struts are as stiff as ever."""
+        rows, joints = rest_bend.shape
+        bending = self._stiffness[:, BEND_AXIS]
+        scaled_bending = bending * np.where(self._struts, 1.0, modulus)
+        rest = plain(rest_bend.T)
+        return SpringArrays(
+            False,
+            plain(np.repeat(scaled_bending[:, None], rows, axis=1)),
+            rest,
+            np.sin(rest),
+            np.cos(rest),
+            plain(self._stiffness[:, [0, 2]] / bending[:, None]),
+            plain(self._stretching),
+            np.zeros(rows),
+            np.empty((0, joints, 2, TABLE_NODES)),
+        )
+
+
+def _matrices(quaternions: Array) -> Array:
+    """Rotation matrices (n, 3, 3) of quaternions (n, 4)."""
+    return np.ascontiguousarray(np.moveaxis(matrices(np.asarray(quaternions).T), -1, 0))
+
+
+def _hermite(share: float, ends: Array, along: Array) -> Array:
+    """Places (rows, 3) at a share of the cubics with these ends and slopes (2, rows, 3)."""
+    s, left = share, 1.0 - share
+    return np.asarray(
+        left * left * (1.0 + 2.0 * s) * ends[0]
+        + s * s * (3.0 - 2.0 * s) * ends[1]
+        + s * left * left * along[0]
+        - s * s * left * along[1]
+    )
+
+
+def _between(before: Array, after: Array, share: float) -> Array:
+    """Frames (rows, 3, 3) at a share of the turn from one to the other."""
+    from scipy.spatial.transform import Rotation  # here, as it takes long to load
+
+    turn = Rotation.from_matrix(np.swapaxes(before, -1, -2) @ after).as_rotvec()
+    return np.asarray(before @ Rotation.from_rotvec(share * turn).as_matrix())
+
+
+# ---------------------------------------------------------------------- compiled
+@compiled
+def _vector(array: Array) -> Vector:
+    return (array[0], array[1], array[2])
+
+
+@compiled
+def _matrix(array: Array) -> Matrix:
+    return (_vector(array[0]), _vector(array[1]), _vector(array[2]))
+
+
+@compiled
+def settle(
+    body: BodyArrays,
+    springs: SpringArrays,
+    bend: Array,
+    gravity: Array,
+    places: Array,
+    frames: Array,
+) -> float:
+    """Fill places (rows, n, 3) [m] and frames (rows, n, 3, 3) of the joints at rest, at rotations
+    `bend` (rows, n, 3) [rad] of the free joints and gravity (rows, 3) [m/s2]; the last motion [rad]
+    of the row that rests least.
+    """
+    joints, worst = len(body.mass), 0.0
+    turns, resting = np.zeros((joints, 3)), np.zeros((joints, 3, 3))
+    for row in range(len(bend)):
+        turns[:] = 0.0
+        moved = 1.0
+        for _ in range(MOST_PASSES):
+            _place(body, bend[row], turns, resting, places[row], frames[row])
+            moved = _yield(
+                body, springs, row, gravity[row], resting, places[row], frames[row], turns
+            )
+            if moved < AT_REST:
+                break
+        worst = max(worst, moved)
+    return worst
+
+
+@compiled
+def _place(
+    body: BodyArrays, bend: Array, turns: Array, resting: Array, places: Array, frames: Array
+) -> None:
+    """Place the joints at rotations `turns` (n, 3) [rad] from their rest frames (n, 3, 3), which
+    are filled, too.
+    """
+    place, frame = _vector(body.place), _matrix(body.frame)
+    for joint in range(len(body.mass)):
+        place = plus(place, turned(frame, _vector(body.offset[joint])))
+        rest = product(frame, _matrix(body.rest[joint]))
+        rest = product(rest, rotation(_vector(bend[joint])))
+        frame = product(rest, rotation(_vector(turns[joint])))
+        for row in range(3):
+            places[joint, row] = place[row]
+            for column in range(3):
+                resting[joint, row, column] = rest[row][column]
+                frames[joint, row, column] = frame[row][column]
+
+
+@compiled
+def _yield(
+    body: BodyArrays,
+    springs: SpringArrays,
+    row: int,
+    gravity: Array,
+    resting: Array,
+    places: Array,
+    frames: Array,
+    turns: Array,
+) -> float:
+    """Turn every joint as the weight beyond it wants, from tip to base; the largest change [rad] of
+    a rotation.
+    """
+    force, moment, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
+    beyond = _vector(places[-1])
+    for joint in range(len(body.mass) - 1, -1, -1):
+        place, weight = _vector(places[joint]), scaled(body.mass[joint], _vector(gravity))
+        arm = turned(_matrix(frames[joint]), _vector(body.center[joint]))
+        moment = plus(moment, cross(minus(beyond, place), force))
+        moment = plus(moment, cross(arm, weight))
+        force, beyond = plus(force, weight), place
+        local = turned(transposed(_matrix(resting[joint])), moment)
+        turn = _turn(springs, joint, row, local)
+        for axis in range(3):
+            moved = max(moved, abs(turn[axis] - turns[joint, axis]))
+            turns[joint, axis] = turn[axis]
+    return moved
+
+
+@compiled
+def _turn(springs: SpringArrays, joint: int, row: int, moment: Vector) -> Vector:
+    """`joint_rotation`, in closed form where a spring is linear and the same about all axes."""
+    alike = springs.sideways[joint, 0] == 1.0 and springs.sideways[joint, 1] == 1.0
+    if alike and springs.stretching[joint] == 0.0:
+        return scaled(1.0 / springs.stiffness[joint, row], moment)
+    return joint_rotation(springs, joint, row, moment)
