@@ -39,6 +39,16 @@ its methods.
 |---|---|---|---|
 """
 METHODS = {
+    "hand": (
+        (
+            "HandEffect",
+            "places(hand)",
+            "modulus_of(actuator)",
+            "tilt_of(chain)",
+            "share_between(source, target)",
+        ),
+        "what one actuator, chain or pair of channels has of its own; a model file says `where`",
+    ),
     "input": (
         ("InputEffect", "chamber_pressure(pressure, memory, dt)", "delay(elapsed)"),
         "pressure in the chamber, given the reading; by how much later it shows",

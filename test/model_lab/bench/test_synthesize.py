@@ -25,9 +25,12 @@ def rest(made, effects):
 
 
 def hidden_in(made):
-    return [
-        effect_classes()[entry["name"]](**entry["parameters"]) for entry in made.truth["effects"]
-    ]
+    found = []
+    for entry in made.truth["effects"]:
+        kind = effect_classes()[entry["name"]]
+        kind = kind.at(**entry["where"]) if "where" in entry else kind
+        found.append(kind(**entry["parameters"]))
+    return found
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
@@ -37,7 +40,7 @@ def test_what_is_hidden_explains_the_set_and_without_it_the_model_fails(experime
     scatter = 0.006 * np.sqrt(np.mean(outputs(made.data) ** 2))
     assert left == pytest.approx(np.hypot(made.truth["noise"], scatter), rel=0.15)
     assert np.sqrt(np.mean(rest(made, []) ** 2)) > 3.0 * left
-    assert {run.samples for run in made.data.runs} == {200}
+    assert {run.samples for run in made.data.runs} == {12 if made.data.of_hand else 200}
     assert [len(group) for group in made.data.groups()] == [2] * 6
 
 

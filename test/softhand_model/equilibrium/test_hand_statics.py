@@ -6,16 +6,13 @@ from held_hand import held, settled_tips
 
 from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.chain.chain import discretise
-from softhand_model.chain.serial import serial_chains
 from softhand_model.effects.hand import (
     ActuatorScatter,
     Crosstalk,
     MountTilt,
-    pressure_shares,
-    tilted,
 )
 from softhand_model.effects.load import STANDARD_GRAVITY, Gravity
-from softhand_model.equilibrium.hand_statics import HandBody
+from softhand_model.equilibrium.hand_statics import HandBody, settled_hand
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model, load_model
 
@@ -34,18 +31,13 @@ def body_of(hand, chains, segments, model=Model()):  # noqa: B008 (never changed
     return HandBody(hand, {name: discretise(hand.chain(name), segments, model) for name in chains})
 
 
-def tips(hand, segments, effects=(), pressures=PRESSURES, rpy=RPY, at=1.0):
+def tips(hand, segments, effects=(), pressures=PRESSURES, rpy=RPY):
     """Fingertips (3,) [m] by name in the statics."""
     down = rotate(from_rpy(rpy) * [-1.0, -1.0, -1.0, 1.0], [0.0, 0.0, -STANDARD_GRAVITY])
     model, found = Model(effects=effects), {}
-    askew, acting = tilted(hand, effects), pressure_shares(hand, effects) @ pressures
-    names = hand.actuator_names
-    for chains in serial_chains(hand):
-        body = body_of(askew, chains, segments, model)
-        shape = body.settle(
-            np.array([[acting[names.index(n)]] for n in body.actuators]), down[None]
-        )
-        found |= {c: body.point(shape, c, at, np.zeros(3))[0] for c in chains if c in hand.tips}
+    for body, shape in settled_hand(hand, model, segments, pressures[:, None], down[None]):
+        chains = [name for name in body.joints if name in hand.tips]
+        found |= {name: body.point(shape, name, 1.0, np.zeros(3))[0] for name in chains}
     return found
 
 

@@ -247,7 +247,9 @@ def reveal(arguments: argparse.Namespace) -> None:
     truth = open_seal(arguments.folder)
     for effect in truth["effects"]:
         values = ", ".join(f"{name} = {value:.4g}" for name, value in effect["parameters"].items())
-        print(f"hidden: {effect['name']} ({values})" if values else f"hidden: {effect['name']}")
+        place = ", ".join(f"{key} {name}" for key, name in effect.get("where", {}).items())
+        name = f"{effect['name']}, {place}" if place else effect["name"]
+        print(f"hidden: {name} ({values})" if values else f"hidden: {name}")
     if not truth["effects"]:
         print("hidden: nothing")
     print(f"calibration (SI units): {_calibration(truth['calibration'])}")

@@ -238,10 +238,9 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
 
 
 def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
-    placed = isinstance(effect, HandEffect)
-    entry: dict[str, Any] = {"name": effect.kind if placed else effect.name}
-    if placed:
-        entry["where"] = dict(effect.where)
+    entry: dict[str, Any] = {"name": effect.name}
+    if isinstance(effect, HandEffect):
+        entry = {"name": effect.kind, "where": dict(effect.where)}
     if effect.name in model.files:
         file = os.path.relpath(model.files[effect.name].resolve(), folder.resolve())
         entry["file"] = Path(file).as_posix()

@@ -316,9 +316,11 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
         members = {one: classes[one].member for one in [name, *alike]} if alike else {}
         sure = confidence if len(alike) == len(tied) else None
         effect = named_effect(judged.named, name)
+        known = replace(effect, cause=cause, members=members, cause_confidence=sure)
         kind = classes[name]
-        place = {"kind": kind.kind, "where": kind.where} if issubclass(kind, HandEffect) else {}
-        found.append(replace(effect, cause=cause, members=members, cause_confidence=sure, **place))
+        if issubclass(kind, HandEffect):
+            known = replace(known, kind=kind.kind, where=kind.where)
+        found.append(known)
     return tuple(found)
 
 

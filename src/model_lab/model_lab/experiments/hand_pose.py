@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from model_lab.aliases import Array
+from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import modulus_scales
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.specimens import require_columns
@@ -28,8 +28,8 @@ from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
-KEPT = 64  # poses of bodies that are kept, each under other parameters
-UPRIGHT = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
+KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
+INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
 
 
 class HandPose:
@@ -61,10 +61,9 @@ class HandPose:
         """Pressures [Pa], direction down in the frame of the wrist, and batch of each sample of a
         run (samples, channels + 4).
         """
-        down = rotate(from_rpy(run.wrist_rpy) * UPRIGHT, [0.0, 0.0, -1.0])
         batch = batches.index(self._data.specimens[run.specimen].batch)
         pressures = np.array([run.columns[name] for name in self._data.inputs]).T
-        return np.hstack([pressures, np.tile([*down, batch], (run.samples, 1))])
+        return np.hstack([pressures, np.tile([*down_of(run), batch], (run.samples, 1))])
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Names of the calibration with the values from which a search starts."""
@@ -90,7 +89,7 @@ class HandPose:
         columns = np.concatenate([places[name].T for name in self._data.markers])
         return np.asarray(columns[table.output, self._pose.ravel()[table.row]])
 
-    def _places(self, scale: float, effects: Sequence[Effect], rows: Array) -> dict[str, Array]:
+    def _places(self, scale: float, effects: Sequence[Effect], rows: Indices) -> dict[str, Array]:
         """Places (rows, 3) [m] of the markers by name."""
         hand = tilted(self._hand, effects)
         shares = dict(
@@ -137,8 +136,17 @@ class HandPose:
     def _forget(self) -> None:
         """Drop the oldest of what is kept."""
         for kept in (self._known, self._body_of, self._models):
-            while len(kept) >= KEPT:
+            while len(kept) >= KEPT_POSES:
                 del kept[next(iter(kept))]
+
+
+def down_of(run: Run) -> Array:
+    """Direction (3,) of the weight in the frame of the wrist.
+
+    >>> down_of(Run("r", "h", "p", 293.15, {}, wrist_rpy=(0.0, np.pi, 0.0))).round(9).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    return rotate(from_rpy(run.wrist_rpy) * INVERSE_QUATERNION, [0.0, 0.0, -1.0])
 
 
 def with_weight(data: MeasurementSet, model: Model) -> Model:

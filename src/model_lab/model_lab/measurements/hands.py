@@ -12,7 +12,7 @@ from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
 HAND_POSE = "hand_pose"
 OF_HANDS = (HAND_POSE,)  # experiments
-AXES = ("x", "y", "z")
+MARKER_AXES = ("x", "y", "z")
 PRESSURE_OF = "pressure."  # before the name of a channel
 
 
@@ -100,4 +100,4 @@ def marker_columns(markers: Mapping[str, Marker]) -> tuple[str, ...]:
     >>> marker_columns({"index_tip": Marker("index")})
     ('index_tip.x', 'index_tip.y', 'index_tip.z')
     """
-    return tuple(f"{name}.{axis}" for name in markers for axis in AXES)
+    return tuple(f"{name}.{axis}" for name in markers for axis in MARKER_AXES)

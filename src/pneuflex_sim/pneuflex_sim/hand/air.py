@@ -58,8 +58,8 @@ class AirCoupling:
             chain.name: np.array([hand.channel_of(name) for name in chain.actuators])
             for chain in hand.chains
         }
-        model = next(iter(layout.models.values())).model
-        shares = pressure_shares(hand, model.effects)
+        effects = next(iter(layout.models.values())).model.effects
+        shares = pressure_shares(hand, effects)
         self._feed = dict(zip(hand.actuator_names, shares, strict=True))
         rest, gain = np.zeros(len(hand.channels)), np.zeros((len(hand.channels), n))
         for name, channels in self._fed.items():

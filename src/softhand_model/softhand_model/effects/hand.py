@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import cache
 from itertools import permutations
 from typing import Any, ClassVar, Self
 
@@ -22,8 +21,9 @@ from softhand_model.effects.effect import Effect, Parameter
 from softhand_model.hand.hand import HandDescription
 
 HAND_EXPERIMENTS = frozenset({"hand_pose"})
-ANYWHERE = ""  # where an effect acts whose place is not known yet
 LARGEST_TILT, USUAL_TILT = 0.6, 0.12  # [rad]
+
+PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each made once
 
 
 class HandEffect(Effect):
@@ -51,7 +51,14 @@ class HandEffect(Effect):
             raise ValueError(
                 f"effect {cls.name}: where: expected {listed(cls.place_keys)}, got {listed(where)}"
             )
-        return _placed(cls, tuple(where[key] for key in cls.place_keys))
+        names = [where[key] for key in cls.place_keys]
+        name = f"{cls.name}[{'>'.join(names)}]"
+        if (cls, name) not in PLACED:
+            place = dict(zip(cls.place_keys, names, strict=True))
+            parts = {"name": name, "kind": cls.name, "where": place, "__doc__": cls.__doc__}
+            PLACED[cls, name] = type(cls.__name__, (cls,), {**parts, "__module__": __name__})
+        found: type[Self] = PLACED[cls, name]
+        return found
 
     @classmethod
     def places(cls, hand: HandDescription) -> list[dict[str, str]]:
@@ -80,14 +87,6 @@ class HandEffect(Effect):
     def share_between(self, source: str, target: str) -> float:
         """Share [-] of the pressure of one channel that acts in the actuators of another."""
         return 0.0
-
-
-@cache
-def _placed(cls: type[Any], names: tuple[str, ...]) -> type[Any]:
-    """The class at a place, always the same one."""
-    where = dict(zip(cls.place_keys, names, strict=True))
-    parts = {"name": f"{cls.name}[{'>'.join(names)}]", "kind": cls.name, "where": where}
-    return type(cls.__name__, (cls,), {**parts, "__doc__": cls.__doc__, "__module__": __name__})
 
 
 class ActuatorScatter(HandEffect):

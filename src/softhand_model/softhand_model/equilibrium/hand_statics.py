@@ -28,15 +28,17 @@ from softhand_common.numerics.triples import (
     transposed,
     turned,
 )
-from softhand_model.chain.chain import ChainModel
+from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.segments import BEND_AXIS
-from softhand_model.chain.serial import mounted
+from softhand_model.chain.serial import mounted, serial_chains
+from softhand_model.effects.hand import pressure_shares, tilted
 from softhand_model.equilibrium.joint_balance import TABLE_NODES, SpringArrays, joint_rotation
 from softhand_model.equilibrium.joint_springs import plain
 from softhand_model.hand.hand import HandDescription
+from softhand_model.model_file import Model
 
 MOST_PASSES = 500
-AT_REST = 1e-9  # [rad] by which no joint moves any more
+LEAST_MOTION = 1e-9  # [rad] by which no joint moves any more
 
 
 class BodyArrays(NamedTuple):
@@ -63,7 +65,7 @@ class Shape:
 
 
 class HandBody:
-    """Chains in series, as `models` has them by name in their order, at the mounts of a description.
+    """Chains in series at the mounts of a description, as `models` has them by name in their order.
 
     actuators: names in the order of their pressures. joints: slice of each chain's own.
     """
@@ -119,7 +121,7 @@ class HandBody:
             shape.places,
             shape.frames,
         )
-        if not moved < AT_REST:
+        if not moved < LEAST_MOTION:
             raise RuntimeError(
                 f"chains {' + '.join(self._models)}: no equilibrium under their weight: joints "
                 f"still move by {moved:.3g} rad after {MOST_PASSES} passes"
@@ -168,6 +170,28 @@ class HandBody:
             np.zeros(rows),
             np.empty((0, joints, 2, TABLE_NODES)),
         )
+
+
+def settled_hand(
+    hand: HandDescription, model: Model, segments: int, pressures: Array, gravity: Array
+) -> list[tuple[HandBody, Shape]]:
+    """The bodies of a hand at rest under a model with its effects of a hand: gauge pressures
+    (channels, rows) [Pa], gravity (rows, 3) [m/s2] in the wrist frame.
+
+    Raises ValueError as `discretise` does and for a place that the hand lacks, RuntimeError as
+    `HandBody.settle`.
+    """
+    askew = tilted(hand, model.effects)
+    acting = dict(
+        zip(hand.actuator_names, pressure_shares(hand, model.effects) @ pressures, strict=True)
+    )
+    found = []
+    for chains in serial_chains(hand):
+        models = {name: discretise(hand.chain(name), segments, model) for name in chains}
+        body = HandBody(askew, models)
+        own = np.array([acting[name] for name in body.actuators])
+        found.append((body, body.settle(own, gravity)))
+    return found
 
 
 def _matrices(quaternions: Array) -> Array:
@@ -228,7 +252,7 @@ def settle(
             moved = _yield(
                 body, springs, row, gravity[row], resting, places[row], frames[row], turns
             )
-            if moved < AT_REST:
+            if moved < LEAST_MOTION:
                 break
         worst = max(worst, moved)
     return worst

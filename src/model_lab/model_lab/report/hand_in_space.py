@@ -1,0 +1,87 @@
+"""The measured and the predicted hand in space: `python -m model_lab.report.hand_in_space SET
+MODEL... OUT.png`, one panel for each model, in the pose in which the first is furthest off.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_pose import HAND_SEGMENTS, down_of, with_weight
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.equilibrium.hand_statics import settled_hand
+from softhand_model.model_file import Model, load_model
+
+VIEW = {"elev": 18.0, "azim": 35.0}  # [deg]
+LINE_SHARES = np.linspace(0.0, 1.0, 25)  # shares of a finger's length at which its line is drawn
+
+
+def draw(data: MeasurementSet, models: Sequence[tuple[str, Model]], out: Path) -> None:
+    """Write a picture of a set of a hand: markers as measured, chains and markers as each of the
+    models, by name, has them.
+    """
+    from matplotlib.figure import Figure  # here, as it takes long to load
+
+    run, sample = _worst(data, with_weight(data, models[0][1]))
+    figure = Figure(figsize=(5.2 * len(models), 5.4), layout="constrained")
+    for place, (name, model) in enumerate(models, 1):
+        axes = figure.add_subplot(1, len(models), place, projection="3d")
+        _panel(axes, data, run, sample, with_weight(data, model))
+        axes.set_title(name)
+    figure.savefig(out, dpi=110)
+
+
+def _worst(data: MeasurementSet, model: Model) -> tuple[Run, int]:
+    """Run and sample with the largest error of a marker."""
+    forward = Forward(data, fixed=model.effects, calibration=model.calibration)
+    error = np.abs(forward.measured - forward.predict(forward.start()[None])[0])
+    worst = int(np.nanargmax(error))
+    run, row = int(data.table.run[worst]), int(data.table.row[worst])
+    return data.runs[run], row - sum(one.samples for one in data.runs[:run])
+
+
+def _panel(axes: Any, data: MeasurementSet, run: Run, sample: int, model: Model) -> None:
+    """Draw one model in mm: chains as lines, what is measured as dots, errors as red lines."""
+    pressures = np.array([[run.columns[name][sample]] for name in data.inputs])
+    gravity = STANDARD_GRAVITY * down_of(run)[None]
+    chain_of = {name: chain.name for chain in data.hand.chains for name in chain.actuators}
+    for body, shape in settled_hand(data.hand, model, HAND_SEGMENTS, pressures, gravity):
+        for name, joints in body.joints.items():
+            line = shape.places[0, joints]
+            if not data.hand.chain(name).turn:
+                rubber = [body.point(shape, name, at, np.zeros(3))[0] for at in LINE_SHARES]
+                line = np.concatenate([line[:1], rubber])
+            axes.plot(*(1e3 * line.T), color="tab:blue", linewidth=3)
+        for name, marker in data.markers.items():
+            if marker.actuator in body.actuators:
+                chain, offset = chain_of[marker.actuator], np.array(marker.offset)
+                predicted = body.point(shape, chain, marker.at, offset)[0]
+                _marker(axes, predicted, _measured(run, sample, name))
+    axes.set_aspect("equal")
+    axes.view_init(**VIEW)
+    for axis in "xyz":
+        getattr(axes, f"set_{axis}label")(f"{axis} [mm]")
+
+
+def _marker(axes: Any, predicted: Array, measured: Array) -> None:
+    off = 1e3 * np.stack([predicted, measured])
+    axes.plot(*off.T, color="tab:red", linewidth=1.5)
+    axes.scatter(*off[1], color="black", s=22)
+
+
+def _measured(run: Run, sample: int, marker: str) -> Array:
+    return np.array([run.columns[f"{marker}.{axis}"][sample] for axis in "xyz"])
+
+
+if __name__ == "__main__":
+    folder, *names, picture = sys.argv[1:]
+    given = [(Path(name).stem, load_model(name)) for name in names]
+    draw(load_measurements(folder), given, Path(picture))

@@ -1,0 +1,145 @@
+"""Poses of a hand in the lab: from a synthesised set to a verdict, a model file, the simulator."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from held_hand import held, settled_tips
+
+from model_lab.bench.layouts import hand_pose_set
+from model_lab.bench.synthesize import synthesize, write_synthesised
+from model_lab.comparison.add import add_effect, write_model
+from model_lab.comparison.compare import compare
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_pose import HandPose, with_weight
+from model_lab.measurements.hands import Marker
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.save import write_set
+from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import ActuatorScatter
+from softhand_model.model_file import load_model
+
+CLASSES = effect_classes()
+SCATTER = {"actuator_scatter": CLASSES["actuator_scatter"]}
+PRESSURES = [20e3, 20e3, 20e3, 20e3]
+
+
+def test_from_a_synthesised_set_to_the_simulator(tmp_path):
+    write_synthesised(synthesize("hand_pose", 4, True, SCATTER, noise=0.003), tmp_path / "set")
+    data = load_measurements(tmp_path / "set")
+    (hidden,) = synthesize("hand_pose", 4, True, SCATTER, noise=0.003).truth["effects"]
+
+    answer = diagnose(data, load_model("base"), SCATTER).diagnosis.as_json()
+    assert answer["verdict"] == "effects_missing"
+    (named,) = answer["effects"]
+    assert (named["name"], named["where"]) == ("actuator_scatter", hidden["where"])
+    factor = named["parameters"]["modulus_factor"]
+    truth = hidden["parameters"]["modulus_factor"]
+    assert factor["interval"][0] < truth < factor["interval"][1]
+    assert answer["rmse_after"] < 1.1 * answer["noise_floor"] < 0.6 * answer["rmse_before"]
+
+    addition = add_effect("actuator_scatter", data, load_model("base"), CLASSES)
+    write_model(tmp_path / "mended.yaml", addition.model)
+    written = yaml.safe_load((tmp_path / "mended.yaml").read_text())
+    assert written["effects"][0]["where"] == hidden["where"]
+    assert {effect["name"] for effect in written["effects"]} == {"actuator_scatter", "gravity"}
+    mended = load_model(tmp_path / "mended.yaml")
+    errors = {
+        name: compare(data, model).errors.held_out.rmse
+        for name, model in (("before", load_model()), ("after", mended))
+    }
+    assert errors["after"] < 0.5 * errors["before"]
+
+    finger = hidden["where"]["actuator"]
+    with_it, without = (
+        settled_tips(held(model), PRESSURES)
+        for model in (mended, replace(mended, effects=load_model().effects))
+    )
+    moved = {tip: float(np.linalg.norm(with_it[tip] - without[tip])) for tip in with_it}
+    assert moved.pop(finger) > 3e-3
+    assert max(moved.values()) < 1e-9
+
+
+def test_prediction_is_where_the_simulated_hand_rests():
+    data = hand_pose_set()
+    run = data.runs[4]
+    model = load_model()
+    predicted = HandPose(replace(data, runs=(run,)), segments=5).predict({}, model.effects)[0]
+    places = predicted.reshape(len(data.markers), 3, run.samples)
+    pressures = np.array([run.columns[name] for name in data.inputs])
+    simulation = held(model, run.wrist_rpy)
+    for pose in (0, 7):
+        tips = settled_tips(simulation, pressures[:, pose])
+        for name, found in zip(data.markers, places, strict=True):
+            assert found[:, pose] == pytest.approx(tips[name.removesuffix("_tip")], abs=1e-7)
+
+
+def test_lanes_are_those_of_single_predictions():
+    data = hand_pose_set("single_finger")
+    data = replace(data, runs=data.runs[:2])
+    scatter = ActuatorScatter.at(actuator="finger")
+    forward = Forward(data, effects=[scatter])
+    lanes = np.array([[1.0, 0.8], [1.1, 1.0], [0.9, 1.2]])
+    together = forward.predict(lanes)
+    for lane, found in zip(lanes, together, strict=True):
+        assert np.array_equal(Forward(data, effects=[scatter]).predict(lane[None])[0], found)
+    assert np.abs(np.diff(together, axis=0)).max() > 1e-3
+
+
+def test_modulus_scale_and_scatter_of_the_only_actuator_are_one():
+    data = hand_pose_set("single_finger")
+    scatter = ActuatorScatter.at(actuator="finger")
+    found = Forward(data, effects=[scatter]).predict(np.array([[1.2, 1.0], [1.0, 1.2]]))
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+def test_a_set_is_read_as_it_was_written(tmp_path):
+    data = hand_pose_set()
+    markers = {"knuckle": Marker("index", 0.4, (0.01, 0.0, 0.0)), "end": Marker("thumb")}
+    runs = []
+    for number, run in enumerate(data.runs[:2]):
+        columns = {name: run.columns[name] for name in data.inputs}
+        columns |= {f"{m}.{a}": np.full(run.samples, 0.01 * number) for m in markers for a in "xyz"}
+        runs.append(replace(run, columns=columns, wrist_rpy=(0.1, 0.2 * number, 0.0)))
+    data = replace(data, runs=tuple(runs), markers=markers)
+    write_set(data, tmp_path / "set")
+    read = load_measurements(tmp_path / "set")
+    assert read.markers == markers
+    assert read.outputs[:3] == ("knuckle.x", "knuckle.y", "knuckle.z")
+    assert read.inputs == ("pressure.a", "pressure.b", "pressure.c", "pressure.d")
+    assert [run.wrist_rpy for run in read.runs] == [(0.1, 0.0, 0.0), (0.1, 0.2, 0.0)]
+    assert read.table.value == pytest.approx(data.table.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"markers": {"m": {"actuator": "palm_inner"}}}, "markers.m.actuator: expected one of "),
+        ({"markers": {"m": {"actuator": "index", "at": 2.0}}}, "markers.m.at: expected "),
+        ({"specimens": {"h1": {"hand": "rbo_hand_9"}}}, "specimens.h1.hand: "),
+        ({"specimens": {"h1": {}}}, "specimens.h1: "),
+        (
+            {"columns": {"pressure.a": {"unit": "mm"}}},
+            "columns.pressure.a.unit: expected a unit of the same ",
+        ),
+    ],
+)
+def test_what_is_stated_wrongly_is_named(tmp_path, change, message):
+    write_set(hand_pose_set(), tmp_path / "set")
+    path = tmp_path / "set" / "experiment.yaml"
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), **change}))
+    with pytest.raises(ValueError, match=message):
+        load_measurements(tmp_path / "set")
+
+
+def test_models_that_statics_of_hands_do_not_have_are_refused():
+    data = hand_pose_set()
+    assert with_weight(data, load_model("base")).gravity_scale == 1.0
+    own = load_model()
+    assert with_weight(data, own) is own
+    with pytest.raises(ValueError, match="expected those that act in hand_pose, got yeoh"):
+        diagnose(data, load_model("rbo_hand_1"))
+    with pytest.raises(ValueError, match="base: expected pneuflex for a hand, got linear"):
+        compare(data, load_model("linear"))
