@@ -65,6 +65,12 @@ def answered(lines: Path) -> list[Record]:
     return [kept[key] for key in sorted(kept) if kept[key].get("answer")]
 
 
+def verdict_of(record: Record) -> str:
+    """The verdict that the confidence is of: where a slip is told, that on the data without it."""
+    answer = record["answer"]
+    return str(answer.get("verdict_mended") or answer["verdict"])
+
+
 def model_of(records: Sequence[Record], terms: Mapping[str, int], ridge: float) -> dict[str, Any]:
     """Logistic model of the share right; the ridge is on the weights of scaled terms, whose signs
     are those of the terms.
@@ -152,7 +158,7 @@ def fitted(records: Sequence[Record]) -> dict[str, Any]:
     """Models of all verdicts and the limit of guesses."""
     models, said = {}, {}
     for verdict, terms in TERMS.items():
-        mine = [record for record in records if record["answer"]["verdict"] == verdict]
+        mine = [record for record in records if verdict_of(record) == verdict]
         ridge = best_ridge(mine, terms)
         models[verdict] = {"sets": len(mine), "right": sum(map(right, mine)), "ridge": ridge}
         models[verdict] |= model_of(mine, terms, ridge)
@@ -165,10 +171,7 @@ def fitted(records: Sequence[Record]) -> dict[str, Any]:
 
 def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]:
     """What the models say of other sets, beside what is right."""
-    said = [
-        probability(found["verdicts"][r["answer"]["verdict"]], r["answer"]["evidence"])
-        for r in records
-    ]
+    said = [probability(found["verdicts"][verdict_of(r)], r["answer"]["evidence"]) for r in records]
     true = [right(record) for record in records]
     pairs = list(zip(records, said, true, strict=True))
     wrong = [p < found["limit"] or refused(record) for record, p, fine in pairs if not fine]

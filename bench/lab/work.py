@@ -28,6 +28,7 @@ from bench.lab.store import key_of
 SMALLER, FEWEST = 8, 3  # part of the sets, and at least so many a row
 KEPT = (
     "verdict",
+    "verdict_mended",
     "effects",
     "tied",
     "calibration",

@@ -8,7 +8,7 @@ import pytest
 from bench.hidden.reserved import is_reserved
 from bench.lab import calibrate, gather
 from bench.lab.calibrate import TERMS, fitted, limit_of, shown
-from bench.lab.scoring import SECOND_AUTHOR
+from bench.lab.scoring import SECOND_AUTHOR, right
 from model_lab.diagnosis.confidence import probability
 
 
@@ -70,6 +70,15 @@ def test_sets_of_the_second_author_count_as_they_were_judged(found):
         one |= {"row": f"{SECOND_AUTHOR}, slips", "right": number < 30}
     assert fitted(records)["verdicts"]["effects_missing"]["right"] == 30
     assert shown(records, found)["right"] == 30
+
+
+def test_a_slip_that_is_told_where_none_is_counts_as_wrong(found):
+    records = gathered(40, 606)
+    fine = sum(map(right, records))
+    told = next(one["answer"] for one in records if right(one))
+    told |= {"verdict": "slip", "verdict_mended": "effects_missing"}
+    assert fitted(records)["verdicts"]["effects_missing"]["sets"] == 40
+    assert shown(records, found)["right"] == fine - 1
 
 
 def test_no_more_is_stated_than_so_many_sets_can_show(found):
