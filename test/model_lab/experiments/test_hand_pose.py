@@ -17,6 +17,7 @@ from model_lab.experiments.hand_pose import HandPose, with_weight
 from model_lab.measurements.hands import Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
+from model_lab.slips.candidates import candidates
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import ActuatorScatter
 from softhand_model.model_file import load_model
@@ -143,3 +144,7 @@ def test_models_that_statics_of_hands_do_not_have_are_refused():
         diagnose(data, load_model("rbo_hand_1"))
     with pytest.raises(ValueError, match="base: expected pneuflex for a hand, got linear"):
         compare(data, load_model("linear"))
+
+
+def test_no_slips_of_hands_are_looked_for():
+    assert list(candidates(hand_pose_set())) == []

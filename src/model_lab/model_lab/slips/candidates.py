@@ -84,6 +84,8 @@ class Candidate:
 
 def candidates(data: MeasurementSet) -> Iterator[Candidate]:
     """All slips that the set may have; of one with values in doubt, those that may explain them."""
+    if data.of_hand:  # no slips of hands are known yet
+        return
     for column in dict.fromkeys((*data.inputs, *data.outputs)):
         if data.doubts and column not in DOUBTED:
             continue
