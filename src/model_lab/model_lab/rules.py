@@ -228,6 +228,15 @@ class Rules:
         "error without a slip over that of the set as stated, up to which an effect is tried",
         SLIP_EFFECT_SEEDS,
     )
+    slip_noise: float = _rule(
+        0.5, "noise floor over the spread of the outputs from which no slip is told", BY_HAND
+    )
+    dead_p_value: float = _rule(
+        0.01, "p-value of a cubic of the input up to which an output follows it", BY_HAND
+    )
+    mark_distance: float = _rule(
+        5.0, "distance of marks for missing samples from the readings over their range", BY_HAND
+    )
     slip_alike: float = _rule(
         1.1, "error over the least one up to which the commoner slip is told", BY_HAND
     )

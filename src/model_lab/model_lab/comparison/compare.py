@@ -24,7 +24,7 @@ from model_lab.series.lowering import examine_lowering
 from model_lab.series.mended import without_events
 from model_lab.series.within_runs import WithinRuns, residual_tests
 from model_lab.slips.find import find_slips, score
-from model_lab.slips.outside import below_ambient
+from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
@@ -204,7 +204,7 @@ def compare(
         checked.slips,
         _series(errors, model),
         residual_tests(errors.data, errors.residual),
-        outside=below_ambient(checked.data, model.base) or "",
+        outside=outside(checked.data, model.base) or "",
     )
 
 

@@ -57,7 +57,7 @@ from model_lab.measurements.specimens import DOCUMENT
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
 from model_lab.slips.find import SLIP_SAMPLES, Checked
-from model_lab.slips.outside import below_ambient
+from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.hand import HandEffect
@@ -96,9 +96,9 @@ def diagnose(
     """
     known = effect_classes() if classes is None else classes
     checked = find_all_slips(data, model, known, tell)
-    outside = below_ambient(checked.data, model.base)
-    if outside is not None:
-        raise ValueError(f"{data.folder / DOCUMENT}: pressure: {outside}")
+    why_not = outside(checked.data, model.base)
+    if why_not is not None:
+        raise ValueError(f"{data.folder / DOCUMENT}: {why_not}")
 
     def pose(measured: MeasurementSet) -> tuple[FitProblem, list[str]]:
         tell("fitting the model as it is", 0, 0)

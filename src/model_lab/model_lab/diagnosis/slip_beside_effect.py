@@ -22,7 +22,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
 from model_lab.slips.candidates import Candidate
 from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, nearest
-from model_lab.slips.outside import below_ambient
+from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect
 from softhand_model.model_file import Model
@@ -106,7 +106,8 @@ def find_slip_beside_effect(
     Raises ValueError for data that the model cannot use.
     """
     stated = _base_of(data, model, classes)
-    if stated.explains(stated.base) or below_ambient(data, model.base):
+    scatters = stated.problem.floor.total > RULES.slip_noise * float(np.std(data.table.value))
+    if stated.explains(stated.base) or scatters or outside(data, model.base):
         return Checked(data)
     tell("looking for wrong units and the like beside an effect", 0, 0)
     for limit in (FITTED_EFFECTS, 0):

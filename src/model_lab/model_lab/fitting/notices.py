@@ -25,7 +25,7 @@ FREQUENCIES = 240  # at which a line is sought
 FEWEST_PERIODS = 5.0  # periods in the shortest run
 SPECTRUM_SAMPLES = 4000  # samples of a run of which the spectrum is taken
 LINE_WIDTH = 3.0  # periods in a run, of one line
-SAID = 3  # runs or pairs of runs that are named
+NAMED_RUNS = 3  # runs or pairs of runs that are named
 COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 
 
@@ -247,9 +247,9 @@ def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     shown = data.output_display.shown
     pairs = [
         f"{data.runs[high].name} lies {shown(apart)} above {data.runs[low].name}"
-        for apart, low, high in far[:SAID]
+        for apart, low, high in far[:NAMED_RUNS]
     ]
-    more = f" and {len(far) - SAID} more" if len(far) > SAID else ""
+    more = f" and {len(far) - NAMED_RUNS} more" if len(far) > NAMED_RUNS else ""
     text = f"runs that repeat each other have different mean errors: {', '.join(pairs)}{more}"
     size = float(np.sqrt(np.mean(means**2)))
     order = np.arange(len(means), dtype=float)
@@ -365,8 +365,8 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
         return None
     if samples.max() == 1 and not data.has_time:
         return None
-    names = ", ".join(data.runs[index].name for index in marked[:SAID])
-    more = f" and {len(marked) - SAID} more" if len(marked) > SAID else ""
+    names = ", ".join(data.runs[index].name for index in marked[:NAMED_RUNS])
+    more = f" and {len(marked) - NAMED_RUNS} more" if len(marked) > NAMED_RUNS else ""
     text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)

@@ -23,7 +23,7 @@ from model_lab.measurements.specimens import made_of
 from model_lab.rules import RULES
 from model_lab.slips.candidates import Candidate, candidates
 from model_lab.slips.mislabelled import mislabelled
-from model_lab.slips.outside import below_ambient
+from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
@@ -101,7 +101,8 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     if data.doubts:
         return _possible_reading(data, model)
     before = score(data, model)
-    if before.explains:
+    scatters = before.floor > RULES.slip_noise * float(np.std(data.table.value))
+    if before.explains or scatters or dead_readings(data):
         return None
     alike = _best(scored(data, model), before)
     if not alike:
