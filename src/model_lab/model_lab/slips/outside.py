@@ -103,5 +103,6 @@ def below_ambient(data: MeasurementSet, base: str) -> str | None:
         "pressure: the model is one of inflation: expected gauge pressures of 0 or more, got "
         f"pressures down to {least}, which is below the air around; a chamber that is sucked flat "
         "bends by other laws; leave these runs out, take --model linear with an effect of your "
-        "own, or state the pressures anew if they are inflations (columns: {pressure: {is: negative, ...}})"
+        "own, or state the pressures anew if they are inflations (columns: {pressure: {is: "
+        "negative, ...}})"
     )
