@@ -22,13 +22,20 @@ def _run(arguments):
         return main([str(argument) for argument in arguments])
 
 
-def test_pressures_below_ambient_are_refused_before_any_search(tmp_path, capsys):
-    folder = USABLE["below_zero"].write(tmp_path / "set")
+NO_MODEL = {
+    "below_zero": "the model is one of inflation",
+    "no_angle": "tip_angle: expected readings that change with the input, got 0 deg throughout",
+}
+
+
+@pytest.mark.parametrize(("name", "said"), NO_MODEL.items())
+def test_what_no_model_can_be_judged_by_is_refused_before_any_search(name, said, tmp_path, capsys):
+    folder = USABLE[name].write(tmp_path / "set")
     assert _run(["diagnose", folder, "--model", "base"]) == 2
-    assert "the model is one of inflation" in capsys.readouterr().err
+    assert said in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", sorted(USABLE.keys() - {"below_zero"}))
+@pytest.mark.parametrize("name", sorted(USABLE.keys() - NO_MODEL.keys()))
 def test_diagnose_comes_to_a_verdict(name, tmp_path, capsys):
     folder, out = USABLE[name].write(tmp_path / "set"), tmp_path / "d.json"
     given = ["diagnose", folder, "--model", USABLE[name].model, "--json", out, "--jobs", 1]

@@ -32,9 +32,8 @@ def dead_readings(data: MeasurementSet) -> str | None:
         name: np.concatenate([run.columns[name] for run in data.runs if name in run.columns])
         for name in data.outputs
     }
-    if all(
-        len(values) > UNMARKED_READINGS and np.ptp(values) == 0.0 for values in outputs.values()
-    ):
+    driven = np.ptp(np.concatenate([data.driving(run) for run in data.runs])) > 0.0
+    if driven and all(np.ptp(values) == 0.0 for values in outputs.values()):
         return _constant(data, outputs)
     found = (_marked(data, name, values) for name, values in outputs.items())
     return next((sentence for sentence in found if sentence), None) or _noise(data)
