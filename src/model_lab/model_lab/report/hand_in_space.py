@@ -4,6 +4,7 @@ MODEL... OUT.png`, one panel for each model, in the pose in which the first is f
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +17,7 @@ from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_pose import HAND_SEGMENTS, down_of, with_weight
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from softhand_common.documents.output_file import save_figure
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.model_file import Model, load_model
@@ -36,7 +38,7 @@ def draw(data: MeasurementSet, models: Sequence[tuple[str, Model]], out: Path) -
         axes = figure.add_subplot(1, len(models), place, projection="3d")
         _panel(axes, data, run, sample, with_weight(data, model))
         axes.set_title(name)
-    figure.savefig(out, dpi=110)
+    save_figure(figure, out, dpi=110)
 
 
 def _worst(data: MeasurementSet, model: Model) -> tuple[Run, int]:
@@ -81,7 +83,23 @@ def _measured(run: Run, sample: int, marker: str) -> Array:
     return np.array([run.columns[f"{marker}.{axis}"][sample] for axis in "xyz"])
 
 
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw what the command line asks for; exit status 2 with one line where that is impossible."""
+    parser = argparse.ArgumentParser("hand_in_space", description=__doc__)
+    parser.add_argument("set", metavar="SET", type=Path, help="folder of a set of a hand")
+    parser.add_argument("models", metavar="MODEL", nargs="+", help="names or files")
+    parser.add_argument("out", metavar="OUT.png", type=Path, help="picture to write")
+    given = parser.parse_args(arguments)
+    try:
+        data = load_measurements(given.set)
+        if not data.of_hand:
+            raise ValueError(f"{given.set}: expected a set of a hand, got {data.experiment}")
+        draw(data, [(Path(name).stem, load_model(name)) for name in given.models], given.out)
+    except ValueError as error:
+        print(f"hand_in_space: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
 if __name__ == "__main__":
-    folder, *names, picture = sys.argv[1:]
-    given = [(Path(name).stem, load_model(name)) for name in names]
-    draw(load_measurements(folder), given, Path(picture))
+    sys.exit(main())
