@@ -4,6 +4,7 @@ import math
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import LATCHED, Peer, seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -13,6 +14,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_ros.diagnostics import PREPARING
+
+EVERY_PHASE = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 AMBIENT = 101_325.0  # [Pa]
 CHANNELS = ["a", "b", "c", "d"]  # of RBO Hand 2
@@ -40,7 +43,7 @@ class SuitePeer(Peer):
 
     def phases(self):
         """Names of the phases so far."""
-        return [message.data for message in self.listen(String, "grasp/phase", LATCHED)]
+        return [message.data for message in self.listen(String, "grasp/phase", EVERY_PHASE)]
 
     def result(self):
         """Key-value pairs of the last grasp/result."""

@@ -116,6 +116,7 @@ def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(
     assert level == 2
     assert "the simulation diverged" in text
     assert "until sim/reset" in text
+    peer.spin(0.5)  # until the last tick has come
     before = peer.time()
     refusal = peer.wait(answer.done, 10.0, "the grasp's answer") and answer.result()
     assert not refusal.success

@@ -249,7 +249,7 @@ def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
         f"{data.runs[high].name} lies {shown(apart)} above {data.runs[low].name}"
         for apart, low, high in far[:NAMED_RUNS]
     ]
-    more = f" and {len(far) - NAMED_RUNS} more" if len(far) > NAMED_RUNS else ""
+    more = f" and {len(far[NAMED_RUNS:])} more" if far[NAMED_RUNS:] else ""
     text = f"runs that repeat each other have different mean errors: {', '.join(pairs)}{more}"
     size = float(np.sqrt(np.mean(means**2)))
     order = np.arange(len(means), dtype=float)
@@ -366,7 +366,7 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
     if samples.max() == 1 and not data.has_time:
         return None
     names = ", ".join(data.runs[index].name for index in marked[:NAMED_RUNS])
-    more = f" and {len(marked) - NAMED_RUNS} more" if len(marked) > NAMED_RUNS else ""
+    more = f" and {len(marked[NAMED_RUNS:])} more" if len(marked[NAMED_RUNS:]) else ""
     text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)

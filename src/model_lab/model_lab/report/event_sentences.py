@@ -18,7 +18,8 @@ LARGE_FACTOR = 2.0  # from which a change is said as a factor
 def event_sentences(
     events: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display
 ) -> list[str]:
-    """Events as a diagnosis has them, a sentence each; slips: of the odd runs among them.
+    """Events as a diagnosis has them, a sentence each, or one for those of one step or drift that
+    changes scale as well as zero; slips: of the odd runs among them.
 
     >>> step = {"kind": "step", "run": "r7", "before": "r6", "specimen": None,
     ...     "quantity": "scale", "size": 0.09, "p_value": 2e-6, "largest_input": "r7"}
@@ -26,11 +27,15 @@ def event_sentences(
     Repeats before and after run r7 do not agree (+9 %, p 2e-06): an event between runs r6 and r7 \
 (the largest input so far is in r7), not noise.
     """
-    return [_sentence(event, slips, display) for event in events]
+    told: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for event in events:
+        told.setdefault(tuple(event[key] for key in ("kind", "run", "specimen")), []).append(event)
+    return [_sentence(same, slips, display) for same in told.values()]
 
 
-def _sentence(event: Mapping[str, Any], slips: Sequence[Slip], display: Display) -> str:
-    size = change_words(event, display)
+def _sentence(same: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display) -> str:
+    event = min(same, key=lambda one: float(one["p_value"]))
+    size = " and ".join(change_words(one, display) for one in same)
     of = f" of {event['specimen']}" if event["specimen"] else ""
     about = f"({size}, p {event['p_value']:.2g})"
     if event["kind"] == STEP_EVENT:

@@ -18,6 +18,7 @@ from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
 TABLE_RUNS = 400  # in the table of runs
+CALIBRATED = {"modulus_scale": "shear modulus of a batch over the stated one"}
 FLOOR_WORDS = {
     REPEATS: "from the scatter of repeats",
     STATED: "as stated in experiment.yaml",
@@ -124,18 +125,26 @@ def ranking(view: View) -> Table:
 
 
 def parameters(view: View) -> Table:
-    """Every fitted parameter of the best model."""
+    """Every fitted parameter of the best model, with its unit and what it is."""
+    classes = view.outcome.problem.classes
+    said = {
+        f"{name}.{parameter.name}": parameter.description
+        for name in view.best.effects
+        for parameter in classes[name].parameters
+    }
     rows = [
         [
             name,
             f"{entry.value:.4g}",
             f"{entry.std:.2g}",
             f"{entry.interval[0]:.4g} to {entry.interval[1]:.4g}",
-            entry.unit,
+            entry.unit or "-",
+            said.get(name) or CALIBRATED.get(name.partition("[")[0], ""),
         ]
         for name, entry in parameter_estimates(view).items()
     ]
-    return Table(["parameter", "value", "standard error", "95 % interval", "unit"], rows)
+    head = ["parameter", "value", "standard error", "95 % interval", "unit", "what it is"]
+    return Table(head, rows)
 
 
 def not_visible(view: View) -> Table | None:

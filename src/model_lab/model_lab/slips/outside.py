@@ -9,7 +9,7 @@ from scipy.special import fdtrc
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.measurements.units import COLUMN_UNITS
+from model_lab.measurements.units import unit_of
 from model_lab.rules import RULES
 
 MARK_SAMPLES = 3  # samples of one value that are marks
@@ -41,7 +41,7 @@ def dead_readings(data: MeasurementSet) -> str | None:
 
 def _constant(data: MeasurementSet, outputs: Mapping[str, Array]) -> str:
     name, values = next(iter(outputs.items()))
-    shown = data.shown_in(COLUMN_UNITS[name]).shown(float(values[0]))
+    shown = data.shown_in(unit_of(name) or "").shown(float(values[0]))
     return (
         f"{name}: expected readings that change with the input, got {shown} throughout: look at "
         "the sensor and its plug"
@@ -50,7 +50,7 @@ def _constant(data: MeasurementSet, outputs: Mapping[str, Array]) -> str:
 
 def _marked(data: MeasurementSet, name: str, values: Array) -> str | None:
     """A sentence about values (n,) that repeat one number far from all others."""
-    shown = data.shown_in(COLUMN_UNITS[name]).shown
+    shown = data.shown_in(unit_of(name) or "").shown
     for end in (float(values.max()), float(values.min())):
         others = values[values != end]
         count = len(values) - len(others)

@@ -108,9 +108,7 @@ def hull_mesh(points: Array) -> Mesh:
     try:
         return _mesh_of_library(trimesh.convex.convex_hull(points))
     except (QhullError, ImportError) as reason:  # a flat hull asks for another package to mend it
-        raise ValueError(
-            "surface: expected a body with a volume, got points in a plane"
-        ) from reason
+        raise ValueError("surface: expected a volume, got points in one plane") from reason
 
 
 def _mesh_of_library(found: trimesh.Trimesh) -> Mesh:
