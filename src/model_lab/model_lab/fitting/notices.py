@@ -232,7 +232,7 @@ def _slope(order: Array, means: Array) -> tuple[float, float]:
 
 
 def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
-    """Repeats whose mean errors differ by far more than the noise floor, which follows most."""
+    """Repeats whose mean errors differ by many noise floors: the floor follows most of them."""
     if floor.source != REPEATS or len(data.outputs) > 1:
         return None
     means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)

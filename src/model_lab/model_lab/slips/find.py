@@ -127,8 +127,8 @@ def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple
 
 
 def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Candidate, Score]]:
-    """Runs of other specimens than stated, without which the error falls as without a slip. The
-    floor alone does not tell them, as it depends on which runs are repeats.
+    """Runs that belong to other specimens than stated, where that lowers the error enough. Whether
+    the error is then about the floor tells little: the floor depends on which runs are repeats.
     """
     tried = [(one, score(one.mended, model)) for one in mislabelled(data, model)]
     return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]

@@ -20,8 +20,8 @@ PREDICTED_SAMPLES = 15  # of a run
 
 
 def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
-    """The run that most errs as of its specimen and least as of another, and the two runs of
-    different specimens of which the same is true when exchanged; none if all fit best as stated.
+    """The run whose error falls most if it is of another specimen, and the two runs whose errors
+    fall most if their specimens are exchanged; none where no error falls.
     """
     names = [name for name in data.specimens if any(run.specimen == name for run in data.runs)]
     if len(names) < 2:
@@ -41,8 +41,8 @@ def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
 
 
 def _errors(data: MeasurementSet, model: Model, names: list[str]) -> Array:
-    """Sum of squared errors (runs, specimens) of the model that is not fitted, of each run as of
-    each specimen; infinite where the model refuses.
+    """Sum of squared errors (runs, specimens) of each run, were it of each specimen, in the squared
+    unit of the outputs; the model is not fitted. Infinite where the model refuses.
     """
     data = thinned(data, 1, PREDICTED_SAMPLES)
     errors = np.full((len(data.runs), len(names)), np.inf)
