@@ -16,6 +16,7 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import HandEffect
 
 
 def compile_simulator() -> None:
@@ -28,11 +29,13 @@ def compile_simulator() -> None:
 
 
 def compile_lab() -> None:
-    """Predict each experiment of the lab with each effect that acts in it."""
+    """Predict each experiment of the lab with each effect that acts in it, at its first place."""
     for empty in EMPTY.values():
         data = empty(np.random.default_rng(0))
         for effect in effect_classes().values():
             if inapplicable(effect, data, "pneuflex") is None:
+                if issubclass(effect, HandEffect):
+                    effect = effect.at(**effect.places(data.hand)[0])
                 forward = Forward(data, effects=[effect])
                 for lanes in (1, 2):  # to the compiler they are of different kinds
                     forward.predict(np.tile(forward.start(), (lanes, 1)))
