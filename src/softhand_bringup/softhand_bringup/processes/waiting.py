@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Event
 from typing import Protocol
@@ -95,6 +96,17 @@ class Waits:
             self.check()
             if time.monotonic() > end:
                 raise RunFailed(f"not there after {SUITE_START_LIMIT:.0f} s: {', '.join(missing)}")
+
+    def wait_until(self, condition: Callable[[], bool], what: str) -> None:
+        """Receive messages until a condition holds; raises RunFailed with `what` after
+        STALL_LIMIT of wall time.
+        """
+        end = time.monotonic() + STALL_LIMIT
+        while not condition():
+            self.check()
+            if time.monotonic() > end:
+                raise RunFailed(f"not there after {STALL_LIMIT:.0f} s: {what}")
+            self.listener.spin(0.02)
 
     def let_pass(self, duration: float) -> None:
         """Wait for this simulated time [s]; raises RunFailed if simulated time does not advance or

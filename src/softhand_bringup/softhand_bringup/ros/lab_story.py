@@ -116,6 +116,11 @@ class Session:
                 status = rig.statuses.get(f"monitor: {FINGER}", "no status from the monitor")
                 self.say(f"{run.start:6.1f} s  {run.name:<16} monitor: {status}")
                 played.append(run)
+        # on a busy machine the monitor is behind the simulation
+        end = played[-1].end
+        waits.wait_until(
+            lambda: rig.monitored_time >= end, f"the monitor's residuals up to {end:.1f} s"
+        )
         return played
 
     def _run(self, rig: RigLink, waits: Waits, measurement: Measurement, repeat: int) -> PlayedRun:

@@ -7,12 +7,15 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from softhand_bringup.lab_story.measuring import RESIDUAL
 from softhand_bringup.processes.suite import RECORDER
 from softhand_bringup.processes.waiting import RunFailed
 from softhand_ros.client_link import ClientLink
+from softhand_ros.topics import seconds
 
 COMMAND_NAME = "/pneumaticbox/command"
 VENT_SERVICE, RESET_SERVICE, TARE_SERVICE = (
@@ -45,7 +48,9 @@ class RigLink(ClientLink):
         }
         self.statuses: dict[str, str] = {}  # latest message of every diagnostic status
         self.subscribe_clock()
+        self.monitored_time = 0.0  # stamp of the monitor's latest residual [s]
         self.listen(DiagnosticArray, "/diagnostics", self._diagnosed)
+        self.listen(JointState, RESIDUAL, self._monitored)
 
     def missing(self) -> list[str]:
         """What is still missing before the first command, in words."""
@@ -103,6 +108,9 @@ class RigLink(ClientLink):
         answer = self.call(service, Trigger.Request())
         if not answer.success:
             raise RunFailed(f"{service}: {answer.message}")
+
+    def _monitored(self, message: JointState) -> None:
+        self.monitored_time = seconds(message.header.stamp)
 
     def _diagnosed(self, message: DiagnosticArray) -> None:
         self.statuses.update({status.name: status.message for status in message.status})
