@@ -49,3 +49,16 @@ def test_three_markers_lie_on_an_arc(middle):
 def test_the_chord_of_an_arc_turns_half_as_far_as_its_tip():
     np.testing.assert_allclose(derived.tip_angle(arc(ANGLE)), ANGLE, atol=1e-6)
     np.testing.assert_allclose(derived.chord_angle(ANGLE[None] / 2.0 + 0.1), ANGLE, atol=1e-9)
+
+
+def test_an_arc_bends_by_its_length_times_its_curvature():
+    bend = ANGLE + 0.1  # a rest curvature is not bend
+    curvature = bend / 0.09
+    np.testing.assert_allclose(derived.curvature_angle(0.09 * curvature[None]), ANGLE, atol=1e-9)
+    radius = 1.0 / curvature
+    np.testing.assert_allclose(derived.radius_angle(radius[None] / 0.09), ANGLE, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["kappa", "Krümmung", "curvature [1/m]", "courbure"])
+def test_a_curvature_is_proposed_with_the_length_that_it_needs(name):
+    assert derived.suggestion(["t", "p", name]) == f"curvature({name},LENGTH)"

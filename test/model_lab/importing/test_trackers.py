@@ -110,3 +110,32 @@ def test_three_markers_in_a_plane_are_not_two_in_space():
     points = np.concatenate([arc(0.0), arc(0.4), arc(1.0)])
     np.testing.assert_allclose(derived.plane_markers_angle(points), ANGLE, atol=1e-6)
     assert np.abs(derived.markers_angle(points) - ANGLE).max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("header", "values", "call", "unit"),
+    [
+        ("kappa [1/m]", ANGLE / 0.09, "curvature(kappa,90mm)", ""),
+        ("kappa", ANGLE / 9.0, "curvature(kappa,9 cm)", ":1/cm"),
+        ("R (mm)", LENGTH / (ANGLE + 0.2), "radius(R,0.09m)", ""),
+    ],
+)
+def test_an_angle_is_made_of_a_curvature_and_the_length_that_bends(
+    tmp_path, header, values, call, unit
+):
+    file = write(tmp_path / "arc.csv", f"time_s,pressure_kPa,{header}\n", [TIME, PRESSURE, values])
+    out = tmp_path / "set"
+    wanted = ["-o", str(out), "--hand", "rbo_hand_2:index", "--yes"]
+    assert main(["import", str(file), *wanted, "--map", f"tip_angle={call}{unit}"]) == 0
+    (run,) = load_measurements(out).runs
+    np.testing.assert_allclose(run.columns["tip_angle"], ANGLE, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "wrong", ["curvature(kappa)", "curvature(kappa,90)", "curvature(kappa,LENGTH)"]
+)
+def test_a_curvature_without_a_length_is_refused(tmp_path, wrong, capsys):
+    file = write(tmp_path / "arc.csv", "time_s,pressure_kPa,kappa [1/m]\n", [TIME, PRESSURE, ANGLE])
+    out = ["-o", str(tmp_path / "set"), "--yes"]
+    assert main(["import", str(file), *out, "--map", f"tip_angle={wrong}"]) == 2
+    assert "curvature(kappa,90mm)" in capsys.readouterr().err

@@ -1,21 +1,27 @@
-"""Tip angles of what was tracked: a quaternion, markers, the tip's position, or its chord.
+"""Tip angles of what was tracked: a quaternion, markers, the tip's position, its chord, or the
+curvature of the arc.
 
 `--map 'tip_angle=tip(x,y)'` names such a function with its columns; a lone name stands for its
 parts, so `quaternion(/tip pose.orientation)` has the columns `... .x` to `... .w`. The angle is 0
-at the first sample, which should be at rest, and counts positive towards where it turns most.
+at the first sample, which should be at rest, and counts positive towards where it turns most. A
+curvature needs the length that bends: `curvature(kappa, 90mm)`.
 """
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.units import column_unit
 
 PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
+CURVATURE_WORDS = ("curvature", "kappa", "krummung", "courbure", "curvatura", "κ")
+_LENGTH = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)$")
 _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
 
 
@@ -25,12 +31,14 @@ class Derivation:
 
     parts: names of the parts that a lone column name stands for. sizes: numbers of columns that it
     takes. angle: of columns (k, samples), in rad or in the unit of its column. said: what it does.
+    of: quantity of the column, of which the angle needs SI units and a length [m]; "" for others.
     """
 
     parts: str
     sizes: tuple[int, ...]
     angle: Callable[[Array], Array]
     said: str
+    of: str = ""
 
 
 def derivation(text: str) -> tuple[Derivation, list[str]] | None:
@@ -112,6 +120,28 @@ def chord_angle(angle: Array) -> Array:
     return 2.0 * (angle[0] - angle[0, 0])
 
 
+def curvature_angle(bend: Array) -> Array:
+    """Tip angle (samples,) [rad] of an arc, from curvature times length (1, samples)."""
+    return _from_first(bend[0])
+
+
+def radius_angle(ratio: Array) -> Array:
+    """Tip angle (samples,) [rad] of an arc, from radius over length (1, samples); a radius without
+    bounds is a straight arc.
+    """
+    return _from_first(1.0 / ratio[0])
+
+
+def bent_length(argument: str) -> float | None:
+    """Length [m] that the last argument of a curvature states; None if it is none.
+
+    >>> bent_length("90mm"), bent_length("0.09 m"), bent_length("LENGTH")
+    (0.09, 0.09, None)
+    """
+    found = _LENGTH.match(argument)
+    return float(found[1]) * column_unit("tip_x", found[2]).scale if found else None
+
+
 def _from_first(angle: Array) -> Array:
     """A course of angles [rad] without jumps, 0 at first, positive where it goes farthest."""
     course = np.unwrap(angle)
@@ -126,6 +156,8 @@ DERIVATIONS = {
     "plane_markers": Derivation("", (4, 6), plane_markers_angle, "the turn since the first sample"),
     "tip": Derivation("xyz", (2, 3), tip_angle, "twice the turn of the chord from the origin"),
     "chord": Derivation("", (1,), chord_angle, "twice the angle of the chord"),
+    "curvature": Derivation("", (1,), curvature_angle, "curvature times length", "curvature"),
+    "radius": Derivation("", (1,), radius_angle, "length over radius", "radius"),
 }
 
 
@@ -141,8 +173,8 @@ def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> li
 
 
 def suggestion(names: Sequence[str]) -> str | None:
-    """The function that gives a tip angle of columns, by their names: of a quaternion, or of two
-    or three markers; None where they hold neither.
+    """The function that gives a tip angle of columns, by their names: of a quaternion, of two or
+    three markers, or of a curvature; None where they hold none.
 
     >>> suggestion(["Rotation X", "Rotation Y", "Rotation Z", "Rotation W"])
     'quaternion(Rotation)'
@@ -155,7 +187,14 @@ def suggestion(names: Sequence[str]) -> str | None:
         bodies = list(_wholes(names, parts).values())
         if len(bodies) in (2, 3):
             return f"{kind}({','.join(column for body in bodies for column in body)})"
-    return None
+    curved = next((name for name in names if _is_curvature(name)), None)
+    return f"curvature({curved},LENGTH)" if curved else None
+
+
+def _is_curvature(name: str) -> bool:
+    plain = unicodedata.normalize("NFKD", name.casefold())
+    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
+    return any(word in plain for word in CURVATURE_WORDS)
 
 
 def _wholes(names: Sequence[str], parts: str) -> dict[str, list[str]]:

@@ -9,7 +9,13 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from model_lab.importing.derived import argument_names, derivation, suggestion
+from model_lab.importing.derived import (
+    Derivation,
+    argument_names,
+    bent_length,
+    derivation,
+    suggestion,
+)
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
@@ -105,6 +111,7 @@ def propose(
         read = read_tables(path, messages, decimal, sheet)
         tables += [_with_all_derived(table, given) for table in read]
     _check_maps(tables, given)
+    given = {quantity: _in_rad(name, unit) for quantity, (name, unit) in given.items()}
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
     found = experiment or experiment_of(set().union(*(one.quantities for one in sources)))
@@ -113,7 +120,10 @@ def propose(
     if any(tracked) and set(unsure) & {"the experiment", "the column of tip_angle"}:
         call = next(text for text in tracked if text)
         kept = {what: how for what, how in unsure.items() if what.startswith("the unit of ")}
-        unsure = {"the tip angle": f"--map 'tip_angle={call}'"} | kept
+        how = f"--map 'tip_angle={call}'"
+        if "LENGTH" in call:
+            how += ", LENGTH of the part that bends, such as 90mm"
+        unsure = {"the tip angle": how} | kept
     return Proposal(every if unsure else sources, found, unsure)
 
 
@@ -140,6 +150,8 @@ def _with_derived(table: Table, text: str, unit: str) -> Table:
     if call is None:
         return table
     known = {column.name: column for column in table.columns}
+    if call[0].of:
+        return _with_arc(table, text, unit, call)
     names = argument_names(call[1], call[0].parts, list(known))
     if not known.keys() >= set(names):
         return table
@@ -155,6 +167,35 @@ def _with_derived(table: Table, text: str, unit: str) -> Table:
         angle[seen] = call[0].angle(values[:, seen])
     unit = (unit or known[names[0]].unit) if len(names) == 1 else "rad"
     return table.with_column(Column(text, unit, angle))
+
+
+def _in_rad(name: str, unit: str) -> tuple[str, str]:
+    """Column and unit that the user says; an arc has used the unit, and its angle is in rad."""
+    call = derivation(name)
+    return (name, "") if call is not None and call[0].of else (name, unit)
+
+
+def _with_arc(table: Table, text: str, unit: str, call: tuple[Derivation, list[str]]) -> Table:
+    """The table with the tip angle of an arc, by its curvature or radius and its length."""
+    (function, (name, *rest)), said = call, f"--map tip_angle={text}"
+    column = table.column(name)
+    if column is None:
+        return table
+    length = bent_length(rest[0]) if len(rest) == 1 else None
+    if not length:
+        raise DocumentError(
+            f"{said}: expected a column and the length that bends, as in "
+            f"{function.of}({name},90mm), got {shortened(text)}"
+        )
+    try:
+        scale = column_unit(function.of, unit or column.unit).scale
+    except ValueError as error:
+        raise DocumentError(f"{said}: unit: {error}") from None
+    ratio = column.values * scale * (length if function.of == "curvature" else 1.0 / length)
+    angle, seen = np.full(len(ratio), np.nan), np.isfinite(ratio)
+    if seen.any():
+        angle[seen] = function.angle(ratio[None, seen])
+    return table.with_column(Column(text, "rad", angle))
 
 
 def _check_maps(tables: Sequence[Table], maps: Maps) -> None:

@@ -27,6 +27,8 @@ COLUMN_UNITS = {
     "tip_angle": "rad",
     "tip_force": "N",
     "mass": "kg",
+    "curvature": "1/m",
+    "radius": "m",
 }  # those whose quantity is known; any other column may have any unit
 MARKER_COLUMN = re.compile(r".+\.[xyz]")
 LARGEST_VALUES = {
