@@ -181,6 +181,13 @@ class Rules:
     rest_confidence: float = _rule(
         0.94, "largest confidence in a verdict with such a rest", BY_HAND
     )
+    bound_error: float = _rule(
+        1.5,
+        "error after over floor from which a verdict whose calibration stays at its bound is a "
+        "guess",
+        "chosen on seed 613 of `bench.second_author --kind forms`, counted on 640 to 659",
+    )
+    bound_confidence: float = _rule(0.8, "largest confidence in such a verdict", BY_HAND)
     interval_level: float = _rule(0.975, "upper end of the intervals of parameters", CONVENTION)
     form_error: float = _rule(
         0.005,

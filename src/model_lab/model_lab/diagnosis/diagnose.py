@@ -261,8 +261,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcom
     failing = _failing(judged, localised, within)
     verdict = UNEXPLAINED if failing else judged.verdict
     evidence = evidence_of(problem, selection, judged.black_boxes, len(odd))
-    most = problem.rules.rest_confidence if judged.leaves_much else 1.0
-    sure = confidence_of(problem.data.experiment, verdict, evidence, most)
+    sure = confidence_of(problem.data.experiment, verdict, evidence, judged.most_confidence)
     effects = _named_effects(judged, sure.value)
     if any(effect.undetermined for effect in effects):
         sure = replace(sure, value=None, guess=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from model_lab.diagnosis.black_boxes import BlackBox
+from model_lab.diagnosis.result import calibration_at_bound
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.problem import FitProblem
@@ -30,6 +31,17 @@ class Judgement:
     def added(self) -> list[str]:
         """The named effects."""
         return [name for name in self.named.effects if name not in self.selection.base.effects]
+
+    @property
+    def most_confidence(self) -> float:
+        """The largest confidence that what the named model leaves allows, with a calibration on its
+        bound or without.
+        """
+        rules, left = self.problem.rules, self.named.held_out.rmse / self.problem.floor.total
+        at_bound = bool(self.added and calibration_at_bound(self.named))
+        if at_bound and left > rules.bound_error:
+            return rules.bound_confidence
+        return rules.rest_confidence if self.leaves_much else 1.0
 
     @property
     def leaves_much(self) -> bool:
