@@ -16,6 +16,7 @@ PALM_DOWN = np.array([0.0, 0.92388, 0.0, 0.38268])
 DURATION = 3.0  # [s]
 HIGHEST = 100e3  # [Pa]
 CLOSING = (0.05, 0.8)  # [s]
+HEIGHTS = (0.14, 0.20)  # [m] of the wrist, but for a quarter of the trials
 FAR = 3.0  # [m]: an object that rolls away is no divergence, one that flies off is
 
 
@@ -30,10 +31,15 @@ def masses_at(simulation: Simulation, pressures: np.ndarray) -> np.ndarray:
 class RandomCommands:
     """Pressure steps of random heights and closing times for all channels, and wrist poses."""
 
-    def __init__(self, simulation: Simulation, draw: np.random.Generator) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        draw: np.random.Generator,
+        heights: tuple[float, float] = HEIGHTS,
+    ) -> None:
         self._simulation, self._draw = simulation, draw
         in_the_air = draw.random() < 0.25
-        self._height = 0.4 if in_the_air else draw.uniform(0.14, 0.20)
+        self._height = 0.4 if in_the_air else draw.uniform(*heights)
         self._move(0.02)
         self._from = self._to = np.zeros(len(simulation.channels))
         self._begin, self._closing, self._next = 0.5, CLOSING[0], 0.5
