@@ -74,7 +74,7 @@ def test_fingers_that_touch_stay_on_their_sides_and_come_to_rest(
 @pytest.fixture
 def on_a_finger():
     """A ball of 50 g at rest on a fixed one, with the skins of fingers."""
-    world, touch = World(0.005, cone=True), Touch(friction=0.8, neighbours=True)
+    world, touch = World(0.005), Touch(friction=0.8, neighbours=True)
     client = {"physicsClientId": world.client}
     pybullet.setGravity(0.0, 0.0, -9.81, **client)
     shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=RADIUS, **client)

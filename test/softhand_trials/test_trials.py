@@ -278,6 +278,7 @@ def test_every_setting_of_the_simulation_reaches_it():
         object_rpy=(0.1, 0.2, 0.3),
         modulus_scale=1.2,
         finger_contact=True,
+        rubber_friction_scale=0.8,
     )
     config, usual = settings.simulation("rbo_hand_2"), SimulationConfig()
     shared = {field.name for field in fields(TrialSettings)} & set(vars(config)) - {"solver"}

@@ -16,6 +16,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_object
 from softhand_common.documents.quoted import listed
 from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
@@ -78,6 +79,11 @@ class Check:
     settings: Mapping[str, Any]
     replicates: int = 0
     other_seed: int = 0
+
+
+# the rubber's friction with anything else at both ends of its range [-]
+RUBBER = dict(zip(("less_friction", "more_friction"), load_friction().rubber_range, strict=True))
+RUBBER_CHECKS = {name: Check({"rubber_friction_scale": RUBBER[name]}) for name in RUBBER}
 
 
 def headline(names: Sequence[str], given: MapParameters) -> tuple[str, ...]:
@@ -251,6 +257,15 @@ def shared_finding(
     count, (x, y) = shared_cell(maps, objects)
     ours = f"{count} of {len(objects)} at ({1e3 * x:.0f}, {1e3 * y:.0f}) mm (>= {least})"
     return Finding("regions that overlap in a cell", thesis, ours, count >= least)
+
+
+def sensitivity(results: Results, name: str, objects: Sequence[str]) -> Finding:
+    """Finding about another friction of the rubber: cells without jitter that succeed."""
+    before, after = (
+        sum(int(cells_of(results, sweep, object)[0].sum()) for object in objects)
+        for sweep in (MAIN, name)
+    )
+    return Finding(f"friction of the rubber x {RUBBER[name]:g}", "-", f"{before} -> {after} cells")
 
 
 def shrinking(

@@ -12,6 +12,7 @@ from softhand_trials.sweep.drawing import draw_maps
 from softhand_trials.sweep.success_map import correlation, overlap, window_mean
 from thesis.chapter_8.object_map import (
     MAIN,
+    RUBBER_CHECKS,
     SMALL_MAP,
     Check,
     MapParameters,
@@ -22,6 +23,7 @@ from thesis.chapter_8.object_map import (
     maps_of,
     region_findings,
     run_maps,
+    sensitivity,
     shared_finding,
     shrinking,
 )
@@ -36,6 +38,7 @@ CHECKS = {
     OTHER: Check({}, replicates=1, other_seed=1),
     NO_AIR: Check({"air_scale": 0.0}),
     NO_PUSH: Check({"without": ("advance",)}),
+    **RUBBER_CHECKS,
 }
 
 
@@ -79,7 +82,7 @@ def report(results: Results, given: Parameters) -> Report:
             smallest == "marker",
         ),
         shared_finding(maps, objects, 4, "large overlaps"),
-        *(_CHECKED[name](results, objects) for name in given.checks),
+        *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(
         findings,
@@ -133,6 +136,11 @@ def _no_push(results: Results, objects: tuple[str, ...]) -> Finding:
 
 
 _CHECKED = {FINE: _fine, OTHER: _other, NO_AIR: _no_air, NO_PUSH: _no_push}
+
+
+def _checked(name: str, results: Results, objects: tuple[str, ...]) -> Finding:
+    found = _CHECKED.get(name)
+    return found(results, objects) if found else sensitivity(results, name, objects)
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

@@ -11,6 +11,7 @@ from softhand_trials.sweep.drawing import draw_maps
 from thesis.chapter_8.object_map import (
     ALL,
     MAIN,
+    RUBBER_CHECKS,
     SMALL_MAP,
     YIELDING,
     Check,
@@ -21,6 +22,7 @@ from thesis.chapter_8.object_map import (
     maps_of,
     region_findings,
     run_maps,
+    sensitivity,
     shared_finding,
     shrinking,
 )
@@ -34,6 +36,7 @@ PTFE_TABLE = Path(__file__).with_name("ptfe_table.yaml")
 CHECKS = {
     NO_ROLL: Check({"without": ("roll",)}),
     SLIPPERY: Check({"scene": str(PTFE_TABLE)}),
+    **RUBBER_CHECKS,
 }
 LEAST_CELLS = 4  # of a region
 NEAR = 0.030  # [m] of a region's centre from the mean of the centres
@@ -74,7 +77,7 @@ def report(results: Results, given: Parameters) -> Report:
         shared_finding(maps, objects, 5, "large overlaps"),
         _fuzziest(maps, rigid),
         _centres(maps, rigid),
-        *(_CHECKED[name](results, objects) for name in given.checks),
+        *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(
         findings, f"{wide} of {len(rigid)} rigid objects have a region in which the grasp succeeds."
@@ -109,6 +112,11 @@ def _slippery(results: Results, objects: tuple[str, ...]) -> Finding:
 
 
 _CHECKED = {NO_ROLL: _no_roll, SLIPPERY: _slippery}
+
+
+def _checked(name: str, results: Results, objects: tuple[str, ...]) -> Finding:
+    found = _CHECKED.get(name)
+    return found(results, objects) if found else sensitivity(results, name, objects)
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

@@ -19,6 +19,7 @@ from softhand_trials.sweep.plan import SweptObject
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.success_map import Cells, finished, largest_share, overlap
 from softhand_trials.trials import TrialSettings
+from thesis.chapter_8.object_map import RUBBER
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (8.0, 4.5)
@@ -27,6 +28,8 @@ LENGTH, DENSITY = 0.150, 300.0  # of the cylinders [m], [kg/m3]; the thesis give
 MAIN, NO_EDGE, TOO_HIGH = "main", "no_edge", "too_high"
 ROLLING = {"rolling_0.1": 1.0e-4, "rolling_0.4": 4.0e-4}  # [m], where the scene has 2e-4
 CONTROLS = {NO_EDGE: {"scene": "table"}, TOO_HIGH: {"displacement": (0.0, 0.0, 0.020)}}
+FRICTIONS = {name: {"rubber_friction_scale": factor} for name, factor in RUBBER.items()}
+OTHERS: dict[str, dict[str, Any]] = {**CONTROLS, **FRICTIONS}
 ENOUGH = 2.0 / 3.0  # share of the trials of a cell
 SMALL = {
     "diameters": (0.030,),
@@ -47,7 +50,9 @@ class Parameters:
         tuple(round(0.01 * k, 3) for k in range(13)), "from the edge to the nearest surface [m]"
     )
     replicates: int = option(3, "jittered trials of a size and a distance [-]")
-    checks: tuple[str, ...] = option((*ROLLING, *CONTROLS), "sweeps beside the map, by name [-]")
+    checks: tuple[str, ...] = option(
+        (*ROLLING, *CONTROLS, *FRICTIONS), "sweeps beside the map, by name [-]"
+    )
     step: float = option(0.005, "of the physics [s]")
     seed: int = option(0, "of the jitter [-]")
     jobs: int = option(2, "processes [-]")
@@ -112,12 +117,12 @@ def write_scene(folder: Path, rolling_resistance: float) -> Path:
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """The map, the same at other rolling resistances, and the negative controls."""
+    """The map, the same at other resistances and frictions, and the negative controls."""
     main = plan(given, job.folder)
     changes: dict[str, dict[str, Any]] = {MAIN: {}}
     for name in given.checks:
         rolling = ROLLING.get(name)
-        scene = {"scene": str(write_scene(job.folder, rolling))} if rolling else CONTROLS[name]
+        scene = {"scene": str(write_scene(job.folder, rolling))} if rolling else OTHERS[name]
         changes[name] = dict(scene)
     sweeps = {}
     for number, (name, change) in enumerate(changes.items()):
@@ -230,6 +235,9 @@ def _check(name: str, results: Results) -> Finding:
         same = overlap(region, other)
         what = f"overlap with the map at a rolling resistance of {1e3 * ROLLING[name]:g} mm"
         return Finding(what, "-", f"{same:.2f} (>= 0.7)", same >= 0.7)
+    if name in RUBBER:
+        cells = f"{int(region.sum())} -> {int(other.sum())} cells"
+        return Finding(f"friction of the rubber x {RUBBER[name]:g}", "-", cells)
     what = {NO_EDGE: "no edge", TOO_HIGH: "hand 20 mm too high"}[name]
     before, after = int(region.sum()), int(other.sum())
     ours = f"{before} -> {after} cells (half or fewer)"

@@ -14,6 +14,7 @@ from softhand_trials.sweep.plan import SweptObject
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.success_map import finished
 from softhand_trials.trials import TrialSettings
+from thesis.chapter_8.object_map import RUBBER
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 3.8)
@@ -62,7 +63,9 @@ def plan(given: Parameters) -> SweepPlan:
 
 
 def run(given: Parameters, job: Job) -> Results:
-    """Successes over inclination and start, and the same without a wall."""
+    """Successes over inclination and start, the same without a wall, and at the best inclination
+    with other friction of the rubber.
+    """
     main = plan(given)
     job.progress("trials at the wall", 0.0)
     records = finished(run_sweep(main, job.folder / "main", given.jobs))
@@ -75,10 +78,16 @@ def run(given: Parameters, job: Job) -> Results:
         replicates=max(1, given.replicates // 3),
     )
     control = finished(run_sweep(bare, job.folder / NO_WALL, given.jobs))
+    other = {}
+    for name, factor in RUBBER.items():
+        settings = replace(main.settings, wall_inclination=BEST, rubber_friction_scale=factor)
+        rubbed = replace(main, name=f"{main.name}-{name}", settings=settings, vary={})
+        other[name] = finished(run_sweep(rubbed, job.folder / name, given.jobs))
     distance = main.cells[0][0] + given.starts[0]
     return {
         "trials": [_trial(record, distance) for record in records],
         "control": [_trial(record, distance) for record in control],
+        **{name: [_trial(record, distance) for record in found] for name, found in other.items()},
     }
 
 
@@ -128,6 +137,7 @@ def report(results: Results, given: Parameters) -> Report:
     if len(rates) > 2:
         findings += [_one_peak(counts)]
     findings += [_flat(results["trials"]), _control(results["control"])]
+    findings += [_rubber(name, results[name]) for name in RUBBER]
     best = max(rates, key=lambda angle: rates[angle])
     return Report(findings, f"Most successes at {best:g} deg: {100 * rates[best]:.0f} %.")
 
@@ -182,6 +192,12 @@ def _flat(trials: list[Mapping[str, Any]]) -> Finding:
 def _control(trials: list[Mapping[str, Any]]) -> Finding:
     held, count = share(trials)
     return Finding("negative control: no wall", "-", f"{held} of {count} (0)", held == 0)
+
+
+def _rubber(name: str, trials: list[Mapping[str, Any]]) -> Finding:
+    held, count = share(trials)
+    what = f"friction of the rubber x {RUBBER[name]:g}, wall at {BEST:g} deg"
+    return Finding(what, "-", f"{held} of {count}")
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

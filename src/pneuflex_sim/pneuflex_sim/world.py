@@ -75,8 +75,8 @@ class BulletState:
 class World:
     """One physics client. Every call names the client, so several worlds can live in one process.
 
-    Friction is limited by a cone (`cone`) or by a pyramid around it: with the cone, light
-    fingertips of rigid skin diverge when they jam; the pyramid has no resistance to twisting.
+    Friction is limited by a cone. PyBullet's default, a pyramid around it, is 1.41 times as strong
+    between its axes, and does not resist twisting.
     """
 
     def __init__(
@@ -84,7 +84,6 @@ class World:
         step: float,
         gui: bool = False,
         settings: SolverSettings | None = None,
-        cone: bool = False,
     ) -> None:
         settings = settings or SolverSettings()
         self.step_size = step
@@ -102,7 +101,7 @@ class World:
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             collisionFilterMode=0,  # two bodies touch where the masks of both allow it
-            enableConeFriction=cone,
+            enableConeFriction=1,
             physicsClientId=self.client,
         )
 

@@ -95,6 +95,7 @@ class TrialSettings:
         without, air_scale [-], displacement [m]: changes of the strategy, see `varied`.
         early_end: whether a trial ends as soon as its result is certain, see `EarlyEnd`.
         finger_contact: whether neighbouring fingers touch each other.
+        rubber_friction_scale: factor on the friction of the hand's rubber with anything else [-].
     """
 
     strategy: str = "surface_constrained"
@@ -118,6 +119,7 @@ class TrialSettings:
     displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
     early_end: bool = False
     finger_contact: bool = field(default=False, metadata=ADDED)
+    rubber_friction_scale: float = field(default=1.0, metadata=ADDED)
 
     def __post_init__(self) -> None:
         for name in ("options", "object_rpy", "without", "displacement"):
@@ -143,6 +145,7 @@ class TrialSettings:
             wall_inclination=self.wall_inclination,
             friction=self.friction,
             finger_contact=self.finger_contact,
+            rubber_friction_scale=self.rubber_friction_scale,
             allow_effect_files=self.allow_effect_files,
         )
 
@@ -313,6 +316,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")
     add("--solver", default=usual.solver, help="fast, default or stable (%(default)s)")
     add("--friction", help="file with pairs of materials on top of the shipped table")
+    friction = "factor on the friction of the rubber with anything else (%(default)s)"
+    add("--rubber-friction-scale", type=float, default=usual.rubber_friction_scale, help=friction)
     add("--wall-inclination", type=float, help="of the scene's wall [deg] (as the scene has it)")
 
 

@@ -90,9 +90,11 @@ def test_the_forces_on_an_object_in_the_hand_are_its_weight_and_no_more():
     simulation = started_scene(settings).scene.simulation
     contacts = simulation.object_contacts()
     assert OBJECT not in {contact.first for contact in contacts}  # the hand is
-    np.testing.assert_allclose(on_object(contacts), -simulation.object_mass * GRAVITY, atol=0.01)
+    weight = simulation.object_mass * GRAVITY
+    np.testing.assert_allclose(on_object(contacts), -weight, atol=0.01)
     by_normals = sum(contact.force * np.array(contact.normal) for contact in contacts)
-    assert np.linalg.norm(by_normals + on_object(contacts)) > 0.5  # the fingers rub, too
+    rubbing = np.linalg.norm(by_normals + on_object(contacts))
+    assert rubbing > 0.25 * np.linalg.norm(weight)  # the fingers rub, too
 
 
 def test_what_touches_the_object_are_the_sides_of_its_contacts():

@@ -58,6 +58,7 @@ def test_the_shipped_table_has_every_pair_of_the_shipped_objects_and_scenes():
             "pairs.rubber.wood: expected a number at least 0.001 and at most 10",
         ),
         ("rubber: 0.5", "pairs.rubber: expected a mapping, got 0.5"),
+        ("{}\nrubber_range: [0.5]", "rubber_range: expected 2 numbers"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_refused_with_its_place(tmp_path, text, named):
@@ -72,8 +73,35 @@ def test_a_pair_that_is_not_there_is_refused_with_the_materials():
         load_friction().pair("wood", "steel")
 
 
-def slid_way(**config):
-    """How far a box slides on the table from 0.5 m/s on [m], under a hand high above."""
+def test_the_range_of_the_shipped_rubber_holds_its_values_and_stays_with_pairs_of_ones_own(
+    tmp_path,
+):
+    (tmp_path / "own.yaml").write_text(OWN)
+    low, high = load_friction().rubber_range
+    assert low < 1.0 < high
+    assert load_friction(tmp_path / "own.yaml").rubber_range == (low, high)
+
+
+def test_the_friction_of_the_rubber_is_scaled_and_nothing_else(simulate):
+    """As the engine has it: the product of what two bodies have."""
+    simulation = simulate(object="tape_dispenser", segments=2, rubber_friction_scale=0.5)
+    client, table = simulation.world.client, load_friction()
+
+    def of(body, link=-1):
+        return pybullet.getDynamicsInfo(body, link, physicsClientId=client)[1]
+
+    tables = sorted(of(body) for body in simulation._fixed_names)
+    finger, box = of(simulation.bodies.ids[0], 0), of(simulation.object_id)
+    assert finger * box == pytest.approx(0.5 * table.pair("rubber", "polyolefin"))
+    products = sorted([0.5 * table.pair("rubber", "wood") / finger, 0.3 / box])
+    assert tables == pytest.approx(products)
+    assert simulation.friction.pair("rubber", "rubber") == table.pair("rubber", "rubber")
+
+
+def slid_way(heading=0.0, **config):
+    """How far a box slides on the table from 0.5 m/s on [m] at a heading [rad], under a hand high
+    above.
+    """
     simulation = Simulation(
         SimulationConfig(object="tape_dispenser", step=0.002, segments=2, **config)
     )
@@ -81,7 +109,8 @@ def slid_way(**config):
     for _ in range(50):
         simulation.step()
     start = simulation.object_pose()[0]
-    pybullet.resetBaseVelocity(body, [0.5, 0, 0], [0, 0, 0], physicsClientId=client)
+    velocity = [0.5 * np.cos(heading), 0.5 * np.sin(heading), 0.0]
+    pybullet.resetBaseVelocity(body, velocity, [0, 0, 0], physicsClientId=client)
     for _ in range(400):
         simulation.step()
     way = float(np.linalg.norm(simulation.object_pose()[0] - start))
@@ -93,6 +122,12 @@ def test_friction_of_all_pairs_is_scaled_together():
     usual, slippery = slid_way(), slid_way(friction_scale=0.5)
     assert slippery == pytest.approx(2 * usual, rel=0.03)  # v^2 / (2 mu g)
     assert usual > 0.02
+
+
+@pytest.mark.parametrize("degrees", [0.0, 22.5, 45.0])
+def test_a_box_slides_as_far_in_all_directions(degrees):
+    """v^2/(2 mu g), with 0.3 of polyolefin on wood; a pyramid has 0.42 at 45 deg."""
+    assert slid_way(np.radians(degrees)) == pytest.approx(0.25 / (2 * 0.3 * 9.80665), rel=0.04)
 
 
 def test_scaled_friction_leaves_the_resistance_to_rolling_and_comes_back():

@@ -168,13 +168,13 @@ class Touch:
 
     @property
     def skin(self) -> dict[str, float]:
-        """PyBullet's stiffness [N/m] and damping [N s/m] of a finger's contacts, and its resistance
-        to twisting on them [m]; none where it is rigid.
+        """PyBullet's resistance of a finger's contacts to twisting [m]; where neighbours collide,
+        their stiffness [N/m] and damping [N s/m], too.
         """
+        twisting = {"spinningFriction": SKIN_TWIST * self.friction}
         if not self.neighbours:
-            return {}
-        yielding = {"contactStiffness": SKIN_STIFFNESS, "contactDamping": SKIN_DAMPING}
-        return {**yielding, "spinningFriction": SKIN_TWIST * self.friction}
+            return twisting
+        return {**twisting, "contactStiffness": SKIN_STIFFNESS, "contactDamping": SKIN_DAMPING}
 
 
 def check_kind(kind: str) -> None:

@@ -11,28 +11,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 
 from pneuflex_sim.bullet import pybullet
 from softhand_common.documents.quoted import listed
-from softhand_common.documents.yaml_document import Node, read_document
+from softhand_common.documents.yaml_document import Bounds, Node, read_document
 
 FORMAT = "pneuflex-friction/1"
 RUBBER_MATERIAL = "rubber"
 MIN_FRICTION = 1e-3  # less than any pair of dry materials has
 MAX_FRICTION = 10.0  # PyBullet cuts off above
+RUBBER_RANGE_BOUNDS = Bounds(0.1, 10.0, "")
 
 
 @dataclass(frozen=True)
 class FrictionTable:
     """Coefficients of friction [-] by pair of materials (a set of one or two names), from files
-    that `source` names.
+    that `source` names; `rubber_range`: least and largest factor [-] on those of rubber that
+    published values allow.
     """
 
     pairs: Mapping[frozenset[str], float]
     source: str = "the table of friction"
+    rubber_range: tuple[float, float] = (1.0, 1.0)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -55,6 +58,14 @@ class FrictionTable:
         """Raise DocumentError for a material that is not in the table."""
         if node.text() not in self.materials:
             raise node.error(f"one of {listed(self.materials)} (of {self.source})")
+
+    def rubber_scaled(self, factor: float) -> FrictionTable:
+        """The table with all pairs of rubber with something else times a factor [-]."""
+        pairs = {
+            pair: value * (factor if RUBBER_MATERIAL in pair and len(pair) == 2 else 1.0)
+            for pair, value in self.pairs.items()
+        }
+        return replace(self, pairs=pairs)
 
     @property
     def hand(self) -> float:
@@ -117,19 +128,23 @@ def load_friction(path: str | Path | None = None) -> FrictionTable:
     True
     """
     file = Path(str(resources.files("pneuflex_sim").joinpath("data/friction.yaml")))
-    shipped = _pairs(file)
+    shipped = _read(file)
     if path is None:
-        return FrictionTable(shipped, str(file))
-    return FrictionTable(shipped | _pairs(Path(path)), f"{file} and {path}")
+        return shipped
+    own = _read(Path(path)).pairs
+    return replace(shipped, pairs={**shipped.pairs, **own}, source=f"{file} and {path}")
 
 
-def _pairs(path: Path) -> dict[frozenset[str], float]:
-    document = read_document(path, FORMAT)
+def _read(path: Path) -> FrictionTable:
+    fields = read_document(path, FORMAT).fields(["format", "pairs"], ["rubber_range"])
     pairs: dict[frozenset[str], float] = {}
-    for first, row in document.fields(["format", "pairs"])["pairs"].mapping().items():
+    for first, row in fields["pairs"].mapping().items():
         for second, value in row.mapping().items():
             _add(pairs, frozenset((first, second)), value)
-    return pairs
+    if "rubber_range" not in fields:
+        return FrictionTable(pairs, str(path))
+    low, high = fields["rubber_range"].vector(2, RUBBER_RANGE_BOUNDS)
+    return FrictionTable(pairs, str(path), (low, high))
 
 
 def _add(pairs: dict[frozenset[str], float], pair: frozenset[str], value: Node) -> None:

@@ -18,6 +18,7 @@ from pneuflex_sim.world import SolverSettings
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 
+SCALE_FIELDS = ("object_mass_scale", "friction_scale", "rubber_friction_scale", "modulus_scale")
 MAX_STEP_SIZE = 0.05  # [s]; contacts are missed there, see docs/understand/simulator-steps.md
 
 
@@ -36,6 +37,7 @@ class SimulationConfig:
         object_rpy: orientation in which the object rests [rad]; None: as it is described.
         object_yaw: turn of the object about the vertical [rad].
         friction_scale: factor on the friction of all pairs [-].
+        rubber_friction_scale: factor on the friction of the hand's rubber with anything else [-].
         modulus_scale: factor on the shear modulus of the hand's rubber [-].
         collision: shapes of the links, `pieces` along the outline or `boxes`.
         wrist, solver: parameters of wrist and contact solver.
@@ -61,6 +63,7 @@ class SimulationConfig:
     object_rpy: tuple[float, float, float] | None = None
     object_yaw: float = 0.0
     friction_scale: float = 1.0
+    rubber_friction_scale: float = 1.0
     modulus_scale: float = 1.0
     collision: str = HULL_PIECES
     wrist: WristParameters = field(default_factory=WristParameters)
@@ -82,7 +85,7 @@ class SimulationConfig:
         check_kind(self.collision)
         if not np.isfinite(self.object_yaw):
             raise ValueError(f"object_yaw: expected a finite number, got {self.object_yaw}")
-        for name in ("object_mass_scale", "friction_scale", "modulus_scale"):
+        for name in SCALE_FIELDS:
             if not 0 < getattr(self, name) < np.inf:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
 
@@ -93,7 +96,8 @@ class SimulationConfig:
     def friction_table(self) -> FrictionTable:
         """Friction of all pairs of materials."""
         found = self.friction
-        return found if isinstance(found, FrictionTable) else load_friction(found)
+        table = found if isinstance(found, FrictionTable) else load_friction(found)
+        return table.rubber_scaled(self.rubber_friction_scale)
 
     def described_scene(self, friction: FrictionTable) -> SceneDescription:
         """The scene, its wall inclined as asked for."""

@@ -79,7 +79,7 @@ class Simulation:
     def _make_world(self) -> None:
         """Create the engine's world with everything in it."""
         config = self.config
-        self.world = World(config.step, config.gui, config.solver, config.finger_contact)
+        self.world = World(config.step, config.gui, config.solver)
         client, gravity = self.world.client, -STANDARD_GRAVITY * self._weight_scale
         pybullet.setGravity(0, 0, gravity, physicsClientId=client)
         touch = Touch(config.collision, self.friction.hand, config.finger_contact)
