@@ -137,7 +137,7 @@ def report(results: Results, given: Parameters) -> Report:
     if len(rates) > 2:
         findings += [_one_peak(counts)]
     findings += [_flat(results["trials"]), _control(results["control"])]
-    findings += [_rubber(name, results[name]) for name in RUBBER]
+    findings += [_rubber(name, results[name]) for name in RUBBER if name in results]
     best = max(rates, key=lambda angle: rates[angle])
     return Report(findings, f"Most successes at {best:g} deg: {100 * rates[best]:.0f} %.")
 

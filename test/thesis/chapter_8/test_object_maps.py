@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from made_up_sweep import all_gripped
 
+from pneuflex_sim.scene.friction import load_friction
 from softhand_trials.sweep.results import find_record
 from softhand_trials.sweep.trial_task import trial_of
 from thesis.__main__ import main
@@ -17,6 +18,13 @@ AXIS = [round(0.01 * k, 3) for k in range(-6, 7)]
 def disc(radius, centre=(0.0, 0.0)):
     x, y = np.meshgrid(AXIS, AXIS, indexing="ij")
     return np.hypot(x - centre[0], y - centre[1]) <= radius
+
+
+# with less friction of the rubber half of the cells, with more all
+RUBBED = {
+    "less_friction": lambda region: tallied(region & (np.array(AXIS)[:, None] > 0)),
+    "more_friction": lambda region: tallied(region | True),
+}
 
 
 def tallied(*regions, causes=None):
@@ -45,6 +53,7 @@ def pushed(**other):
         other_jitter=lambda region: {"replicates": {"1": tallied(region)["replicates"]["0"]}},
         no_air=lambda region: tallied(np.zeros_like(region)),
         no_advance=lambda region: tallied(region & disc(0.02)),
+        **RUBBED,
     )
 
 
@@ -88,6 +97,7 @@ def surfaces(**other):
         regions,
         no_roll=lambda region: tallied(region & disc(0.02)),
         ptfe_table=lambda region: tallied(region & disc(0.02)),
+        **RUBBED,
     )
     for name in surface_map.FUZZY:
         regions = disc(0.03), disc(0.03), disc(0.03), disc(0.04)
@@ -111,6 +121,18 @@ def test_regions_in_other_places_are_told():
 def test_what_yields_is_not_asked_for_a_region():
     report = surface_map.report(surfaces(tissue=disc(-1.0)), surface_map.Parameters())
     assert all(verdicts(report).values())
+
+
+@pytest.mark.parametrize("module, results", [(push_map, pushed), (surface_map, surfaces)])
+def test_both_ends_of_the_rubbers_friction_are_rows_without_a_verdict(module, results):
+    report = module.report(results(), module.Parameters())
+    rows = {found.what: found for found in report.findings if "rubber" in found.what}
+    low, high = load_friction().rubber_range
+    assert list(rows) == [f"friction of the rubber x {factor:g}" for factor in (low, high)]
+    assert {found.met for found in rows.values()} == {None}
+    for found, more in zip(rows.values(), (False, True), strict=True):
+        before, after = map(int, found.ours.removesuffix(" cells").split(" -> "))
+        assert (after > before) is more and after != before
 
 
 @pytest.mark.parametrize("upright", [False, True])

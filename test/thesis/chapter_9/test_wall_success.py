@@ -27,7 +27,8 @@ def trials(shares, by_start=lambda start: 1.0):
 
 
 def judged(shares, control=0, **more):
-    results = {"trials": trials(shares, **more), "control": [{"gripped": control}]}
+    rubbed = {"less_friction": [{"gripped": 0}], "more_friction": [{"gripped": 1}]}
+    results = {"trials": trials(shares, **more), "control": [{"gripped": control}], **rubbed}
     report = wall_success.report(results, GIVEN)
     return {found.what: found.met for found in report.findings if found.met is not None}
 
@@ -75,3 +76,8 @@ def test_a_small_run_lifts_at_the_wall_and_not_without(small, check_small_run):
     assert [trial["gripped"] for trial in results["trials"]] == [1, 1]
     assert [trial["gripped"] for trial in results["control"]] == [0]
     assert "100 %" in report.conclusion
+    rubbed = [found for found in report.findings if "rubber" in found.what]
+    assert [found.what for found in rubbed] == [
+        f"friction of the rubber x {factor:g}, wall at 60 deg" for factor in (0.5, 1.8)
+    ]
+    assert all(found.ours.endswith(" of 2") for found in rubbed)
