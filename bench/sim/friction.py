@@ -11,7 +11,7 @@ import math
 import statistics
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 from unittest import mock
 
@@ -21,6 +21,7 @@ from bench.row import at_least, at_most, stated
 from bench.sim import random_trials
 from bench.sim.timing import timed_steps
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.hand import layout
 from pneuflex_sim.hand.collision import SKIN_PATCH
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.simulation import Simulation, SimulationConfig, simulation
@@ -38,7 +39,10 @@ BALL_MASS, BALL_RADIUS = 0.05, 0.02  # [kg], [m]
 JAMMED = {0.005: 60, 0.002: 16, 0.001: 8}  # trials by step [s]
 JAM_SEED, JAM_HEIGHTS = 1000, (0.10, 0.15)  # [m] of the wrist: fingertips press on the table
 SLOWER = 10.0  # [%] of a step's time more than with the pyramid
-TURNS = 3  # with the pyramid and as shipped, in turn
+LIGHT = (
+    0.25  # of the links' added inertia: so fingertips diverge, with the pyramid and with the cone
+)
+TURNS = 8  # with the pyramid and as shipped, in turn
 
 
 class Pyramid(World):
@@ -219,7 +223,25 @@ def jam_rows(small: bool) -> list[dict[str, Any]]:
             print(f"  {1e3 * step:g} ms: {text}", flush=True)
         name = f"fingertips jammed between table and object, {1e3 * step:g} ms"
         found.append(at_most(f"{name}: failed", len(failures), f"of {count}", 0))
-    return found
+    return [*found, *light_rows(small)]
+
+
+def light_rows(small: bool) -> list[dict[str, Any]]:
+    """Jammed fingertips on links with less added inertia, as a control: what makes them diverge is
+    not the cone.
+    """
+    seeds = range(JAM_SEED, JAM_SEED + (8 if small else 20))
+    name, rows = "control, a quarter of the added inertia, 5 ms", []
+    with (
+        mock.patch.object(layout, "ADDED_INERTIA", LIGHT * layout.ADDED_INERTIA),
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        for friction, world in (("cone", nullcontext), ("pyramid", pyramid)):
+            with world():
+                failed = sum(bool(jammed(seed, 0.005)) for seed in seeds)
+            rows.append(at_least(f"{name}, {friction}: failed", failed, f"of {len(seeds)}", 1))
+    return rows
 
 
 def time_rows(small: bool) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, step_parts, thesis_table
+from bench.sim import border, friction, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
@@ -22,6 +22,16 @@ from pneuflex_sim.simulation.simulation import Simulation
 def test_every_module_with_rows_is_a_group():
     assert {"thesis_table", "trials", "random_trials", "border"} <= set(groups())
     assert not {"timing", "convergence"} & set(groups())
+
+
+def test_the_load_that_moves_is_found_by_halving_within_its_tolerance():
+    assert friction.threshold(lambda load: load > 0.321, 1.0) == pytest.approx(0.321, abs=2e-3)
+
+
+def test_a_simulation_with_the_pyramid_is_uneven_and_one_made_after_it_is_not():
+    with friction.pyramid():
+        uneven = friction.unevenness()[1]
+    assert uneven > friction.UNEVEN > friction.EVEN > friction.unevenness()[1]
 
 
 def test_the_outcome_changes_between_neighbours():
