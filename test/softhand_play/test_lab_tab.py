@@ -113,21 +113,28 @@ def test_a_file_that_is_no_measurement_becomes_a_sentence(page, name, text, word
     assert page.message.startswith("lab: expected measurements")
 
 
+def _lowest_of_view(window):
+    return window.tab.evaluate(BOX, "canvas[data-engine]")[3]
+
+
+def _top_of_panel(window):
+    return window.tab.evaluate(BOX, "[role=tab]")[1]
+
+
 def test_on_a_phone_the_panel_lies_below_the_hand_and_the_status_above(page, chromium):
     context = chromium.new_context(viewport=PHONE)
     window = Window(context.new_page(), page.server.address)
     page.report("bad.yaml: format: expected a hand", Look.ERROR)
     window.reads("⚠ bad.yaml: format: expected a hand")
+    wait_until(lambda: _lowest_of_view(window) <= _top_of_panel(window), "the panel below the hand")
     _, top, right, bottom = window.tab.evaluate(BOX, "canvas[data-engine]")
     status = window.tab.evaluate(BOX, "#softhand-status")
     assert bottom - top >= 0.45 * PHONE["height"]
     assert right <= WIDEST * PHONE["width"]
     assert status[2] - status[0] > 0.9 * PHONE["width"] and status[3] < 0.15 * PHONE["height"]
-    panel = window.tab.evaluate(BOX, "[role=tab]")
-    assert panel[1] >= bottom
     window.tab.get_by_text("Softhand Play").click()
     wait_until(
-        lambda: window.tab.evaluate(BOX, "canvas[data-engine]")[3] > 0.9 * PHONE["height"],
+        lambda: _lowest_of_view(window) > 0.9 * PHONE["height"],
         "the folded panel",
     )
     assert window.tab.title() == "Softhand Play"
