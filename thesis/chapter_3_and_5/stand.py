@@ -21,7 +21,7 @@ from thesis.frame import Array
 FINGER = "finger"
 STEP = 0.001  # [s]
 RAMP = 0.3  # [s] in which a pressure is reached
-STILL = 1e-4  # [rad/s] of the fastest joint of a finger at rest; a tip held by friction trembles by 6e-5
+STILL = 1e-4  # [rad/s] of a finger at rest; a tip held by friction trembles by 6e-5
 CALM = 20  # steps that a finger at rest is still
 LONGEST = 30.0  # [s] that a finger may take to come to rest
 BLOCK = (0.02, 0.1, 0.05)  # half extents [m]
