@@ -42,12 +42,18 @@ METHODS = {
     "hand": (
         (
             "HandEffect",
-            "places(hand)",
+            "places(hand, markers)",
             "modulus_of(actuator)",
             "tilt_of(chain)",
             "share_between(source, target)",
+            "strut_factor()",
+            "palm_factor()",
+            "tip_mass_of(chain)",
+            "marker_offset_of(marker)",
+            "frame_turn()",
         ),
-        "what one actuator, chain or pair of channels has of its own; a model file says `where`",
+        "what one actuator, chain, marker or pair of channels has of its own, for which a model "
+        "file says `where`; what the whole hand has",
     ),
     "input": (
         ("InputEffect", "chamber_pressure(pressure, memory, dt)", "delay(elapsed)"),

@@ -35,7 +35,7 @@ def compile_lab() -> None:
         for effect in effect_classes().values():
             if inapplicable(effect, data, "pneuflex") is None:
                 if issubclass(effect, HandEffect):
-                    effect = effect.at(**effect.places(data.hand)[0])
+                    effect = effect.at(**effect.places(data.hand, data.markers)[0])
                 forward = Forward(data, effects=[effect])
                 for lanes in (1, 2):  # to the compiler they are of different kinds
                     forward.predict(np.tile(forward.start(), (lanes, 1)))

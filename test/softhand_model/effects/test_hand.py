@@ -10,9 +10,9 @@ from softhand_model.effects.hand import (
     ActuatorScatter,
     Crosstalk,
     MountTilt,
+    altered,
     at_places,
     pressure_shares,
-    tilted,
 )
 from softhand_model.effects.load import Gravity
 from softhand_model.hand.hand import load_hand
@@ -45,7 +45,7 @@ def test_pressure_of_a_channel_acts_in_another():
 
 
 def test_a_tilt_turns_the_chain_about_its_own_axes():
-    askew = tilted(HAND, [MountTilt.at(chain="thumb")(roll=0.0, pitch=0.0, yaw=0.2)])
+    askew = altered(HAND, [MountTilt.at(chain="thumb")(roll=0.0, pitch=0.0, yaw=0.2)])
     before, after = (hand.chain("thumb").mount.quaternion for hand in (HAND, askew))
     assert rotate(after, [0.0, 0.0, 1.0]) == pytest.approx(rotate(before, [0.0, 0.0, 1.0]))
     turned = rotate(before, [np.cos(0.2), np.sin(0.2), 0.0])

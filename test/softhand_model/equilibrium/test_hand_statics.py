@@ -6,11 +6,13 @@ from held_hand import held, settled_tips
 
 from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.chain.chain import discretise
+from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import (
     ActuatorScatter,
     Crosstalk,
     MountTilt,
 )
+from softhand_model.effects.hand_parts import PalmStiffness, StrutStiffness, TipMass
 from softhand_model.effects.load import STANDARD_GRAVITY, Gravity
 from softhand_model.equilibrium.hand_statics import HandBody, settled_hand
 from softhand_model.hand.hand import load_hand
@@ -24,6 +26,25 @@ EFFECTS = (
     MountTilt.at(chain="palm")(roll=0.1, pitch=0.1, yaw=-0.1),
     Crosstalk.at(**{"from": "a", "to": "b"})(share=0.2),
 )
+
+PARTS = (
+    StrutStiffness(factor=0.4),
+    PalmStiffness(factor=1.7),
+    TipMass.at(chain="index")(mass=0.01),
+    TipMass.at(chain="thumb")(mass=0.005),
+)
+OF_ACTUATORS = ("yeoh_stiffening", "thick_wall", "section_rounding", "dead_zone", "pressure_offset")
+
+
+def usual(name):
+    """An effect of actuators at usual values of its parameters."""
+    kind = effect_classes()[name]
+    return kind(**{parameter.name: parameter.usual(0.7) for parameter in kind.parameters})
+
+
+CASES = {"base": (), "effects": EFFECTS, "parts": PARTS} | {
+    name: (usual(name),) for name in OF_ACTUATORS
+}
 
 
 def body_of(hand, chains, segments, model=Model()):  # noqa: B008 (never changed)
@@ -41,13 +62,18 @@ def tips(hand, segments, effects=(), pressures=PRESSURES, rpy=RPY):
     return found
 
 
-@pytest.mark.parametrize("effects", [(), EFFECTS], ids=["base", "effects"])
+@pytest.mark.parametrize("effects", CASES.values(), ids=CASES)
 def test_the_simulated_hand_comes_to_rest_there(effects):
     hand = load_hand("rbo_hand_2")
     simulation = held(Model(effects=(Gravity(mass_scale=1.0), *effects)), RPY)
-    simulated = settled_tips(simulation, PRESSURES)
+    simulated = settled_tips(simulation, PRESSURES, longest=12.0)
     for name, place in tips(hand, 5, effects).items():
         assert place == pytest.approx(simulated[name], abs=1e-7)
+    if effects:
+        moved = max(
+            np.abs(tips(hand, 5)[name] - tips(hand, 5, effects)[name]).max() for name in simulated
+        )
+        assert moved > 0.5e-3  # [m]
 
 
 @pytest.mark.parametrize("name", ["rbo_hand_2", "rbo_hand_1"])

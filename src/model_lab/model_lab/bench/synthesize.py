@@ -180,7 +180,8 @@ class _Rig:
         )
 
     def _at_places(self, classes: Mapping[str, type[Effect]]) -> Mapping[str, type[Effect]]:
-        return at_places(self.empty.hand, classes) if self.empty.of_hand else classes
+        empty = self.empty
+        return at_places(empty.hand, classes, empty.markers) if empty.of_hand else classes
 
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
         """The set with its outputs: the model with these effects, scatter of runs and noise."""

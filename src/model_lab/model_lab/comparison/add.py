@@ -68,7 +68,8 @@ def add_effect(
     Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
     """
     if data.of_hand:
-        model, classes = with_weight(data, model), at_places(data.hand, classes)
+        model = with_weight(data, model)
+        classes = at_places(data.hand, classes, data.markers)
         name = _at_best_place(name, data, model, classes, tell)
     if name not in classes:
         known = ", ".join(sorted(classes))
@@ -240,7 +241,7 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
 def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
     entry: dict[str, Any] = {"name": effect.name}
     if isinstance(effect, HandEffect):
-        entry = {"name": effect.kind, "where": dict(effect.where)}
+        entry = {"name": effect.kind} | ({"where": dict(effect.where)} if effect.where else {})
     if effect.name in model.files:
         file = os.path.relpath(model.files[effect.name].resolve(), folder.resolve())
         entry["file"] = Path(file).as_posix()

@@ -13,22 +13,27 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.specimens import require_columns
 from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.chain.serial import serial_chains
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.hand import (
-    HandEffect,
+    altered,
     check_places,
+    effects_of_hand,
     modulus_factor,
+    palm_factor,
     pressure_shares,
-    tilted,
+    tip_mass,
 )
 from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.effects.stages import SectionShape
 from softhand_model.equilibrium.hand_statics import HandBody, Shape
-from softhand_model.hand.hand import ChainDescription
+from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
+OUTSIDE = ("hand", "output", "flow")  # stages that do not act on the rubber
 INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
 
 
@@ -38,6 +43,9 @@ class HandPose:
 
     The chains are those of the simulator, cut into more segments, in equilibrium under pressures
     and weight (`equilibrium.hand_statics`). Weight is in the base model: `gravity` only scales it.
+    Where the parameters of a lane leave no equilibrium, its places are NaN.
+
+    strained: sections (1, 1, n) of all actuators, and how they are.
 
     Raises DocumentError for a missing column, ValueError for a marker on an arc.
     """
@@ -50,20 +58,24 @@ class HandPose:
         alike, self._pose = np.unique(poses, axis=0, return_inverse=True)  # as repeats are
         channels = len(data.inputs)
         self._pressures = np.ascontiguousarray(alike[:, :channels].T)
-        self._down = np.ascontiguousarray(alike[:, channels:-1])
+        self._down = np.ascontiguousarray(alike[:, channels:-2])
+        self._temperature = np.ascontiguousarray(alike[:, -2])
+        self.strained = _sections(self._hand), "pure_shear"
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
         self._chains = serial_chains(self._hand)
-        self._known: dict[Hashable, Mapping[str, Array]] = {}
+        self._known: dict[Hashable, Shape | None] = {}
         self._body_of: dict[Hashable, HandBody] = {}
         self._models: dict[Hashable, ChainModel] = {}
 
     def _poses_of(self, run: Run, batches: list[str]) -> Array:
-        """Pressures [Pa], direction down in the frame of the wrist, and batch of each sample of a
-        run (samples, channels + 4).
+        """Pressures [Pa], direction down in the frame of the wrist, temperature [K], and batch of
+        each sample of a run (samples, channels + 5).
         """
         batch = batches.index(self._data.specimens[run.specimen].batch)
         pressures = np.array([run.columns[name] for name in self._data.inputs]).T
-        return np.hstack([pressures, np.tile([*down_of(run), batch], (run.samples, 1))])
+        return np.hstack(
+            [pressures, np.tile([*down_of(run), run.temperature, batch], (run.samples, 1))]
+        )
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Names of the calibration with the values from which a search starts."""
@@ -85,53 +97,83 @@ class HandPose:
             rows = np.flatnonzero(self._batch == batch)
             for name, found in self._places(scale, acting, rows).items():
                 places.setdefault(name, np.empty((len(self._batch), 3)))[rows] = found
+        frame = _frame_of(acting)
         table = self._data.table
-        columns = np.concatenate([places[name].T for name in self._data.markers])
+        columns = np.concatenate([(places[name] @ frame).T for name in self._data.markers])
         return np.asarray(columns[table.output, self._pose.ravel()[table.row]])
 
     def _places(self, scale: float, effects: Sequence[Effect], rows: Indices) -> dict[str, Array]:
-        """Places (rows, 3) [m] of the markers by name."""
-        hand = tilted(self._hand, effects)
+        """Places (rows, 3) [m] of the markers by name, in the frame of the wrist."""
+        hand = altered(self._hand, effects)
         shares = dict(
             zip(hand.actuator_names, pressure_shares(hand, effects).tolist(), strict=True)
         )
         weights = [e.values["mass_scale"] for e in effects if e.name == "gravity"]
         weight = float(weights[0]) if weights else 1.0
+        of_rubber = tuple((e.name, *e.values.values()) for e in effects if e.stage not in OUTSIDE)
         found: dict[str, Array] = {}
         for chains in self._chains:
             parts = [hand.chain(name) for name in chains]
             names = [name for part in parts for name in part.actuators]
-            moduli = tuple(modulus_factor(name, effects) for name in names)
-            body = (*chains, *moduli, *(part.mount for part in parts))
-            key = (*body, scale, weight, *(tuple(shares[name]) for name in names), rows[0])
+            body = (*(self._key_of(part, effects) for part in parts), of_rubber)
+            mounts = tuple(part.mount for part in parts)
+            key = (body, mounts, scale, weight, *(tuple(shares[name]) for name in names), rows[0])
             if key not in self._known:
                 self._forget()
-                if body not in self._body_of:
-                    models = {part.name: self._model_of(part, effects) for part in parts}
-                    self._body_of[body] = HandBody(hand, models)
+                if (body, mounts) not in self._body_of:
+                    models = {part.name: self._model_of(part, effects, of_rubber) for part in parts}
+                    self._body_of[body, mounts] = HandBody(hand, models)
                 acting = np.array([shares[name] for name in names]) @ self._pressures[:, rows]
                 pull = weight * STANDARD_GRAVITY * self._down[rows]
-                shape = self._body_of[body].settle(acting, pull, scale)
-                self._known[key] = self._markers_of(self._body_of[body], shape)
-            found.update(self._known[key])
+                self._known[key] = self._settled(
+                    self._body_of[body, mounts], acting, pull, scale, rows
+                )
+            shape = self._known[key]
+            found.update(self._markers_of(self._body_of[body, mounts], shape, effects, len(rows)))
         return found
 
-    def _model_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> ChainModel:
+    def _settled(
+        self, body: HandBody, pressures: Array, pull: Array, scale: float, rows: Indices
+    ) -> Shape | None:
+        """The body at rest; None without an equilibrium."""
+        try:
+            return body.settle(pressures, pull, scale, self._temperature[rows])
+        except NoEquilibriumError:
+            return None
+
+    def _key_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> Hashable:
+        """What distinguishes the model of a chain under effects of a hand; not its mount."""
+        moduli = (modulus_factor(name, effects) for name in chain.actuators)
+        palm = palm_factor(effects) if chain.turn else 1.0
+        return (chain.name, chain.strut, palm, tip_mass(chain.name, effects), *moduli)
+
+    def _model_of(
+        self, chain: ChainDescription, effects: Sequence[Effect], of_rubber: Hashable
+    ) -> ChainModel:
         """The model of a chain, which does not depend on its mount."""
-        key = (chain.name, *(modulus_factor(name, effects) for name in chain.actuators))
+        key = (self._key_of(chain, effects), of_rubber)
         if key not in self._models:
-            of_hand = tuple(effect for effect in effects if isinstance(effect, HandEffect))
-            self._models[key] = discretise(chain, self._segments, Model(effects=of_hand))
+            acting = tuple(effect for effect in effects if effect.name != "gravity")
+            self._models[key] = discretise(chain, self._segments, Model(effects=acting))
         return self._models[key]
 
-    def _markers_of(self, body: HandBody, shape: Shape) -> dict[str, Array]:
-        """Places (rows, 3) [m] of the markers on a body."""
+    def _markers_of(
+        self, body: HandBody, shape: Shape | None, effects: Sequence[Effect], rows: int
+    ) -> dict[str, Array]:
+        """Places (rows, 3) [m] of the markers on a body; NaN without an equilibrium."""
         chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
-        return {
-            name: body.point(shape, chain_of[marker.actuator], marker.at, np.array(marker.offset))
-            for name, marker in self._data.markers.items()
-            if marker.actuator in body.actuators
-        }
+        moved = effects_of_hand(effects)
+        found = {}
+        for name, marker in self._data.markers.items():
+            if marker.actuator not in body.actuators:
+                continue
+            offset = np.array(marker.offset) + sum(e.marker_offset_of(name) for e in moved)
+            found[name] = (
+                np.full((rows, 3), np.nan)
+                if shape is None
+                else body.point(shape, chain_of[marker.actuator], marker.at, offset)
+            )
+        return found
 
     def _forget(self) -> None:
         """Drop the oldest of what is kept."""
@@ -159,7 +201,7 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
         return model
     if model.base != "pneuflex":
         raise ValueError(f"model: base: expected pneuflex for a hand, got {model.base}")
-    check_places(data.hand, model.effects)
+    check_places(data.hand, model.effects, data.markers)
     for effect in model.effects:
         if data.experiment not in effect.experiments and effect.stage not in ("output", "flow"):
             raise ValueError(
@@ -169,6 +211,27 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
         return model
     weight = effect_classes()["gravity"](mass_scale=1.0)
     return replace(model, effects=(*model.effects, weight))
+
+
+def _sections(hand: HandDescription) -> SectionShape:
+    """Sections (1, 1, n) of all actuators of a hand."""
+    columns = []
+    for chain in hand.chains:
+        for part in chain.actuators.values():
+            x = part.segment_quadrature(1)[0].ravel()
+            shape = (*part.sides(x), part.side_wall_ratio(x), part.shear_modulus)
+            columns.append([np.broadcast_to(size, x.shape) for size in shape])
+    return SectionShape(
+        *(np.concatenate(sizes)[None, None] for sizes in zip(*columns, strict=True))
+    )
+
+
+def _frame_of(effects: Sequence[Effect]) -> Array:
+    """The frame (3, 3) in which markers are measured, its axes as columns in that of the wrist."""
+    frame = np.eye(3)
+    for effect in effects_of_hand(effects):
+        frame = frame @ rotate(from_rpy(effect.frame_turn()), np.eye(3)).T
+    return frame
 
 
 def _at(number: float | Array, lane: int) -> float:

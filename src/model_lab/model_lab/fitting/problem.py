@@ -86,7 +86,9 @@ def pose_problem(
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
-    known = in_the_range_of(data, at_places(data.hand, known) if data.of_hand else known)
+    known = in_the_range_of(
+        data, at_places(data.hand, known, data.markers) if data.of_hand else known
+    )
     free = [known[effect.name] for effect in given]
 
     def forward_of(data: MeasurementSet) -> Forward:

@@ -15,7 +15,7 @@ from pneuflex_sim.dynamics.chain import Links
 from pneuflex_sim.dynamics.joint_springs import Springs
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.serial import mounted, serial_chains
-from softhand_model.effects.hand import tilted
+from softhand_model.effects.hand import altered
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
@@ -100,7 +100,7 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
 
     Raises ValueError if a serial body would have more joints than PyBullet can report.
     """
-    description = tilted(description, model.effects)
+    description = altered(description, model.effects)
     models = {chain.name: discretise(chain, segments, model) for chain in description.chains}
     bodies, chain_joints, count = [], {}, 0
     for chains in serial_chains(description):

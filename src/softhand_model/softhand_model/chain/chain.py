@@ -22,8 +22,15 @@ from softhand_model.chain.free_response import (
     tabulates,
 )
 from softhand_model.chain.joint_map import angle_maps, volume_gains
-from softhand_model.chain.segments import BEND_AXIS, LATERAL_AXIS, TWIST_AXIS, cut_chain
-from softhand_model.effects.hand import modulus_factor
+from softhand_model.chain.segments import (
+    BEND_AXIS,
+    LATERAL_AXIS,
+    TWIST_AXIS,
+    SegmentChain,
+    cut_chain,
+)
+from softhand_model.effects.hand import modulus_factor, palm_factor, tip_mass
+from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
@@ -88,7 +95,8 @@ class ChainModel:
             for name, actuator in description.actuators.items()
         }
         self.description, self.model = replace(description, actuators=parts), model
-        self.segments = cut_chain(self.description, segments, model.springs)
+        cut = cut_chain(self.description, segments, model.springs)
+        self.segments = _altered(cut, self.description, segments, model)
         self._shape = self.segments.offset.shape
         self._struts = self._shape[0] - segments  # joints that no actuator bends
         self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
@@ -139,17 +147,49 @@ class ChainModel:
             rotation = rotation + table.value(pressure)
         return rotation.reshape(self._shape)
 
-    def rest_rotations(self, pressures: Array, modulus: float = 1.0) -> Array:
-        """As `rest_rotation`, (rows, n, 3) [rad] at pressures (actuators, rows) [Pa], of a rubber
-        whose modulus is `modulus` [-] times as large. Effects but those of a hand are left out.
+    def rest_rotations(
+        self, pressures: Array, modulus: float = 1.0, temperature: Array | float = ROOM_TEMPERATURE
+    ) -> Array:
+        """As `rest_rotation`, (rows, n, 3) [rad] at pressures (actuators, rows) [Pa] and
+        temperatures (rows,) [K], of a rubber whose modulus is `modulus` [-] times as large, under
+        effects without memory.
         """
         total = np.zeros((pressures.shape[1], self._shape[0] * 3))
+        warm = np.broadcast_to(temperature, pressures.shape[1])[:, None, None]
         for stated, part, onto_joints, pressure in zip(
             self._stated, self._parts, self._angle_maps, pressures, strict=True
         ):
-            stiffer = modulus * part.shear_modulus / stated.shear_modulus
-            total += angle_table(stated, self.count).values(pressure / stiffer) @ onto_joints.T
+            if bends(self.model):
+                stiffer = replace(part, shear_modulus=modulus * part.shear_modulus)
+                response = SegmentResponse(stiffer, self.count, self.model)
+                angles = response.angles(0.0, pressure[:, None, None], warm)
+            else:
+                scale = modulus * part.shear_modulus / stated.shear_modulus
+                angles = angle_table(stated, self.count).values(pressure / scale)
+            total += angles @ onto_joints.T
         return total.reshape(-1, *self._shape)
+
+    def modulus_factors(self, temperature: Array) -> Array:
+        """Factors (rows, n) [-] on the stiffness of the joints by the effects on the rubber's
+        modulus, at temperatures (rows,) [K]; struts are as stiff as ever.
+        """
+        factors = np.ones((len(temperature), self._shape[0]))
+        of_rubber = StagedEffects(self.model.effects).modulus_factor(temperature)
+        factors[:, self._struts :] = np.broadcast_to(of_rubber, len(temperature))[:, None]
+        return factors
+
+    def bend_factors(self, rest: Array, away: Array) -> Array | None:
+        """Factors (rows, n, *k) [-] of the effects on the stiffness in bending, at distances away
+        (*k) [rad] from rest bends (rows, n) [rad]; None where none of them has one.
+        """
+        staged = StagedEffects(self.model.effects)
+        if not staged.stiffens:
+            return None
+        at_rest = np.expand_dims(rest, tuple(range(2, 2 + away.ndim)))
+        factors = np.ones((*rest.shape, *away.shape))
+        of_rubber = staged.stiffness_factor(at_rest + away, at_rest + 0.0 * away)
+        factors[:, self._struts :] = np.broadcast_to(of_rubber, factors.shape)[:, self._struts :]
+        return factors
 
     def volume(self, bend: Array) -> Array:
         """Air volume (actuators,) [m3] of chamber and supply tube.
@@ -209,3 +249,16 @@ class ChainModel:
         """Reset the effects' memory: at rest at zero pressure."""
         for response in self._responses:
             response.reset()
+
+
+def _altered(
+    cut: SegmentChain, description: ChainDescription, segments: int, model: Model
+) -> SegmentChain:
+    """The segments with a palm as stiff, and a tip as heavy, as the effects of a hand have it."""
+    palm = palm_factor(model.effects) if description.turn else 1.0
+    more = tip_mass(description.name, model.effects)
+    stiffness, mass, center = cut.stiffness.copy(), cut.mass.copy(), cut.body_center.copy()
+    stiffness[-segments:] *= palm
+    mass[-1] += more
+    center[-1] += more / mass[-1] * (cut.tip_offset - center[-1])
+    return replace(cut, stiffness=stiffness, mass=mass, body_center=center)

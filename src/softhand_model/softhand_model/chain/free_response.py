@@ -33,6 +33,10 @@ KEPT_TABLES = 32
 NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a difference
 
 
+class NoEquilibriumError(RuntimeError):
+    """Nothing balances the load: of the rubber's sections, or the weight of a hand."""
+
+
 class RestTable:
     """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
 
@@ -152,15 +156,15 @@ class SegmentResponse:
         """Free angle (n,) [rad] of each segment after a step dt [s] at a gauge pressure [Pa] and
         temperature [K].
 
-        Raises RuntimeError where the effects' parameters let the elastic side fall, so that nothing
-        balances the load.
+        Raises NoEquilibriumError where the effects' parameters let the elastic side fall, so that
+        nothing balances the load.
         """
         staged = self._stepped.staged
         chamber = staged.chamber_pressure(np.asarray(pressure, float), dt)
         shape = at_modulus(self._shape, staged.modulus_factor(np.asarray(temperature, float)))
         curvature = free_curvature(self._stepped, chamber, shape, dt)
         if not self._stepped.settled:
-            raise RuntimeError(
+            raise NoEquilibriumError(
                 f"the effects {', '.join(staged.memory)} leave no equilibrium of the rubber at "
                 f"{float(np.max(chamber)):.4g} Pa"
             )

@@ -31,6 +31,7 @@ OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
 RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
+POSED = frozenset({"hand_pose"})  # a hand at rest: effects that need neither time nor runs before
 AXES = (
     *("pressure", "session", "run_order", "temperature"),
     *("wall", "mount", "specimen"),

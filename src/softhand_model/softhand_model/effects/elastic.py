@@ -11,6 +11,7 @@ from softhand_common.numerics.arrays import Array, Flags
 from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import (
     BENDING,
+    POSED,
     RUBBER,
     STRETCHED,
     Parameter,
@@ -47,7 +48,7 @@ class GentStiffening(ElasticEffect):
 
     name = "gent_stiffening"
     cause, member = "stiffening", "Gent"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     parameters = (
         Parameter(
             "jm",
@@ -85,7 +86,7 @@ class YeohStiffening(ElasticEffect):
 
     name = "yeoh_stiffening"
     cause, member = "stiffening", "Yeoh"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     parameters = (
         Parameter(
             "c2",
@@ -119,7 +120,7 @@ class YeohThirdOrder(ElasticEffect):
 
     name = "yeoh_third_order"
     cause, member = "stiffening", "Yeoh of third order"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     refines = ("yeoh_stiffening", "gent_stiffening")
     rank = 1  # behind the factors, so that both terms of Yeoh add up
     parameters = (
@@ -155,7 +156,7 @@ class ArrudaBoyce(ElasticEffect):
 
     name = "arruda_boyce"
     cause, member = "stiffening", "Arruda-Boyce"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     refines = ("gent_stiffening", "yeoh_stiffening")
     parameters = (
         Parameter(
@@ -205,7 +206,7 @@ class Ogden(ElasticEffect):
 
     name = "ogden"
     cause, member = "stiffening", "Ogden"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     bases = frozenset({"pneuflex"})
     refines = ("yeoh_stiffening", "gent_stiffening", "mooney_rivlin")
     parameters = (Parameter("exponent", "", 1.0, 12.0, "exponent", (1.2, 4.0), neutral=2.0),)
@@ -284,7 +285,7 @@ class SecondInvariant(ElasticEffect):
     """
 
     name = "second_invariant"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     bases = frozenset({"pneuflex"})
     refines = ("mooney_rivlin",)
     parameters = (
@@ -338,7 +339,7 @@ class ThickWall(ElasticEffect):
     """
 
     name = "thick_wall"
-    experiments = BENDING
+    experiments = BENDING | POSED
     bases = frozenset({"pneuflex"})
     parameters = (
         Parameter(

@@ -1,13 +1,13 @@
-"""Effects of a whole hand: each acts in one place of it, which the lab finds as well.
+"""Effects of a whole hand: most act in one place of it, which the lab finds as well.
 
 A class such as `ActuatorScatter` says what happens; `at` gives the class of one place, named
 `actuator_scatter[index]`. The places of one effect are effects of their own to a search, and a
-model file may hold several of them.
+model file may hold several of them. More of them are in `hand_parts`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from itertools import permutations
 from typing import Any, ClassVar, Self
@@ -29,8 +29,10 @@ PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each 
 class HandEffect(Effect):
     """Base class of the effects of a hand.
 
-    place_keys: what names a place, such as `actuator`. where: the place, names by key; empty of a
-    class whose place is not known yet, which is `kind` of all its places.
+    place_keys: what names a place, such as `actuator`; empty of an effect that acts in the whole
+    hand. where: the place, names by key; empty of a class whose place is not known yet, which is
+    `kind` of all its places. of_measurement: whether it is no change of the hand, but of how its
+    markers were measured: a simulated hand does not change with it.
     """
 
     stage = "hand"
@@ -39,6 +41,13 @@ class HandEffect(Effect):
     place_keys: ClassVar[tuple[str, ...]] = ()
     kind: ClassVar[str] = ""
     where: ClassVar[Mapping[str, str]] = {}
+    of_measurement: ClassVar[bool] = False
+
+    def __init_subclass__(cls) -> None:
+        """Name the kind of a class that is no place of another."""
+        super().__init_subclass__()
+        if "name" in vars(cls) and "kind" not in vars(cls):
+            cls.kind = cls.name
 
     @classmethod
     def at(cls, **where: str) -> type[Self]:
@@ -51,6 +60,8 @@ class HandEffect(Effect):
             raise ValueError(
                 f"effect {cls.name}: where: expected {listed(cls.place_keys)}, got {listed(where)}"
             )
+        if not where:
+            return cls
         names = [where[key] for key in cls.place_keys]
         name = f"{cls.name}[{'>'.join(names)}]"
         if (cls, name) not in PLACED:
@@ -61,14 +72,14 @@ class HandEffect(Effect):
         return found
 
     @classmethod
-    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
-        """All places of a hand at which it may act."""
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """All places at which it may act, of a hand and of the markers on it, by name."""
         raise NotImplementedError(f"{cls.__name__}.places")
 
     @classmethod
-    def check_place(cls, hand: HandDescription) -> None:
-        """Raise ValueError unless a hand has the place of this class."""
-        places = cls.places(hand)
+    def check_place(cls, hand: HandDescription, markers: Collection[str] = ()) -> None:
+        """Raise ValueError unless a hand, or its markers, have the place of this class."""
+        places = cls.places(hand, markers)
         if dict(cls.where) not in places:
             known = listed(" to ".join(place.values()) for place in places)
             raise ValueError(
@@ -87,6 +98,42 @@ class HandEffect(Effect):
     def share_between(self, source: str, target: str) -> float:
         """Share [-] of the pressure of one channel that acts in the actuators of another."""
         return 0.0
+
+    def strut_factor(self) -> float:
+        """Factor [-] on the stiffness of all struts."""
+        return 1.0
+
+    def palm_factor(self) -> float:
+        """Factor [-] on the stiffness of the palm: of its arcs' springs and of its sheet."""
+        return 1.0
+
+    def tip_mass_of(self, chain: str) -> float:
+        """Mass [kg] at the tip of a chain beyond that of its rubber."""
+        return 0.0
+
+    def marker_offset_of(self, marker: str) -> Array:
+        """Way (3,) [m] from where a marker is said to be, in the frame of the curve there."""
+        return np.zeros(3)
+
+    def frame_turn(self) -> Array:
+        """Turn (3,) [rad], roll, pitch, yaw, of the frame of the markers in that of the wrist."""
+        return np.zeros(3)
+
+
+def turn_parameters(about: str) -> tuple[Parameter, ...]:
+    """Roll, pitch and yaw [rad] of an effect that turns something, described as `about` an axis."""
+    return tuple(
+        Parameter(
+            name,
+            "rad",
+            -LARGEST_TILT,
+            LARGEST_TILT,
+            f"turn {about} {axis}",
+            (-USUAL_TILT, USUAL_TILT),
+            neutral=0.0,
+        )
+        for name, axis in (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+    )
 
 
 class ActuatorScatter(HandEffect):
@@ -116,7 +163,7 @@ class ActuatorScatter(HandEffect):
     }
 
     @classmethod
-    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
         """Every actuator."""
         return [{"actuator": name} for name in hand.actuator_names]
 
@@ -132,24 +179,13 @@ class MountTilt(HandEffect):
 
     name = "mount_tilt"
     place_keys = ("chain",)
-    parameters = tuple(
-        Parameter(
-            name,
-            "rad",
-            -LARGEST_TILT,
-            LARGEST_TILT,
-            f"turn about the chain's {axis}",
-            (-USUAL_TILT, USUAL_TILT),
-            neutral=0.0,
-        )
-        for name, axis in (("roll", "x"), ("pitch", "y, its bending axis"), ("yaw", "z"))
-    )
+    parameters = turn_parameters("about the chain's")
     confounded_with: ClassVar[Mapping[str, str]] = {
         "actuator_scatter": "pitch acts alike where the chain is bent alike in all poses",
     }
 
     @classmethod
-    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
         """Every chain."""
         return [{"chain": chain.name} for chain in hand.chains]
 
@@ -185,7 +221,7 @@ class Crosstalk(HandEffect):
     }
 
     @classmethod
-    def places(cls, hand: HandDescription) -> list[dict[str, str]]:
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
         """Every pair of channels, in both directions."""
         return [{"from": one, "to": other} for one, other in permutations(hand.channels, 2)]
 
@@ -201,10 +237,15 @@ def effects_of_hand(effects: Iterable[Effect]) -> list[HandEffect]:
     return [effect for effect in effects if isinstance(effect, HandEffect)]
 
 
-def check_places(hand: HandDescription, effects: Iterable[Effect]) -> None:
-    """Raise ValueError for an effect that acts where a hand has no place."""
+def check_places(
+    hand: HandDescription, effects: Iterable[Effect], markers: Collection[str] | None = None
+) -> None:
+    """Raise ValueError for an effect that acts where a hand has no place, or, with the names of
+    markers, where it has no marker.
+    """
     for effect in effects_of_hand(effects):
-        effect.check_place(hand)
+        if markers is not None or not effect.of_measurement:
+            effect.check_place(hand, markers or ())
 
 
 def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
@@ -212,10 +253,23 @@ def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
     return float(np.prod([effect.modulus_of(actuator) for effect in effects_of_hand(effects)]))
 
 
-def tilted(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription:
-    """The hand with its chains mounted as the effects tilt them; raises as `check_places`."""
+def palm_factor(effects: Iterable[Effect]) -> float:
+    """Factor [-] on the stiffness of the palm under all the effects."""
+    return float(np.prod([effect.palm_factor() for effect in effects_of_hand(effects)]))
+
+
+def tip_mass(chain: str, effects: Iterable[Effect]) -> float:
+    """Mass [kg] that the effects put on the tip of a chain."""
+    return float(sum(effect.tip_mass_of(chain) for effect in effects_of_hand(effects)))
+
+
+def altered(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription:
+    """The hand with its chains mounted, and its struts and sheet as stiff, as the effects have it;
+    raises as `check_places`.
+    """
     acting = effects_of_hand(effects)
     check_places(hand, acting)
+    struts = float(np.prod([effect.strut_factor() for effect in acting]))
     chains = []
     for chain in hand.chains:
         turns = [tilt for effect in acting if np.any(tilt := effect.tilt_of(chain.name))]
@@ -223,8 +277,14 @@ def tilted(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription:
             turned = to_rpy(compose(chain.mount.quaternion, from_rpy(tilt)))
             mount = replace(chain.mount, rpy=tuple(turned.tolist()))
             chain = replace(chain, mount=mount)
+        if chain.strut is not None and struts != 1.0:
+            strut = replace(chain.strut, modulus=struts * chain.strut.modulus)
+            chain = replace(chain, strut=strut)
         chains.append(chain)
-    return replace(hand, chains=tuple(chains))
+    sheet = hand.sheet
+    if sheet is not None:
+        sheet = replace(sheet, modulus=palm_factor(acting) * sheet.modulus)
+    return replace(hand, chains=tuple(chains), sheet=sheet)
 
 
 def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
@@ -243,13 +303,15 @@ def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
 
 
 def at_places(
-    hand: HandDescription, classes: Mapping[str, type[Effect]]
+    hand: HandDescription, classes: Mapping[str, type[Effect]], markers: Collection[str] = ()
 ) -> dict[str, type[Effect]]:
-    """The classes by name, with one for each place of a hand in place of those without a place."""
+    """The classes by name, with one for each place of a hand, or of the markers on it, in place of
+    those without a place.
+    """
     found: dict[str, type[Effect]] = {}
     for name, effect in classes.items():
         if issubclass(effect, HandEffect) and not effect.where:
-            placed = [effect.at(**place) for place in effect.places(hand)]
+            placed = [effect.at(**place) for place in effect.places(hand, markers)]
             found.update({one.name: one for one in placed})
         else:
             found[name] = effect

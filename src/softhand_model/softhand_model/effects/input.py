@@ -8,7 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from softhand_common.numerics.arrays import Array
-from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter, unseen_when_stretched
+from softhand_model.effects.effect import (
+    BENDING,
+    NO_PRESSURE,
+    POSED,
+    Parameter,
+    unseen_when_stretched,
+)
 from softhand_model.effects.stages import InputEffect, Memory, lagged
 from softhand_model.effects.whole_runs import RunTimes, lagged_in_runs
 
@@ -21,7 +27,7 @@ class PressureOffset(InputEffect):
 
     name = "pressure_offset"
     cause, member = "offset", "pressure"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter("offset", "Pa", -50e3, 50e3, "reading at no pressure", (-4e3, 4e3), neutral=0.0),
     )
@@ -47,7 +53,7 @@ class PressureGain(InputEffect):
 
     name = "pressure_gain"
     cause, member = "gain", "pressure sensor"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter("gain", "", 0.2, 5.0, "reading over pressure", (0.7, 1.4), neutral=1.0),
     )
@@ -108,7 +114,7 @@ class DeadZone(InputEffect):
 
     name = "dead_zone"
     cause, member = "offset", "dead zone"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter(
             "threshold",

@@ -11,6 +11,7 @@ from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import (
     BENDING,
     NO_PRESSURE,
+    POSED,
     RUBBER,
     Parameter,
     unseen_when_stretched,
@@ -28,7 +29,7 @@ class TemperatureModulus(LoadEffect):
     """
 
     name = "temperature_modulus"
-    experiments = RUBBER
+    experiments = RUBBER | POSED
     parameters = (
         Parameter(
             "coefficient",
@@ -57,7 +58,7 @@ class SectionRounding(LoadEffect):
     """
 
     name = "section_rounding"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter(
             "gain",
@@ -99,7 +100,7 @@ class ChamberContact(LoadEffect):
     """
 
     name = "chamber_contact"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter(
             "gain",
@@ -144,7 +145,7 @@ class Ballooning(LoadEffect):
     """
 
     name = "ballooning"
-    experiments = BENDING
+    experiments = BENDING | POSED
     parameters = (
         Parameter(
             "gain", "", 0.05, 200.0, "growth of the load in the end", (0.5, 12.0), logarithmic=True

@@ -12,6 +12,7 @@ from softhand_common.numerics.compiled import compiled
 from softhand_model.effects.effect import (
     BENDING,
     NO_PRESSURE,
+    POSED,
     Parameter,
     unseen_when_stretched,
 )
@@ -43,7 +44,7 @@ class SideWallIntegral(StructureEffect):
 
     name = "side_wall_integral"
     cause, member = "gain", "side walls"
-    experiments = BENDING
+    experiments = BENDING | POSED
     unseen_in: ClassVar[Mapping[str, str]] = unseen_when_stretched(
         "a strip in tension has no side walls"
     )
@@ -71,7 +72,7 @@ class ActuationNonlinearity(StructureEffect):
     """
 
     name = "actuation_nonlinearity"
-    experiments = frozenset({"free_bending", "base_torque"})
+    experiments = frozenset({"free_bending", "base_torque"}) | POSED
     parameters = (
         Parameter(
             "a",
@@ -119,7 +120,7 @@ class PassiveLayerSlack(StructureEffect):
     """
 
     name = "passive_layer_slack"
-    experiments = frozenset({"blocked_tip", "base_torque"})
+    experiments = frozenset({"blocked_tip", "base_torque"}) | POSED
     parameters = (
         Parameter(
             "ratio",

@@ -29,11 +29,13 @@ from softhand_common.numerics.triples import (
     turned,
 )
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.chain.segments import BEND_AXIS
 from softhand_model.chain.serial import mounted, serial_chains
-from softhand_model.effects.hand import pressure_shares, tilted
+from softhand_model.effects.hand import altered, pressure_shares
 from softhand_model.equilibrium.joint_balance import TABLE_NODES, SpringArrays, joint_rotation
-from softhand_model.equilibrium.joint_springs import plain
+from softhand_model.equilibrium.joint_springs import off_rest, plain
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
@@ -99,30 +101,39 @@ class HandBody:
                 self._struts[self.joints[name].start] = True
         self._stretching = np.concatenate([part.stretching for part in cut.values()])
 
-    def settle(self, pressures: Array, gravity: Array, modulus: float = 1.0) -> Shape:
+    def settle(
+        self,
+        pressures: Array,
+        gravity: Array,
+        modulus: float = 1.0,
+        temperature: Array | float = ROOM_TEMPERATURE,
+    ) -> Shape:
         """The body at rest under gauge pressures (actuators, rows) [Pa] and gravity (rows, 3)
-        [m/s2] in the wrist frame, of a rubber whose modulus is `modulus` [-] times as large.
+        [m/s2] in the wrist frame, at temperatures (rows,) [K], of a rubber whose modulus is
+        `modulus` [-] times as large.
 
-        Raises RuntimeError where the weight is more than the springs can carry.
+        Raises NoEquilibriumError where the weight is more than the springs can carry, or effects
+        leave no equilibrium of the rubber.
         """
         bends, first = [], 0
+        warm = np.broadcast_to(np.asarray(temperature, float), pressures.shape[1])
         for chain in self._models.values():
             last = first + len(chain.description.actuators)
-            bends.append(chain.rest_rotations(pressures[first:last], modulus))
+            bends.append(chain.rest_rotations(pressures[first:last], modulus, warm))
             first = last
         bend = np.concatenate(bends, axis=1)
         rows, joints = bend.shape[:2]
         shape = Shape(np.empty((rows, joints, 3)), np.empty((rows, joints, 3, 3)))
         moved = settle(
             self._arrays,
-            self._springs(bend[:, :, BEND_AXIS], modulus),
+            self._springs(bend[:, :, BEND_AXIS], modulus, warm),
             np.ascontiguousarray(bend),
             np.ascontiguousarray(gravity, float),
             shape.places,
             shape.frames,
         )
         if not moved < LEAST_MOTION:
-            raise RuntimeError(
+            raise NoEquilibriumError(
                 f"chains {' + '.join(self._models)}: no equilibrium under their weight: joints "
                 f"still move by {moved:.3g} rad after {MOST_PASSES} passes"
             )
@@ -153,41 +164,52 @@ class HandBody:
             return place
         return np.asarray(place + _between(before, after, share) @ np.asarray(offset, float))
 
-    def _springs(self, rest_bend: Array, modulus: float) -> SpringArrays:
+    def _springs(self, rest_bend: Array, modulus: float, temperature: Array) -> SpringArrays:
         """The springs at every row, for rest bends (rows, n) [rad]; struts are as stiff as ever."""
-        rows, joints = rest_bend.shape
-        bending = self._stiffness[:, BEND_AXIS]
+        rows, bending = len(rest_bend), self._stiffness[:, BEND_AXIS]
         scaled_bending = bending * np.where(self._struts, 1.0, modulus)
+        warm = [chain.modulus_factors(temperature) for chain in self._models.values()]
         rest = plain(rest_bend.T)
         return SpringArrays(
             False,
-            plain(np.repeat(scaled_bending[:, None], rows, axis=1)),
+            plain(scaled_bending[:, None] * np.concatenate(warm, axis=1).T),
             rest,
             np.sin(rest),
             np.cos(rest),
             plain(self._stiffness[:, [0, 2]] / bending[:, None]),
             plain(self._stretching),
             np.zeros(rows),
-            np.empty((0, joints, 2, TABLE_NODES)),
+            self._bend_factors(rest_bend),
         )
+
+    def _bend_factors(self, rest_bend: Array) -> Array:
+        """Factors (rows, n, 2, TABLE_NODES) [-] in bending, with no rows where there are none."""
+        found = [
+            chain.bend_factors(rest_bend[:, self.joints[name]], off_rest())
+            for name, chain in self._models.items()
+        ]
+        known = [factors for factors in found if factors is not None]
+        if not known:
+            return np.empty((0, rest_bend.shape[1], 2, TABLE_NODES))
+        return plain(np.concatenate(known, axis=1))
 
 
 def settled_hand(
     hand: HandDescription, model: Model, segments: int, pressures: Array, gravity: Array
 ) -> list[tuple[HandBody, Shape]]:
-    """The bodies of a hand at rest under a model with its effects of a hand: gauge pressures
-    (channels, rows) [Pa], gravity (rows, 3) [m/s2] in the wrist frame.
+    """The bodies of a hand at rest under a model: gauge pressures
+    (channels, rows) [Pa], gravity (rows, 3) [m/s2] in the wrist frame, at room temperature.
 
-    Raises ValueError as `discretise` does and for a place that the hand lacks, RuntimeError as
-    `HandBody.settle`.
+    Raises ValueError as `discretise` does and for a place that the hand lacks, NoEquilibriumError
+    as `HandBody.settle`.
     """
-    askew = tilted(hand, model.effects)
+    askew = altered(hand, model.effects)
     acting = dict(
         zip(hand.actuator_names, pressure_shares(hand, model.effects) @ pressures, strict=True)
     )
     found = []
     for chains in serial_chains(hand):
-        models = {name: discretise(hand.chain(name), segments, model) for name in chains}
+        models = {name: discretise(askew.chain(name), segments, model) for name in chains}
         body = HandBody(askew, models)
         own = np.array([acting[name] for name in body.actuators])
         found.append((body, body.settle(own, gravity)))
@@ -312,6 +334,6 @@ def _yield(
 def _turn(springs: SpringArrays, joint: int, row: int, moment: Vector) -> Vector:
     """`joint_rotation`, in closed form where a spring is linear and the same about all axes."""
     alike = springs.sideways[joint, 0] == 1.0 and springs.sideways[joint, 1] == 1.0
-    if alike and springs.stretching[joint] == 0.0:
+    if alike and springs.stretching[joint] == 0.0 and len(springs.factor) == 0:
         return scaled(1.0 / springs.stiffness[joint, row], moment)
     return joint_rotation(springs, joint, row, moment)

@@ -79,13 +79,18 @@ class JointSprings:
 
     def _table(self, factor: Factor) -> Array:
         """Table of the factors (n, joints, 2, TABLE_NODES) [-] below and above the rest."""
-        distance = np.linspace(0.0, TABLE_REACH, TABLE_NODES)
-        distance[0] = AT_REST
-        off = np.stack([-distance, distance])
+        off = off_rest()
         rest = np.broadcast_to(self.rest.T[:, :, None, None], (*self.rest.T.shape, *off.shape))
         points = np.broadcast_to(self.points[:, None, None, None], rest.shape)
         bends = (rest + off).ravel()
         return np.reshape(factor(bends, rest.ravel(), points.ravel()), rest.shape).astype(float)
+
+
+def off_rest() -> Array:
+    """Bends (2, TABLE_NODES) [rad] from rest, below and above it, of the tables of factors."""
+    distance = np.linspace(0.0, TABLE_REACH, TABLE_NODES)
+    distance[0] = AT_REST
+    return np.stack([-distance, distance])
 
 
 def _or(given: Array | None, neutral: Array) -> Array:

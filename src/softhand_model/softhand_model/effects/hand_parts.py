@@ -1,0 +1,160 @@
+"""Effects of what carries and loads the fingers of a hand, and of how its markers were measured."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from softhand_common.numerics.arrays import Array
+from softhand_model.effects.effect import Parameter
+from softhand_model.effects.hand import HandEffect, turn_parameters
+from softhand_model.hand.hand import HandDescription
+
+LARGEST_OFFSET, USUAL_OFFSET = 0.05, 0.008  # [m]
+FACTOR = ("", 0.05, 20.0)  # unit and bounds of a stiffness over the nominal one
+USUAL_FACTOR = (0.4, 2.5)
+
+
+class StrutStiffness(HandEffect):
+    """The struts that carry the fingers yield more or less: their stiffness times a factor."""
+
+    name = "strut_stiffness"
+    parameters = (
+        Parameter(
+            "factor",
+            *FACTOR,
+            "stiffness of all struts over the nominal one",
+            USUAL_FACTOR,
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "mount_tilt": "alike where the hand is always held in the same way",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The whole hand, if it has struts."""
+        return [{}] if any(chain.strut is not None for chain in hand.chains) else []
+
+    def strut_factor(self) -> float:
+        """Factor [-] on the stiffness of all struts."""
+        return float(self.values["factor"])
+
+
+class PalmStiffness(HandEffect):
+    """The palm yields more or less: the springs of its arcs, and its sheet, times a factor. How far
+    pressure bends it freely stays as it is.
+    """
+
+    name = "palm_stiffness"
+    parameters = (
+        Parameter(
+            "factor",
+            *FACTOR,
+            "stiffness of the palm over the nominal one",
+            USUAL_FACTOR,
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The whole hand, if it has a palm of arcs or a sheet."""
+        arcs = any(chain.turn for chain in hand.chains)
+        return [{}] if arcs or hand.sheet is not None else []
+
+    def palm_factor(self) -> float:
+        """Factor [-] on the stiffness of the palm."""
+        return float(self.values["factor"])
+
+
+class TipMass(HandEffect):
+    """A mass sits on a fingertip, such as a marker or a sensor: it pulls, and it swings."""
+
+    name = "tip_mass"
+    place_keys = ("chain",)
+    parameters = (
+        Parameter(
+            "mass",
+            "kg",
+            0.0,
+            0.2,
+            "mass beyond that of the rubber",
+            (0.002, 0.03),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "mount_tilt": "alike where the hand is always held in the same way",
+        "strut_stiffness": "alike where all fingers carry the same mass",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every fingertip."""
+        return [{"chain": tip} for tip in hand.tips]
+
+    def tip_mass_of(self, chain: str) -> float:
+        """Mass [kg] at the tip of a chain."""
+        return float(self.values["mass"]) if chain == self.where["chain"] else 0.0
+
+
+class MarkerOffset(HandEffect):
+    """A marker sits elsewhere than stated: away by x, y, z in the frame of the smooth curve there
+    (z along it, x to the bending side). The simulated hand does not change with it.
+    """
+
+    name = "marker_offset"
+    place_keys = ("marker",)
+    of_measurement = True
+    parameters = tuple(
+        Parameter(
+            axis,
+            "m",
+            -LARGEST_OFFSET,
+            LARGEST_OFFSET,
+            f"way {where}",
+            (-USUAL_OFFSET, USUAL_OFFSET),
+            neutral=0.0,
+        )
+        for axis, where in (
+            ("x", "to the bending side"),
+            ("y", "along the bending axis"),
+            ("z", "along the actuator"),
+        )
+    )
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every marker."""
+        return [{"marker": name} for name in markers]
+
+    def marker_offset_of(self, marker: str) -> Array:
+        """Way (3,) [m] from where a marker is said to be."""
+        if marker != self.where["marker"]:
+            return np.zeros(3)
+        return np.array([self.values[axis] for axis in "xyz"], float)
+
+
+class FrameTilt(HandEffect):
+    """The frame of the markers is turned against that of the wrist by roll, pitch, yaw about the
+    wrist's x, y, z. The simulated hand does not change with it.
+    """
+
+    name = "frame_tilt"
+    of_measurement = True
+    parameters = turn_parameters("of all markers about the wrist's")
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """All markers at once, if there are any."""
+        return [{}] if markers else []
+
+    def frame_turn(self) -> Array:
+        """Turn (3,) [rad], roll, pitch, yaw, of the markers in the frame of the wrist."""
+        return np.array([self.values[name] for name in ("roll", "pitch", "yaw")], float)
