@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import yaml
 from held_hand import held, settled_tips
-from scipy.spatial.transform import Rotation
 
 from model_lab.bench.layouts import hand_pose_set
 from model_lab.bench.synthesize import synthesize, write_synthesised
@@ -18,7 +17,6 @@ from model_lab.experiments.hand_pose import HandPose, with_weight
 from model_lab.measurements.hands import Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
-from model_lab.slips.candidates import candidates
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import ActuatorScatter
 from softhand_model.model_file import load_model
@@ -146,53 +144,3 @@ def test_models_that_statics_of_hands_do_not_have_are_refused():
         diagnose(data, slow)
     with pytest.raises(ValueError, match="base: expected pneuflex for a hand, got linear"):
         compare(data, load_model("linear"))
-
-
-def test_no_slips_of_hands_are_looked_for():
-    assert list(candidates(hand_pose_set())) == []
-
-
-def moved_by(*effects, data=None):
-    """Places (markers, 3, samples) [m] without and with effects, and the set."""
-    data = data or hand_pose_set()
-    data = replace(data, runs=data.runs[4:5])
-    pose = HandPose(data)
-    found = (pose.predict({}, [*load_model().effects, *acting])[0] for acting in ((), effects))
-    return data, *(one.reshape(len(data.markers), 3, -1) for one in found)
-
-
-def test_a_tilted_frame_sees_the_same_markers_from_elsewhere():
-    turn = {"roll": 0.1, "pitch": -0.2, "yaw": 0.3}
-    _, before, after = moved_by(CLASSES["frame_tilt"](**turn))
-    frame = Rotation.from_euler("xyz", list(turn.values())).as_matrix()
-    assert frame @ after == pytest.approx(before, abs=1e-12)
-
-
-def test_an_offset_of_a_marker_is_one_that_is_stated():
-    data, before, after = moved_by(
-        CLASSES["marker_offset"].at(marker="ring_tip")(x=2e-3, y=1e-3, z=-3e-3)
-    )
-    markers = {**data.markers, "ring_tip": Marker("ring", 1.0, (2e-3, 1e-3, -3e-3))}
-    stated = HandPose(replace(data, markers=markers)).predict({}, load_model().effects)[0]
-    assert after.ravel() == pytest.approx(stated)
-    changed = np.abs(after - before).max(axis=(1, 2)) > 0.0
-    assert [name for name, one in zip(data.markers, changed, strict=True) if one] == ["ring_tip"]
-
-
-def test_a_warm_hand_is_a_stiffer_one():
-    data = hand_pose_set()
-    warm = replace(data, runs=tuple(replace(run, temperature=303.15) for run in data.runs))
-    _, _, by_warmth = moved_by(CLASSES["temperature_modulus"](coefficient=0.02), data=warm)
-    pose = HandPose(replace(data, runs=data.runs[4:5]))
-    stiffer = pose.predict({"modulus_scale[A]": np.array([1.2])}, load_model().effects)[0]
-    assert by_warmth.ravel() == pytest.approx(stiffer, abs=1e-7)
-
-
-def test_lanes_without_equilibrium_are_marked():
-    data = hand_pose_set("single_finger")
-    soft = ActuatorScatter.at(actuator="finger")
-    forward = Forward(
-        replace(data, runs=data.runs[:1]), effects=[soft, CLASSES["tip_mass"].at(chain="finger")]
-    )
-    found = forward.predict(np.array([[1.0, 0.2, 0.2], [1.0, 1.0, 0.0]]))
-    assert np.isnan(found[0]).all() and np.isfinite(found[1]).all()

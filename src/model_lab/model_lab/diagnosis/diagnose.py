@@ -170,8 +170,9 @@ def _instead(
         return ()
     size = float(np.sqrt(np.mean(problem.data.table.value**2)))
     most = RULES.slip_alike * checked.relative_error
-    plain = [name for name in candidates_of(problem, model)[0] if not classes[name].has_memory]
-    tried = [score_with(problem, base, name) for name in plain if not classes[name].refines]
+    known = problem.classes
+    plain = [name for name in candidates_of(problem, model)[0] if not known[name].has_memory]
+    tried = [score_with(problem, base, name) for name in plain if not known[name].refines]
     alone = (
         scored.added
         for scored in tried

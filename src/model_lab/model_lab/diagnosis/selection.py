@@ -226,12 +226,13 @@ def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) 
     random = np.random.default_rng(seed)
     drawn = np.zeros((NOISE_DRAWS, len(stacked)))
     for band, count in enumerate(spectrum.counts()):
-        part = stacked[:, spectrum.bands == band]
-        level, vectors = np.linalg.eigh(part @ part.T)
-        root = vectors * np.sqrt(np.maximum(level, 0.0))
+        root = stacked[:, spectrum.bands == band]
+        if len(root) < root.shape[1]:
+            level, vectors = np.linalg.eigh(root @ root.T)
+            root = vectors * np.sqrt(np.maximum(level, 0.0))
         known = count + PSEUDO_OBSERVATIONS
         spread = np.sqrt(known / random.chisquare(known, NOISE_DRAWS))
-        drawn += spread[:, None] * (random.standard_normal((NOISE_DRAWS, len(root))) @ root.T)
+        drawn += spread[:, None] * (random.standard_normal((NOISE_DRAWS, root.shape[1])) @ root.T)
     return np.sort(np.max(drawn**2, axis=1))
 
 

@@ -20,13 +20,14 @@ from model_lab.fitting.problem import FitProblem, pose_problem
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
-from model_lab.slips.candidates import Candidate
+from model_lab.slips.columns import Candidate
 from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, nearest
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect
 from softhand_model.model_file import Model
 
+FITTED_OF_HAND = 12  # of the many places of a hand, where otherwise all are fitted
 FITTED_EFFECTS = 5  # beside a slip that leaves much: those whose signatures promise most
 FIRST_EFFECTS, SECOND_EFFECTS = 2, 3  # of pairs in the set as stated
 
@@ -110,11 +111,12 @@ def find_slip_beside_effect(
     if stated.explains(stated.base) or scatters or outside(data, model.base):
         return Checked(data)
     tell("looking for wrong units and the like beside an effect", 0, 0)
-    for limit in (FITTED_EFFECTS, 0):
+    every = FITTED_OF_HAND if data.of_hand else 0
+    for limit in (FITTED_EFFECTS, every):
         stated = _with_effects(stated, model, limit)
         if any(stated.explains(scored) for scored in stated.likely):
             return Checked(data)
-    found = list(_explained(data, model, classes, stated))
+    found = list(_explained(data, model, classes, stated, every))
     if not found:
         return Checked(data)
     least = min(one.error for one in found)
@@ -146,10 +148,14 @@ def _slip(found: _Found, stated: _Searched) -> Slip:
 
 # ---------------------------------------------------------------------- with a slip
 def _explained(
-    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]], stated: _Searched
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    stated: _Searched,
+    every: int,
 ) -> Iterator[_Found]:
     """Slips beside which a usual effect explains so much more than any does in the set as stated;
-    in the order of candidates.
+    in the order of candidates. every: how many effects are fitted where most are; 0 for all.
     """
     for candidate in nearest(data, model):
         try:
@@ -159,7 +165,7 @@ def _explained(
         left = mended.relative(mended.base) / stated.relative(stated.base)
         if left > RULES.slip_beside_worse or np.isclose(left, 1.0):
             continue  # what the calibration takes up whole is seen by no error
-        limit = FITTED_EFFECTS if left > RULES.help_error else 0
+        limit = FITTED_EFFECTS if left > RULES.help_error else every
         mended = _with_effects(mended, model, limit)
         effect = mended.usual
         if effect is not None and _tells(stated, mended, effect):

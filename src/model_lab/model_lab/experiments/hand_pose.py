@@ -33,7 +33,7 @@ from softhand_model.model_file import Model
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
-OUTSIDE = ("hand", "output", "flow")  # stages that do not act on the rubber
+BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubber
 INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
 
 
@@ -63,7 +63,7 @@ class HandPose:
         self.strained = _sections(self._hand), "pure_shear"
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
         self._chains = serial_chains(self._hand)
-        self._known: dict[Hashable, Shape | None] = {}
+        self._known: dict[Hashable, tuple[HandBody, Shape | None]] = {}
         self._body_of: dict[Hashable, HandBody] = {}
         self._models: dict[Hashable, ChainModel] = {}
 
@@ -110,7 +110,9 @@ class HandPose:
         )
         weights = [e.values["mass_scale"] for e in effects if e.name == "gravity"]
         weight = float(weights[0]) if weights else 1.0
-        of_rubber = tuple((e.name, *e.values.values()) for e in effects if e.stage not in OUTSIDE)
+        of_rubber = tuple(
+            (e.name, *e.values.values()) for e in effects if e.stage not in BESIDE_RUBBER
+        )
         found: dict[str, Array] = {}
         for chains in self._chains:
             parts = [hand.chain(name) for name in chains]
@@ -125,11 +127,9 @@ class HandPose:
                     self._body_of[body, mounts] = HandBody(hand, models)
                 acting = np.array([shares[name] for name in names]) @ self._pressures[:, rows]
                 pull = weight * STANDARD_GRAVITY * self._down[rows]
-                self._known[key] = self._settled(
-                    self._body_of[body, mounts], acting, pull, scale, rows
-                )
-            shape = self._known[key]
-            found.update(self._markers_of(self._body_of[body, mounts], shape, effects, len(rows)))
+                one = self._body_of[body, mounts]
+                self._known[key] = (one, self._settled(one, acting, pull, scale, rows))
+            found.update(self._markers_of(*self._known[key], effects, len(rows)))
         return found
 
     def _settled(

@@ -22,7 +22,13 @@ from model_lab.measurements.hands import (
 )
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.lead import parted
-from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, as_expected
+from model_lab.measurements.meanings import (
+    AMBIENT,
+    ATMOSPHERE,
+    MEANINGS,
+    as_expected,
+    meanings_of,
+)
 from model_lab.measurements.measurement_set import (
     DEFLATE,
     INFLATE,
@@ -154,9 +160,10 @@ def _meaning(fields: Mapping[str, Node], column: str) -> str:
     """What a column is in place of what is expected; empty if nothing is said."""
     if "is" not in fields:
         return ""
-    if column not in MEANINGS:
-        raise fields["is"].error(f"it for none but {listed(MEANINGS)}", f"it for {column}")
-    return fields["is"].choice(MEANINGS[column])
+    if not meanings_of(column):
+        known = f"{listed(MEANINGS)}, channels and markers of a hand"
+        raise fields["is"].error(f"it for none but {known}", f"it for {column}")
+    return fields["is"].choice(meanings_of(column))
 
 
 def _unit(node: Node, column: str) -> Unit:

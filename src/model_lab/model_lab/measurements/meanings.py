@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.hands import PRESSURE_OF
+from model_lab.measurements.units import MARKER_COLUMN
 
 ATMOSPHERE = 101_325.0  # [Pa] of the air, where the set states none
 AMBIENT = "ambient"  # name of the pressure of the air among columns
@@ -56,6 +58,19 @@ MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
 """
 
 
+def meanings_of(column: str) -> Mapping[str, Meaning]:
+    """What a column may hold, by word: of a hand's channels and markers, that of their quantity.
+
+    >>> list(meanings_of("pressure.a")), list(meanings_of("index_tip.x"))
+    (['absolute', 'negative'], ['negative'])
+    """
+    if column in MEANINGS:
+        return MEANINGS[column]
+    if column.startswith(PRESSURE_OF):
+        return MEANINGS["pressure"]
+    return _OPPOSITE if MARKER_COLUMN.fullmatch(column) else {}
+
+
 def as_expected(
     columns: Columns, meanings: Mapping[str, str], ambient: float = ATMOSPHERE
 ) -> dict[str, Array]:
@@ -64,7 +79,8 @@ def as_expected(
     """
     result = dict(columns)
     known_to_all = {AMBIENT: np.array(ambient)}
-    for name, known in MEANINGS.items():  # the stretch first, which the stress needs
+    for name in dict.fromkeys([*MEANINGS, *meanings]):  # the stretch first: the stress needs it
         if name in meanings and name in result:
-            result[name] = known[meanings[name]](result[name], {**result, **known_to_all})
+            known = meanings_of(name)[meanings[name]]
+            result[name] = known(result[name], {**result, **known_to_all})
     return result

@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
-import yaml
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, as_expected
+from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
-from model_lab.measurements.units import COLUMN_UNITS, column_unit, display_of
+from model_lab.measurements.units import COLUMN_UNITS, column_unit
 from model_lab.rules import RULES
+from model_lab.slips.columns import (
+    WITHOUT_UNIT,
+    Candidate,
+    column_mend,
+    factors_of,
+    is_rare,
+    one_line,
+    stated_unit,
+    with_columns,
+    with_meaning,
+    with_units,
+)
+from model_lab.slips.of_hand import candidates_of_hand
 
-MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
-    "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm", "inHg"),
-    "rad": ("deg", "rad", "turn", "mrad"),
-    "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
-    "N m": ("N*mm", "N*m", "N*cm", "kgf*cm", "lbf*inch"),
-    "m": ("mm", "m", "cm", "inch"),
-    "kg": ("mg", "g", "kg", "oz", "lb"),
-    "s": ("s", "ms", "min", "us", "h"),
-    "": ("", "percent"),
-}
-"""Usual units of a quantity by its SI unit, the commonest first."""
-COMMON_UNITS = 5  # of a quantity; those after them are rare
 NAMES = {"negative": "sign", "from_vertical": "complement", "gauge": "absolute"}
 """Name of the slip that is said by a word of `MEANINGS`, where it is not that word."""
 PLAUSIBLE_SIZES = {
@@ -40,7 +40,6 @@ PLAUSIBLE_SIZES = {
 }  # [m]
 SPECIMEN_SIZES = tuple(PLAUSIBLE_SIZES)
 DOUBTED = ("stretch",)  # columns of which impossible values are kept (`measurements.rows`)
-WITHOUT_UNIT = ("direction", "time", "tip_qx", "tip_qy", "tip_qz", "tip_qw")
 MOST_SPECIMENS = 6  # of which any two may have been exchanged
 SHEAR_OF_YOUNG = 1.0 / 3.0  # of an incompressible material
 MEANING_WORDS = {
@@ -67,24 +66,10 @@ EXPECTED = {
 }
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, the set
-    without it, and whether it is told only where no other fits as well.
-    """
-
-    name: str
-    column: str
-    said: str
-    fits: str
-    mend: str
-    mended: MeasurementSet
-    rare: bool = False
-
-
 def candidates(data: MeasurementSet) -> Iterator[Candidate]:
     """All slips that the set may have; of one with values in doubt, those that may explain them."""
-    if data.of_hand:  # no slips of hands are known yet
+    if data.of_hand:
+        yield from candidates_of_hand(data)
         return
     for column in dict.fromkeys((*data.inputs, *data.outputs)):
         if data.doubts and column not in DOUBTED:
@@ -100,42 +85,19 @@ def candidates(data: MeasurementSet) -> Iterator[Candidate]:
 
 
 # ---------------------------------------------------------------------- columns
-def stated_unit(data: MeasurementSet, column: str) -> str:
-    """The unit that the set states for a column; of a set that was not read, that in which it would
-    be written.
-    """
-    return data.units.get(column, display_of(COLUMN_UNITS[column]).unit)
-
-
 def _units(data: MeasurementSet, column: str) -> Iterator[Candidate]:
     """A column in each other usual unit of its quantity."""
     said = stated_unit(data, column)
-    for unit, factor in _factors(data, column):
+    for unit, factor in factors_of(data, column):
         yield Candidate(
             "percent" if unit == "percent" else "unit",
             column,
             said,
             unit,
             column_mend(data, {column: {"unit": unit}}),
-            replace(_scaled(data, column, factor), units={**data.units, column: unit}),
-            rare=unit in MISTAKEN_UNITS[COLUMN_UNITS[column]][COMMON_UNITS:],
+            with_units(data, (column,), unit, factor),
+            rare=is_rare(column, unit),
         )
-
-
-def _factors(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
-    """Other usual units of a column, and the factor from the stated one to each."""
-    stated = column_unit(column, stated_unit(data, column)).scale
-    known = MISTAKEN_UNITS.get(COLUMN_UNITS[column], ()) if column not in WITHOUT_UNIT else ()
-    factors = [(unit, column_unit(column, unit).scale / stated) for unit in known]
-    return [(unit, factor) for unit, factor in factors if not np.isclose(factor, 1.0)]
-
-
-def _scaled(data: MeasurementSet, column: str, factor: float) -> MeasurementSet:
-    """The set with a column times a factor; so is what noise is stated for it."""
-    changed = _with_columns(data, lambda run: {column: factor * run.columns[column]}, (column,))
-    if column not in data.noise:
-        return changed
-    return replace(changed, noise={**data.noise, column: factor * data.noise[column]})
 
 
 def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
@@ -144,17 +106,11 @@ def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
     for word in MEANINGS.get(column, ()):
         units = [(said, 1.0)]
         if word in ("absolute", "strain"):  # which come in any unit
-            units += _factors(data, column)
+            units += factors_of(data, column)
         for unit, factor in units:
-            scaled = _scaled(data, column, factor)
+            scaled = with_units(data, (column,), unit, factor)
             ambient = _ambient(scaled, column)
-            mended = _with_columns(
-                scaled,
-                lambda run, w=word, air=ambient: {
-                    column: as_expected(run.columns, {column: w}, air)[column]
-                },
-                (column,),
-            )
+            mended = with_meaning(scaled, (column,), word, ambient)
             if not _possible(mended, column) or _same(mended, scaled, column):
                 continue
             entry: dict[str, Any] = {"unit": unit, "is": word}
@@ -203,7 +159,7 @@ def _exchanged_columns(data: MeasurementSet) -> Iterator[Candidate]:
         def exchanged(run: Run, a: str = first, b: str = second, by: float = ratio) -> dict:
             return {a: by * run.columns[b], b: run.columns[a] / by}
 
-        mended = _with_columns(data, exchanged, (first, second))
+        mended = with_columns(data, exchanged, (first, second))
         if _possible(mended, first) and _possible(mended, second):
             entries = {
                 first: {"unit": units[first], "from": second},
@@ -217,28 +173,6 @@ def _exchanged_columns(data: MeasurementSet) -> Iterator[Candidate]:
                 column_mend(data, entries),
                 mended,
             )
-
-
-def _with_columns(data: MeasurementSet, change: Any, needed: tuple[str, ...]) -> MeasurementSet:
-    """The set with columns changed in every run that has those needed; change gives the new ones of
-    a run by name.
-    """
-    runs = tuple(
-        replace(
-            run,
-            columns=_changed(run, run.columns, change, needed),
-            lead=_changed(run, run.lead, change, needed),
-        )
-        for run in data.runs
-    )
-    return replace(data, runs=runs)
-
-
-def _changed(run: Run, columns: Mapping[str, Array], change: Any, needed: tuple[str, ...]) -> Any:
-    """Columns of a run, or those of its lead, changed if they have what is needed."""
-    if not all(name in columns for name in needed):
-        return columns
-    return {**columns, **change(replace(run, columns=columns))}
 
 
 # ---------------------------------------------------------------------- specimens
@@ -360,23 +294,3 @@ def _written(value: float | Array) -> Any:
     if np.ndim(value) == 0:
         return float(f"{float(value):.6g}")
     return [[float(f"{number:.6g}") for number in point] for point in np.asarray(value)]
-
-
-# ---------------------------------------------------------------------- mends
-def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """The text that states columns anew: under `columns`, or under the topics of each bag."""
-    bags = {run.name: {"topics": entries} for run in data.runs if run.name in data.bags}
-    document: dict[str, Any] = {"runs": bags} if bags else {}
-    if len(bags) < len(data.runs):
-        document["columns"] = dict(entries)
-    return one_line(document)
-
-
-def one_line(document: Mapping[str, Any]) -> str:
-    """A document in YAML in a single line.
-
-    >>> one_line({"columns": {"pressure": {"unit": "psi"}}})
-    'columns: {pressure: {unit: psi}}'
-    """
-    text = yaml.safe_dump(dict(document), default_flow_style=True, sort_keys=False, width=1e9)
-    return text.strip()[1:-1]

@@ -21,7 +21,8 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import made_of
 from model_lab.rules import RULES
-from model_lab.slips.candidates import Candidate, candidates
+from model_lab.slips.candidates import candidates
+from model_lab.slips.columns import Candidate
 from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.slip import Slip
@@ -82,8 +83,6 @@ def find_slips(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> 
     """
     found: list[Slip] = []
     error = np.nan
-    if data.of_hand:  # no slips of hands are known yet
-        return Checked(data)
     while len(found) < RULES.most_slips:
         tell("looking for wrong units and the like", 0, 0)
         best = best_slip(data, model)

@@ -13,7 +13,7 @@ from model_lab.experiments.forward import Forward
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import made_of
-from model_lab.slips.candidates import Candidate, one_line
+from model_lab.slips.columns import Candidate, one_line
 from softhand_model.model_file import Model
 
 PREDICTED_SAMPLES = 15  # of a run

@@ -12,9 +12,9 @@ from softhand_model.effects.effect import Parameter
 from softhand_model.effects.hand import HandEffect, turn_parameters
 from softhand_model.hand.hand import HandDescription
 
-LARGEST_OFFSET, USUAL_OFFSET = 0.05, 0.008  # [m]
-FACTOR = ("", 0.05, 20.0)  # unit and bounds of a stiffness over the nominal one
-USUAL_FACTOR = (0.4, 2.5)
+FARTHEST_MARKER, USUAL_MARKER_OFFSET = 0.05, 0.008  # [m]
+STIFFNESS_FACTORS = ("", 0.05, 20.0)  # unit and bounds of a stiffness over the nominal one
+USUAL_STIFFNESS_FACTOR = (0.4, 2.5)
 
 
 class StrutStiffness(HandEffect):
@@ -24,9 +24,9 @@ class StrutStiffness(HandEffect):
     parameters = (
         Parameter(
             "factor",
-            *FACTOR,
+            *STIFFNESS_FACTORS,
             "stiffness of all struts over the nominal one",
-            USUAL_FACTOR,
+            USUAL_STIFFNESS_FACTOR,
             logarithmic=True,
             neutral=1.0,
         ),
@@ -54,9 +54,9 @@ class PalmStiffness(HandEffect):
     parameters = (
         Parameter(
             "factor",
-            *FACTOR,
+            *STIFFNESS_FACTORS,
             "stiffness of the palm over the nominal one",
-            USUAL_FACTOR,
+            USUAL_STIFFNESS_FACTOR,
             logarithmic=True,
             neutral=1.0,
         ),
@@ -116,10 +116,10 @@ class MarkerOffset(HandEffect):
         Parameter(
             axis,
             "m",
-            -LARGEST_OFFSET,
-            LARGEST_OFFSET,
+            -FARTHEST_MARKER,
+            FARTHEST_MARKER,
             f"way {where}",
-            (-USUAL_OFFSET, USUAL_OFFSET),
+            (-USUAL_MARKER_OFFSET, USUAL_MARKER_OFFSET),
             neutral=0.0,
         )
         for axis, where in (

@@ -1,0 +1,147 @@
+"""A slip as a candidate, and a set with columns that are read anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import yaml
+
+from model_lab.aliases import Array
+from model_lab.measurements.meanings import ATMOSPHERE, as_expected
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.units import column_unit, display_of, unit_of
+
+MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
+    "Pa": ("kPa", "bar", "mbar", "psi", "Pa", "MPa", "mmHg", "kgf/cm**2", "inH2O", "atm", "inHg"),
+    "rad": ("deg", "rad", "turn", "mrad"),
+    "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
+    "N m": ("N*mm", "N*m", "N*cm", "kgf*cm", "lbf*inch"),
+    "m": ("mm", "m", "cm", "inch"),
+    "kg": ("mg", "g", "kg", "oz", "lb"),
+    "s": ("s", "ms", "min", "us", "h"),
+    "": ("", "percent"),
+}
+"""Usual units of a quantity by its SI unit, the commonest first."""
+COMMON_UNITS = 5  # of a quantity; those after them are rare
+WITHOUT_UNIT = ("direction", "time", "tip_qx", "tip_qy", "tip_qz", "tip_qw")
+
+
+Change = Callable[[Run], Mapping[str, Array]]
+"""New columns (samples,) of a run by name."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, the set
+    without it, and whether it is told only where no other fits as well.
+    """
+
+    name: str
+    column: str
+    said: str
+    fits: str
+    mend: str
+    mended: MeasurementSet
+    rare: bool = False
+
+
+def stated_unit(data: MeasurementSet, column: str) -> str:
+    """The unit that the set states for a column; of a set that was not read, that in which it would
+    be written.
+    """
+    return data.units.get(column, display_of(unit_of(column) or "").unit)
+
+
+def factors_of(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
+    """Other usual units of a column, and the factor from the stated one to each."""
+    stated = column_unit(column, stated_unit(data, column)).scale
+    known = MISTAKEN_UNITS.get(unit_of(column) or "", ()) if column not in WITHOUT_UNIT else ()
+    factors = [(unit, column_unit(column, unit).scale / stated) for unit in known]
+    return [(unit, factor) for unit, factor in factors if not np.isclose(factor, 1.0)]
+
+
+def is_rare(column: str, unit: str) -> bool:
+    """Whether a unit is a rare one of a column's quantity."""
+    return unit in MISTAKEN_UNITS[unit_of(column) or ""][COMMON_UNITS:]
+
+
+def with_columns(data: MeasurementSet, change: Change, needed: tuple[str, ...]) -> MeasurementSet:
+    """The set with columns changed in every run that has those needed; change gives the new ones of
+    a run by name.
+    """
+    runs = tuple(
+        replace(
+            run,
+            columns=_changed(run, run.columns, change, needed),
+            lead=_changed(run, run.lead, change, needed),
+        )
+        for run in data.runs
+    )
+    return replace(data, runs=runs)
+
+
+def _changed(
+    run: Run, columns: Mapping[str, Array], change: Change, needed: tuple[str, ...]
+) -> Any:
+    """Columns of a run, or those of its lead, changed if they have what is needed."""
+    if not all(name in columns for name in needed):
+        return columns
+    return {**columns, **change(replace(run, columns=columns))}
+
+
+def with_units(
+    data: MeasurementSet, columns: Sequence[str], unit: str, factor: float
+) -> MeasurementSet:
+    """The set with some columns in another unit, which is a factor on their values and noise."""
+    changed = with_columns(
+        data, lambda run: {name: factor * run.columns[name] for name in columns}, tuple(columns)
+    )
+    noise = {
+        name: factor * sigma if name in columns else sigma for name, sigma in data.noise.items()
+    }
+    return replace(changed, noise=noise, units={**data.units, **dict.fromkeys(columns, unit)})
+
+
+def with_meaning(
+    data: MeasurementSet, columns: Sequence[str], word: str, ambient: float = ATMOSPHERE
+) -> MeasurementSet:
+    """The set with columns that hold what a word of `meanings` says, in air of a pressure [Pa]."""
+    meanings = dict.fromkeys(columns, word)
+
+    def read(run: Run) -> dict[str, Array]:
+        found = as_expected(run.columns, meanings, ambient)
+        return {name: found[name] for name in columns}
+
+    return with_columns(data, read, tuple(columns))
+
+
+def with_renamed(data: MeasurementSet, sources: Mapping[str, str]) -> MeasurementSet:
+    """The set with each of some columns taken from the one that `sources` names."""
+    return with_columns(
+        data,
+        lambda run: {name: run.columns[source] for name, source in sources.items()},
+        tuple(sources.values()),
+    )
+
+
+# ---------------------------------------------------------------------- mends
+def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """The text that states columns anew: under `columns`, or under the topics of each bag."""
+    bags = {run.name: {"topics": entries} for run in data.runs if run.name in data.bags}
+    document: dict[str, Any] = {"runs": bags} if bags else {}
+    if len(bags) < len(data.runs):
+        document["columns"] = dict(entries)
+    return one_line(document)
+
+
+def one_line(document: Mapping[str, Any]) -> str:
+    """A document in YAML in a single line.
+
+    >>> one_line({"columns": {"pressure": {"unit": "psi"}}})
+    'columns: {pressure: {unit: psi}}'
+    """
+    text = yaml.safe_dump(dict(document), default_flow_style=True, sort_keys=False, width=1e9)
+    return text.strip()[1:-1]
