@@ -21,10 +21,10 @@ help: ## This list
 setup: ## The environment in .venv
 	@scripts/setup.sh
 
-demo: setup ## A grasp over ROS (SEED=3 GUI=1 STRATEGY=file.yaml OBJECT=ball HAND=rbo_hand_1 FRICTION=pairs.yaml)
+demo: setup ## A grasp over ROS (SEED=3 GUI=1 STRATEGY=file.yaml OBJECT=ball HAND=rbo_hand_1 FRICTION=pairs.yaml ENGINE=mujoco)
 	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
 		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND)) \
-		$(if $(FRICTION),--friction $(FRICTION))
+		$(if $(FRICTION),--friction $(FRICTION)) $(if $(ENGINE),--engine $(ENGINE))
 
 play: setup ## A page in the browser to move a hand and let it grasp (HAND=rbo_hand_1 OBJECT=ball ARGS=--ros)
 	@$(PYTHON_IN_VENV) -m softhand_play.command $(if $(HAND),--hand $(HAND)) $(if $(OBJECT),--object $(OBJECT)) $(ARGS)

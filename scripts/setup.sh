@@ -32,25 +32,17 @@ lock_of() {
 
 # Names everything that is missing in one go, with the line that installs it.
 check_system() {
-    local missing=() version locked
+    local missing=() locked
     command -v make >/dev/null || missing+=(make)
     if ! command -v "$PYTHON" >/dev/null; then
         missing+=(python3 python3-venv)
     else
-        version=$("$PYTHON" -c 'import sys; print("%d%02d" % sys.version_info[:2])')
         locked=$(lock_of "$PYTHON")
         [ -f "$locked" ] || fail "$PYTHON is $("$PYTHON" -V): expected a version that has a $locked"
         "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3-venv)
-        if [ "$version" -gt 311 ]; then  # PyBullet has wheels up to 3.11 only
-            command -v g++ >/dev/null || missing+=(g++)
-            "$PYTHON" -c 'import os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' \
-                2>/dev/null || missing+=(python3-dev)
-        fi
     fi
     [ ${#missing[@]} -eq 0 ] ||
         fail "missing: ${missing[*]}. Install with: sudo apt-get install -y ${missing[*]}"
-    [ "${version:-0}" -le 311 ] ||
-        say "PyBullet has no wheel for $("$PYTHON" -V): it is built from source, which takes several minutes"
 }
 
 # One line that moves on a terminal; in a log, one line every 15 s.

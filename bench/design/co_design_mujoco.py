@@ -1,24 +1,22 @@
-"""Co-design in MuJoCo: the best hand with its motion against the shipped pair, on cylinders.
-
-MuJoCo's model of the hand holds cylinders alone, has the base model of the rubber, the usual
-friction and modulus, and no turn of the object: boxes, cup and ball, and what the held-out trials
-change of the physics, cannot be confirmed there. Neighbouring fingers do not touch.
+"""Co-design in MuJoCo: the best hand with its motion against the shipped pair, on cylinders,
+in the world of the first run: without turn of the object.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from bench.design.co_design import night_results
 from bench.row import at_least, stated
-from bench.sim.mujoco_hand import MUJOCO, OURS
-from bench.sim.mujoco_simulation import MujocoSimulation
+from bench.sim.mujoco_hand import MUJOCO, OURS, in_mujoco
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from thesis.co_design.findings import BEST, SHIPPED_PAIR
 from thesis.co_design.plan import NIGHT
@@ -78,9 +76,10 @@ def gripped(engine: str, values: dict[str, float], config: SimulationConfig) -> 
         write_design(SHIPPED | values, folder)
         config = SimulationConfig(**{**vars(config), "hand": str(folder / HAND)})
         strategy = load_strategy(folder / STRATEGY)
-        made: Any = Simulation if engine == OURS else MujocoSimulation
-        more = () if engine == OURS else (MUJOCO[engine],)
-        simulation = made(config, *more)
+        if engine == OURS:
+            simulation = Simulation(replace(config, engine=PYBULLET))
+        else:
+            simulation = in_mujoco(config, MUJOCO[engine])
     try:
         return Sequencer(InProcessScene(simulation), strategy).run().gripped
     finally:

@@ -15,14 +15,14 @@ from typing import Any
 import mujoco
 
 from bench.row import at_least, stated
-from bench.sim.mujoco_model import Settings
-from bench.sim.mujoco_simulation import MujocoSimulation
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import MUJOCO as MUJOCO_ENGINE
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_trials.trials import draw_placement
 
@@ -31,6 +31,19 @@ STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
 COMPARED, TARGET = 0.001, 0.4  # step [s], and our factor over MuJoCo's [-]
 ROUNDS = 3
 OURS = "ours"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Integrator, friction cone, and ratio of frictional to normal impedance; by default those of
+    the simulator's engine.
+    """
+
+    integrator: str = "discrete"
+    cone: str = "elliptic"
+    impedance_ratio: float = 10.0
+
+
 MUJOCO = {
     "MuJoCo, discrete, elliptic": Settings("discrete", "elliptic", 10.0),
     "MuJoCo, discrete, pyramidal": Settings("discrete", "pyramidal", 100.0),
@@ -52,9 +65,20 @@ def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
     config = replace(configuration(seed, step), segments=segments)
     if engine == OURS:
         bullet = (pybullet, "stepSimulation")
+        config = replace(config, engine=PYBULLET)
         return _run(lambda: Simulation(config), Simulation, bullet, _bullet_points)
     settings, stepped = MUJOCO[engine], (mujoco, "mj_step")
-    return _run(lambda: MujocoSimulation(config, settings), MujocoSimulation, stepped, _points)
+    return _run(lambda: in_mujoco(config, settings), Simulation, stepped, _points)
+
+
+def in_mujoco(config: SimulationConfig, settings: Settings | None = None) -> Simulation:
+    """The simulation with engine mujoco and these settings of it."""
+    simulation, chosen = Simulation(replace(config, engine=MUJOCO_ENGINE)), settings or Settings()
+    option = simulation.engine.model.opt
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{chosen.integrator.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{chosen.cone.upper()}")
+    option.impratio = chosen.impedance_ratio
+    return simulation
 
 
 def configuration(seed: int, step: float) -> SimulationConfig:
@@ -82,11 +106,11 @@ def _run(
 
 
 def _bullet_points(simulation: Simulation) -> int:
-    return len(pybullet.getContactPoints(physicsClientId=simulation.world.client))
+    return len(pybullet.getContactPoints(physicsClientId=simulation.engine.world.client))
 
 
-def _points(simulation: MujocoSimulation) -> int:
-    return int(simulation.data.ncon)
+def _points(simulation: Simulation) -> int:
+    return int(simulation.engine.data.ncon)
 
 
 def rows(small: bool) -> list[dict[str, Any]]:

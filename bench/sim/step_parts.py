@@ -34,7 +34,7 @@ def rows(small: bool) -> list[dict[str, Any]]:
     try:
         with timed_steps() as times:
             result = Sequencer(InProcessScene(simulation), load_strategy(STRATEGY)).run()
-        client = simulation.world.client
+        client = simulation.engine.world.client
         free = 1e6 * float(np.median(times.inside[:200]))
         points = len(pybullet.getContactPoints(physicsClientId=client))
         held = _held(simulation, 40 if small else STEPS)
@@ -62,7 +62,7 @@ def _held(simulation: Simulation, steps: int) -> dict[str, float]:
     """Medians of the engine's calls [us] while the grasp is held, measured in turns: a step with
     all iterations, one with a single iteration, and the detection of collisions alone.
     """
-    client, iterations = simulation.world.client, solver_settings("default").iterations
+    client, iterations = simulation.engine.world.client, solver_settings("default").iterations
     whole, single, collisions = [], [], []
     with timed_steps() as times:
         for _ in range(steps):

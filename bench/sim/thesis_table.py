@@ -56,7 +56,7 @@ class Touches:
         """Take in the contacts after a step."""
         hand = set(simulation.bodies.ids)
         now: dict[tuple[int, ...], float] = {}
-        points = pybullet.getContactPoints(physicsClientId=simulation.world.client)
+        points = pybullet.getContactPoints(physicsClientId=simulation.engine.world.client)
         for point in points:
             if (point[1] in hand or point[2] in hand) and point[8] <= 0.0:
                 pair = point[1:5]

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from bench.sim import mujoco_hand
-from bench.sim.mujoco_model import Settings
-from bench.sim.mujoco_simulation import MujocoSimulation
+from bench.sim.mujoco_hand import Settings, in_mujoco
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -32,9 +31,9 @@ def fill(simulation, masses, duration):
 def test_a_level_finger_sags_as_the_static_solver_says(integrator, step):
     level = replace(load_scene("stand"), wrist_rpy=(0.0, np.pi / 2, 0.0))
     config = SimulationConfig(hand="single_finger", scene=level, step=step)
-    simulation = MujocoSimulation(config, Settings(integrator))
+    simulation = in_mujoco(config, Settings(integrator))
     fill(simulation, np.array([6e-6]), 3.0)
-    model = simulation.layout.models["finger"]
+    model = simulation.bodies.layout.models["finger"]
     rest = model.rest_rotation(simulation.pressures())[:, 1]
     springs = linear_springs(model.segments.stiffness[:, 1], rest)
     expected = equilibrium(planar_finger(model.segments), springs, gravity=(9.80665, 0.0))
@@ -43,13 +42,13 @@ def test_a_level_finger_sags_as_the_static_solver_says(integrator, step):
 
 
 def test_the_hand_closes_in_free_air_as_in_the_simulator():
-    config = SimulationConfig(scene="stand", step=0.005)
-    ours, other = Simulation(config), MujocoSimulation(config)
+    config = SimulationConfig(scene="stand", step=0.005, engine="pybullet")
+    ours, other = Simulation(config), in_mujoco(config)
     try:
         for simulation in (ours, other):
             fill(simulation, CLOSED, 3.0)
         np.testing.assert_allclose(other.pressures(), ours.pressures(), rtol=1e-4)
-        theirs = other.shape.fingertips(other.joints())
+        theirs = other.fingertips()
         for name, (place, _) in ours.fingertips().items():
             assert np.linalg.norm(theirs[name][0] - place) < 1e-4
             assert other.tip_angles()[name] == pytest.approx(ours.tip_angles()[name], rel=1e-3)
@@ -58,14 +57,14 @@ def test_the_hand_closes_in_free_air_as_in_the_simulator():
 
 
 def test_bodies_weigh_and_rub_as_in_the_simulator():
-    simulation = MujocoSimulation(mujoco_hand.configuration(0, 0.005))
-    model, data, friction = simulation.model, simulation.data, load_friction()
-    masses = [model.body(name).mass[0] for name in simulation.layout.names]
-    np.testing.assert_allclose(masses, simulation.layout.mass)
+    simulation = in_mujoco(mujoco_hand.configuration(0, 0.005))
+    model, data, friction = simulation.engine.model, simulation.engine.data, load_friction()
+    masses = [model.body(name).mass[0] for name in simulation.bodies.layout.names]
+    np.testing.assert_allclose(masses, simulation.bodies.layout.mass)
     for name in ("index_3", "thumb_4", "palm_plate"):  # each onto the object
-        pair = model.geom(name).id, model.geom("object").id
+        pair = model.geom(name).id, model.geom("object_0").id
         assert _friction_of(model, data, pair) == friction.pair("rubber", "cardboard")
-    pair = model.geom("table").id, model.geom("object").id
+    pair = model.geom("table").id, model.geom("object_0").id
     assert _friction_of(model, data, pair) == friction.pair("wood", "cardboard")
 
 
@@ -87,8 +86,8 @@ def _friction_of(model, data, pair):
 
 
 def test_the_wrist_reaches_its_goal_and_carries_the_hand_as_the_simulators():
-    config = SimulationConfig(step=0.005, object_offset=(1.0, 0.0))
-    ours, other = Simulation(config), MujocoSimulation(config)
+    config = SimulationConfig(step=0.005, object_offset=(1.0, 0.0), engine="pybullet")
+    ours, other = Simulation(config), in_mujoco(config)
     goal = np.array([0.03, -0.02, 0.30]), np.array([0.0, np.sin(1.3), 0.0, np.cos(1.3)])
     try:
         for simulation in (ours, other):

@@ -38,7 +38,7 @@ def push(simulation, share):
         len(simulation.bodies.layout.mass) // 2 - 1,
         [0, share * PUSH, 0],
         pybullet.LINK_FRAME,
-        physicsClientId=simulation.world.client,
+        physicsClientId=simulation.engine.world.client,
     )
 
 

@@ -43,7 +43,7 @@ def curled(simulate, hold_pressure, **config):
 def overlap(simulation):
     """How deep [m] the fingers are in each other, whether they touch or not."""
     found = pybullet.getClosestPoints(
-        *simulation.bodies.ids, 0.0, physicsClientId=simulation.world.client
+        *simulation.bodies.ids, 0.0, physicsClientId=simulation.engine.world.client
     )
     return max((-point[8] for point in found), default=0.0)
 
@@ -66,7 +66,7 @@ def test_fingers_that_touch_stay_on_their_sides_and_come_to_rest(
     assert overlap(simulation) < 5e-4
     assert np.abs(simulation.bodies.v).max() < 5e-3
     points = pybullet.getContactPoints(
-        *simulation.bodies.ids, physicsClientId=simulation.world.client
+        *simulation.bodies.ids, physicsClientId=simulation.engine.world.client
     )
     assert 0.1 < sum(point[9] for point in points) < 1.0  # [N]
 

@@ -76,7 +76,7 @@ def test_a_restored_snapshot_repeats_the_run_bit_for_bit(simulate):
 def test_states_of_snapshots_that_nobody_holds_are_freed(simulate):
     simulation, ids = simulate(hand="single_finger", scene="stand", step=0.002), set()
     for _ in range(300):
-        ids.add(simulation.save()["bullet"]._id)
+        ids.add(simulation.save()["engine"][0]._id)
     assert len(ids) == 1  # PyBullet gives a freed id again
 
 
@@ -128,8 +128,10 @@ def test_a_run_that_diverged_begins_anew_after_a_reset_as_if_nothing_had_been(si
 
 def test_an_object_that_was_no_number_lies_on_the_table_again_after_a_reset(simulate):
     simulation = simulate(step=0.002)
-    client, nowhere = simulation.world.client, [float("nan")] * 3
-    pybullet.resetBaseVelocity(simulation.object_id, nowhere, nowhere, physicsClientId=client)
+    client, nowhere = simulation.engine.world.client, [float("nan")] * 3
+    pybullet.resetBaseVelocity(
+        simulation.engine.object_id, nowhere, nowhere, physicsClientId=client
+    )
     simulation.step()
     with pytest.raises(Diverged):
         simulation.object_pose()
@@ -175,7 +177,10 @@ def test_every_joint_of_a_grasp_is_in_balance(simulate):
     for body, base in zip(layout.bodies, bodies.ids, strict=True):
         links = range(body.joints.stop - body.joints.start)
         state = pybullet.getLinkStates(
-            base, list(links), computeForwardKinematics=1, physicsClientId=simulation.world.client
+            base,
+            list(links),
+            computeForwardKinematics=1,
+            physicsClientId=simulation.engine.world.client,
         )
         moment, patches = np.zeros((len(links), 3)), []
         for link in links:
@@ -204,7 +209,7 @@ def contact_forces(simulation, base, link):
     normal force.
     """
     points = pybullet.getContactPoints(
-        bodyA=base, linkIndexA=link, physicsClientId=simulation.world.client
+        bodyA=base, linkIndexA=link, physicsClientId=simulation.engine.world.client
     )
     for point in points:
         vectors = (np.array(point[7]), np.array(point[11]), np.array(point[13]))

@@ -122,7 +122,7 @@ def test_a_finger_softer_sideways_and_in_twist_yields_to_the_least_energy(
     bodies, force = simulation.bodies, np.array([0.02, 0.12, 0.0])
     chain = bodies.layout.models["finger"]
     tip = len(bodies.layout.mass) - 1
-    client = simulation.world.client
+    client = simulation.engine.world.client
 
     def push(_):
         at = simulation.fingertips()["finger"][0] + simulation.scene.wrist_position

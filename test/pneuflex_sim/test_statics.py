@@ -37,7 +37,7 @@ def test_a_blocked_tip_pushes_as_hard_as_the_static_solver_says(
     simulation = simulate(
         hand="single_finger", scene="stand", step=step, model=weightless, collision="boxes"
     )
-    client, gap = simulation.world.client, 0.010
+    client, gap = simulation.engine.world.client, 0.010
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_BOX, halfExtents=[0.05, 0.2, 0.2], physicsClientId=client
     )
@@ -89,7 +89,7 @@ def test_closed_valves_keep_the_mass_while_a_push_moves_pressure_and_volume(
                 tip,
                 [0, share * moment, 0],
                 pybullet.LINK_FRAME,
-                physicsClientId=simulation.world.client,
+                physicsClientId=simulation.engine.world.client,
             )
             simulation.step()
         angle, pressure = closed_form_bend(simulation, mass[0], moment)

@@ -94,7 +94,10 @@ def test_links_are_where_the_simulated_ones_are(hand, simulate, mass_for_pressur
     for body, base in zip(layout.bodies, simulation.bodies.ids, strict=True):
         for link, name in enumerate(layout.names[body.joints]):
             state = pybullet.getLinkState(
-                base, link, computeForwardKinematics=1, physicsClientId=simulation.world.client
+                base,
+                link,
+                computeForwardKinematics=1,
+                physicsClientId=simulation.engine.world.client,
             )
             position, orientation = shown[name]
             np.testing.assert_allclose(

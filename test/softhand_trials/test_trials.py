@@ -84,7 +84,7 @@ def test_a_placement_on_a_used_world_is_that_of_a_new_simulation_bit_for_bit():
 def test_a_trial_after_one_that_diverged_is_as_before():
     used = StartedScene(TrialSettings(step=0.01))
     usual = used.run(Placement((0.002, 0.0)))
-    used.scene.simulation.world.diverged("for the test")
+    used.scene.simulation.engine.world.diverged("for the test")
     assert used.run(Placement((0.002, 0.0))) == usual
 
 
@@ -279,6 +279,7 @@ def test_every_setting_of_the_simulation_reaches_it():
         modulus_scale=1.2,
         finger_contact=True,
         rubber_friction_scale=0.8,
+        engine="mujoco",
     )
     config, usual = settings.simulation("rbo_hand_2"), SimulationConfig()
     shared = {field.name for field in fields(TrialSettings)} & set(vars(config)) - {"solver"}

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -52,6 +53,7 @@ class HeldCylinder:
         scene = replace(load_scene("stand"), has_object=True, rigid_wrist=False)
         self.simulation = simulation = Simulation(
             SimulationConfig(
+                engine=PYBULLET,
                 hand=grasp.hand,
                 scene=scene,
                 object=OBJECT,
@@ -62,7 +64,7 @@ class HeldCylinder:
                 wrist=SENSOR,
             )
         )
-        self._client, self._origin = simulation.world.client, np.array(scene.wrist_position)
+        self._client, self._origin = simulation.engine.world.client, np.array(scene.wrist_position)
         self._put(np.array(grasp.place))
         self._close()
 
@@ -87,7 +89,7 @@ class HeldCylinder:
 
     def _put(self, place: Array) -> None:
         pybullet.resetBasePositionAndOrientation(
-            self.simulation.object_id,
+            self.simulation.engine.object_id,
             (place + self._origin).tolist(),
             pybullet.getQuaternionFromEuler(ACROSS),
             physicsClientId=self._client,
@@ -103,7 +105,7 @@ class HeldCylinder:
 
     def _damp(self, share: float) -> None:
         pybullet.changeDynamics(
-            self.simulation.object_id,
+            self.simulation.engine.object_id,
             -1,
             linearDamping=share,
             angularDamping=share,
@@ -116,7 +118,7 @@ class HeldCylinder:
         fill(simulation, share * self._pressures)
         lift = simulation.object_mass * STANDARD_GRAVITY
         pybullet.applyExternalForce(
-            simulation.object_id,
+            simulation.engine.object_id,
             -1,
             (force + [0.0, 0.0, lift]).tolist(),
             simulation.object_pose()[0].tolist(),

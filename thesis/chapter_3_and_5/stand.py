@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT_GROUP
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
@@ -73,6 +74,7 @@ class FingerStand:
     ) -> None:
         self.simulation = Simulation(
             SimulationConfig(
+                engine=PYBULLET,
                 hand=hand_of(actuator),
                 scene=_scene(with_sensor),
                 model=Model(springs=springs),
@@ -82,7 +84,7 @@ class FingerStand:
                 wrist=SENSOR,
             )
         )
-        self.client = self.simulation.world.client
+        self.client = self.simulation.engine.world.client
         self._pressure = 0.0
 
     def __enter__(self) -> FingerStand:

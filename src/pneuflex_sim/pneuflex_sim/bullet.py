@@ -1,5 +1,5 @@
-"""The physics engine, imported without the line about its build that it prints to the standard
-error. Import it from here alone.
+"""PyBullet, loaded when it is first used and without the line about its build that it prints to the
+standard error. Import it from here alone, so that all else runs where it is not installed.
 """
 
 from __future__ import annotations
@@ -8,6 +8,13 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+NO_PYBULLET = (
+    "pybullet: expected it to be installed, got none; `pip install pybullet`, or take engine mujoco"
+)
 
 
 @contextmanager
@@ -24,7 +31,32 @@ def _silent_error() -> Iterator[None]:
         os.close(nowhere)
 
 
-with _silent_error():
-    import pybullet
+class _OnDemand:
+    """The module, whose names are taken over at the first use of one of them."""
 
-__all__ = ["pybullet"]
+    def __getattr__(self, name: str) -> Any:
+        try:
+            with _silent_error():
+                module = import_module("pybullet")
+        except ImportError as reason:
+            raise RuntimeError(NO_PYBULLET) from reason
+        vars(self).update(vars(module))
+        return getattr(module, name)
+
+
+def is_installed() -> bool:
+    """Whether PyBullet can be imported."""
+    try:
+        return find_spec("pybullet") is not None
+    except ValueError:  # of a name that is None in sys.modules
+        return False
+
+
+def failures() -> tuple[type[Exception], ...]:
+    """What an engine raises where there is no display, or when its window was closed."""
+    return (RuntimeError, pybullet.error) if is_installed() else (RuntimeError,)
+
+
+pybullet: Any = _OnDemand()
+
+__all__ = ["failures", "is_installed", "pybullet"]

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from pneuflex_sim.engines import ENGINES
 from softhand_play.frames import World
 from softhand_trials.trials import TrialSettings
 
@@ -39,6 +40,7 @@ def parser() -> argparse.ArgumentParser:
     add("--hand", help="name of a shipped hand or path of its YAML (that of the strategy)")
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
     add("--scene", default=usual.scene, help="surroundings: table, wall ... (%(default)s)")
+    add("--engine", choices=ENGINES, default=usual.engine, help="of the physics (%(default)s)")
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
     add("--ros", action="store_true", help="show and command running nodes")
     add("--host", default=HOST, help="address to listen on (%(default)s: this machine only)")
@@ -85,7 +87,11 @@ def _page(options: argparse.Namespace) -> Page:
     from softhand_play.page import Page
 
     settings = TrialSettings(
-        strategy=options.strategy, object=options.object, scene=options.scene, hand=options.hand
+        strategy=options.strategy,
+        object=options.object,
+        scene=options.scene,
+        hand=options.hand,
+        engine=options.engine,
     )
     _check(settings)
     if options.ros:

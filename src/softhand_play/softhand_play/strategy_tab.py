@@ -157,6 +157,7 @@ def tried_world(name: str, strategy: Strategy, world: World) -> World:
         segments=tried.segments,
         wall_inclination=tried.wall_inclination,
         object_rpy=upright,
+        engine=world.settings.engine,
     )
     place = tried.place
     if place is None:

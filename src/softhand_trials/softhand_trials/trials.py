@@ -27,6 +27,7 @@ from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.strategy.variants import varied
+from pneuflex_sim.engines import ENGINES, default_engine
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_common.documents.output_file import UnwritableFile, check_new, write_new
@@ -96,6 +97,7 @@ class TrialSettings:
         early_end: whether a trial ends as soon as its result is certain, see `EarlyEnd`.
         finger_contact: whether neighbouring fingers touch each other.
         rubber_friction_scale: factor on the friction of the hand's rubber with anything else [-].
+        engine: of the physics, `pybullet` or `mujoco`.
     """
 
     strategy: str = "surface_constrained"
@@ -120,6 +122,7 @@ class TrialSettings:
     early_end: bool = False
     finger_contact: bool = field(default=False, metadata=ADDED)
     rubber_friction_scale: float = field(default=1.0, metadata=ADDED)
+    engine: str = field(default_factory=default_engine, metadata=ADDED)
 
     def __post_init__(self) -> None:
         for name in ("options", "object_rpy", "without", "displacement"):
@@ -147,6 +150,7 @@ class TrialSettings:
             finger_contact=self.finger_contact,
             rubber_friction_scale=self.rubber_friction_scale,
             allow_effect_files=self.allow_effect_files,
+            engine=self.engine,
         )
 
 
@@ -193,7 +197,7 @@ class StartedScene:
 
     def place(self, placement: Placement) -> InProcessScene:
         """The scene at its start, with the object so placed."""
-        if self.scene.simulation.world.broken:  # by a trial that diverged
+        if self.scene.simulation.engine.broken:  # by a trial that diverged
             self.scene.close()
             self._build()
         self.scene.restart(self._start, **vars(placement))
@@ -311,6 +315,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     base = "the base model with the weight of the actuators"
     add("--model", default=usual.model, help=f"softhand-model file ({base})")
     add(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
+    engine = "physics engine: %(choices)s (%(default)s)"
+    add("--engine", choices=ENGINES, default=usual.engine, help=engine)
     add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
     add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")

@@ -137,7 +137,7 @@ def test_a_thin_tip_counts_as_6_mm_thick_behind_the_passive_layer():
 def test_a_cylinder_across_a_finger_touches_at_the_height_of_its_outline(simulate, side, worst):
     """A fixed cylinder is brought near to the passive layer or to the back of the third link."""
     simulation = simulate(hand="single_finger", scene="stand", step=0.002)
-    client, radius, gap = simulation.world.client, 0.015, 0.002
+    client, radius, gap = simulation.engine.world.client, 0.015, 0.002
     place, edge = 0.054, LENGTH / 5  # above a joint: the thickest part of a tapered piece
     height = 0.0 if side > 0 else 0.020 * (1.0 - 0.925 * (place - edge / 2) / LENGTH) ** (1 / 3)
     base = np.array(simulation.scene.wrist_position)

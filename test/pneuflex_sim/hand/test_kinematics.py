@@ -36,7 +36,10 @@ def test_fingertips_agree_with_pybullets_own_kinematics(bent_hand):
         for name in set(body.chains) & set(tips):
             link = layout.chain_joints[name].stop - 1 - body.joints.start
             state = pybullet.getLinkState(
-                base, link, computeForwardKinematics=1, physicsClientId=bent_hand.world.client
+                base,
+                link,
+                computeForwardKinematics=1,
+                physicsClientId=bent_hand.engine.world.client,
             )
             turn = Rotation.from_quat(state[5])
             tip = np.array(state[4]) + turn.apply(layout.chain_tips[name])

@@ -38,10 +38,10 @@ def block_on_the_sheet(simulate):
         # the wrist's x points up, its z along -x of the world
         place = np.array(scene.wrist_position) + [-crown[2], 0.0, crown[0] + HALF_HEIGHT]
         pybullet.resetBasePositionAndOrientation(
-            simulation.object_id,
+            simulation.engine.object_id,
             place.tolist(),
             [0, 0, 0, 1],
-            physicsClientId=simulation.world.client,
+            physicsClientId=simulation.engine.world.client,
         )
         return simulation, place
 

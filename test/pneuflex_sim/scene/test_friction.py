@@ -85,13 +85,13 @@ def test_the_range_of_the_shipped_rubber_holds_its_values_and_stays_with_pairs_o
 def test_the_friction_of_the_rubber_is_scaled_and_nothing_else(simulate):
     """As the engine has it: the product of what two bodies have."""
     simulation = simulate(object="tape_dispenser", segments=2, rubber_friction_scale=0.5)
-    client, table = simulation.world.client, load_friction()
+    client, table = simulation.engine.world.client, load_friction()
 
     def of(body, link=-1):
         return pybullet.getDynamicsInfo(body, link, physicsClientId=client)[1]
 
-    tables = sorted(of(body) for body in simulation._fixed_names)
-    finger, box = of(simulation.bodies.ids[0], 0), of(simulation.object_id)
+    tables = sorted(of(body) for body in simulation.engine.fixed_names)
+    finger, box = of(simulation.bodies.ids[0], 0), of(simulation.engine.object_id)
     assert finger * box == pytest.approx(0.5 * table.pair("rubber", "polyolefin"))
     products = sorted([0.5 * table.pair("rubber", "wood") / finger, 0.3 / box])
     assert tables == pytest.approx(products)
@@ -105,7 +105,7 @@ def slid_way(heading=0.0, **config):
     simulation = Simulation(
         SimulationConfig(object="tape_dispenser", step=0.002, segments=2, **config)
     )
-    client, body = simulation.world.client, simulation.object_id
+    client, body = simulation.engine.world.client, simulation.engine.object_id
     for _ in range(50):
         simulation.step()
     start = simulation.object_pose()[0]
@@ -132,7 +132,10 @@ def test_a_box_slides_as_far_in_all_directions(degrees):
 
 def test_scaled_friction_leaves_the_resistance_to_rolling_and_comes_back():
     simulation = Simulation(SimulationConfig(object="marker", scene="edge", segments=2))
-    client, bodies = simulation.world.client, range(pybullet.getNumBodies(simulation.world.client))
+    client, bodies = (
+        simulation.engine.world.client,
+        range(pybullet.getNumBodies(simulation.engine.world.client)),
+    )
 
     def coefficients():
         found = [pybullet.getDynamicsInfo(body, -1, physicsClientId=client) for body in bodies]

@@ -294,7 +294,7 @@ def test_a_marker_starts_to_roll_on_a_slope_of_its_resistance_over_its_radius(
     for _ in range(100):
         simulation.step()
     start = simulation.object_pose()[0]
-    pybullet.setGravity(*gravity, physicsClientId=simulation.world.client)
+    pybullet.setGravity(*gravity, physicsClientId=simulation.engine.world.client)
     for _ in range(500):
         simulation.step()
     moved = abs(simulation.object_pose()[0][0] - start[0])

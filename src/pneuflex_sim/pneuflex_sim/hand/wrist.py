@@ -165,8 +165,16 @@ def _rotation_error(target: Array, orientation: Array) -> Vector:
 
 @compiled
 def _drive(error: Row, velocity: Array, load: Array, drive: Drive, step: float) -> None:
-    """Update `velocity` by one step of mass*a = clip(stiffness*error - damping*v) + load, implicit
-    in the spring.
+    """Update `velocity` by one step of mass*a = push + load."""
+    push = arm_push(error, velocity, load, drive, step)
+    for k in range(3):
+        velocity[k] += step * (push[k] + load[k]) / drive.inertia
+
+
+@compiled
+def arm_push(error: Row, velocity: Array, load: Array, drive: Drive, step: float) -> Vector:
+    """Push (3,) [N or N m] of the arm: clip(stiffness*error - damping*v), implicit in the spring
+    under a load (3,).
     """
     stiffness, mass = drive.stiffness, drive.inertia
     damping = 2 * math.sqrt(stiffness * mass)
@@ -177,5 +185,17 @@ def _drive(error: Row, velocity: Array, load: Array, drive: Drive, step: float) 
         push[k] = mass * force / inertia - load[k]
         size += push[k] ** 2
     scale = min(1.0, drive.limit / math.sqrt(size)) if size > 0 else 1.0
+    return push[0] * scale, push[1] * scale, push[2] * scale
+
+
+@compiled
+def arm_wrench(step: float, arm: Arm, wrist: WristState, wrench: Array) -> None:
+    """Fill force [N] and torque [N m] of the arm on the wrist (2, 3), in world axes, for a step [s]
+    under the load of the step before.
+    """
+    error = minus(wrist.target_position, wrist.position)
+    force = arm_push(error, wrist.velocity, wrist.force, arm.translation, step)
+    error = _rotation_error(wrist.target_orientation, wrist.orientation)
+    torque = arm_push(error, wrist.spin, wrist.torque, arm.rotation, step)
     for k in range(3):
-        velocity[k] += step * (push[k] * scale + load[k]) / mass
+        wrench[0, k], wrench[1, k] = force[k], torque[k]

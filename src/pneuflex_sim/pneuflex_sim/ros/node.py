@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.bullet import failures
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.command_topics import CommandTopics
 from pneuflex_sim.ros.driver_link import SENSORS, VALVES, DriverLink, Obey, TopicLink
@@ -50,7 +50,6 @@ STANDSTILL_CLOCK_PERIOD = 0.1  # wall time between ticks while the simulation st
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 CONTACTS_PERIOD = 0.02  # [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-FAILURES = (RuntimeError, pybullet.error)  # no display, or the window was closed
 
 
 LinkTo = Callable[[Node, Obey, Callable[[], bool]], DriverLink]
@@ -350,7 +349,7 @@ def main(args: list[str] | None = None) -> int:
         run,
         usage=HELP,
         args=args,
-        failures=FAILURES,
+        failures=failures(),
     )
 
 

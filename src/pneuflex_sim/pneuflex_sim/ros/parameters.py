@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 CHANGING_RATES = ("joint_rate", "wrench_rate")  # these may change while the node runs
 SOLVERS = ("fast", "default", "stable")  # pneuflex_sim.world.SETTINGS
+ENGINE_CHOICES = ("", "pybullet", "mujoco")
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter("scene", "table", "scene by name or path of its YAML"),
@@ -30,6 +31,7 @@ PARAMETERS = (
     Parameter("object_mass_scale", 1.0, "factor on the object's mass", "-", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("allow_effect_files", False, "run the Python files that the model file names"),
+    Parameter("engine", "", "physics engine; empty: PyBullet if installed", choices=ENGINE_CHOICES),
     Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
     Parameter("solver", "default", "settings of the contact solver", choices=SOLVERS),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
@@ -82,6 +84,7 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
     Raises ValueError for values that cannot be used.
     """
     # loaded here: the help prints the parameters, and need not wait for the physics
+    from pneuflex_sim.engines import default_engine
     from pneuflex_sim.hand.wrist import WristParameters
     from pneuflex_sim.simulation import SimulationConfig
     from pneuflex_sim.world import solver_settings
@@ -108,4 +111,5 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
         wall_inclination=value["wall_inclination"] or None,
         friction=value["friction_file"] or None,
         finger_contact=value["finger_contact"],
+        engine=value["engine"] or default_engine(),
     )

@@ -158,6 +158,11 @@ class ObjectBody:
         )
 
     @property
+    def is_sheet(self) -> bool:
+        """Whether it is a limp sheet."""
+        return self.sheet is not None
+
+    @property
     def _round(self) -> bool:
         return self.description.shape == "cylinder"
 

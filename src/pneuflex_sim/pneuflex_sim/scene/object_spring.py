@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.scene.object_body import ObjectBody
+from pneuflex_sim.scene.object_protocol import BodyOfObject
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class ObjectSpring:
         return place, wrist * Rotation.from_quat(self.orientation)
 
     def pull(
-        self, body: ObjectBody, wrist: tuple[Array, Array], now: float, step: float, weight: float
+        self, body: BodyOfObject, wrist: tuple[Array, Array], now: float, step: float, weight: float
     ) -> None:
         """Act on a body for one step [s].
 

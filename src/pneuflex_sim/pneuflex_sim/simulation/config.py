@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneuflex_sim.engines import check_engine, default_engine
 from pneuflex_sim.hand.collision import HULL_PIECES, check_kind
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.friction import FrictionTable, load_friction
@@ -32,6 +33,7 @@ class SimulationConfig:
         segments: per actuator.
         seed: of sensors and valves.
         gui: open PyBullet's window.
+        engine: `pybullet` or `mujoco`; as it is, PyBullet where it is installed.
         object_offset: (2,) or (3,) [m] from the scene's place.
         object_mass_scale: factor on the object's mass [-].
         object_rpy: orientation in which the object rests [rad]; None: as it is described.
@@ -72,6 +74,7 @@ class SimulationConfig:
     friction: FrictionTable | str | Path | None = None
     finger_contact: bool = False
     allow_effect_files: bool = False
+    engine: str = field(default_factory=default_engine)
 
     def __post_init__(self) -> None:
         if not 1e-4 <= self.step <= MAX_STEP_SIZE:
@@ -83,6 +86,7 @@ class SimulationConfig:
                 f"object_offset: expected two or three finite numbers, got {self.object_offset}"
             )
         check_kind(self.collision)
+        check_engine(self.engine)
         if not np.isfinite(self.object_yaw):
             raise ValueError(f"object_yaw: expected a finite number, got {self.object_yaw}")
         for name in SCALE_FIELDS:

@@ -10,22 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import build_engine
+from pneuflex_sim.engines.contract import Engine, Hand, Surroundings
 from pneuflex_sim.hand.air import BEND_AXIS, AirCoupling
-from pneuflex_sim.hand.bodies import HandBodies
-from pneuflex_sim.hand.collision import Touch
 from pneuflex_sim.hand.joint_stops import JointStops
 from pneuflex_sim.hand.kinematics import HandShape, TipSensors
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.hand.wrist import Wrist
-from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
-from pneuflex_sim.scene.friction import BodyFriction
-from pneuflex_sim.scene.object_body import ObjectBody
+from pneuflex_sim.scene.contacts import Contact
+from pneuflex_sim.scene.object_protocol import BodyOfObject
 from pneuflex_sim.scene.object_spring import HOLDING_MASS as HOLDING_MASS
 from pneuflex_sim.scene.object_spring import ObjectSpring
-from pneuflex_sim.scene.scenes import build_scene
 from pneuflex_sim.simulation.config import SimulationConfig
-from pneuflex_sim.world import BulletState, World
 from softhand_model.effects import FlowEffect
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import ROOM_TEMPERATURE
@@ -46,7 +42,7 @@ SAVED_ATTRIBUTES = (
 
 class Simulation:
     """One world with one hand. Channels are in the order of the hand's YAML; air masses are
-    relative to the fill at rest and ambient pressure.
+    relative to the fill at rest and ambient pressure. `engine` moves the bodies.
     """
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
@@ -79,46 +75,37 @@ class Simulation:
     def _make_world(self) -> None:
         """Create the engine's world with everything in it."""
         config = self.config
-        self.world = World(config.step, config.gui, config.solver)
-        client, gravity = self.world.client, -STANDARD_GRAVITY * self._weight_scale
-        pybullet.setGravity(0, 0, gravity, physicsClientId=client)
-        touch = Touch(config.collision, self.friction.hand, config.finger_contact)
-        rigid = self.scene.rigid_wrist
-        self.bodies = HandBodies(
-            self._layout, self.air, self.world, self.wrist, rigid, self._weight_scale, touch
+        around = Surroundings(
+            config.step,
+            self._layout,
+            self.air,
+            self.scene,
+            self.friction,
+            self.object,
+            self.wrist,
+            self._weight_scale,
+            config.collision,
+            config.finger_contact,
+            config.gui,
+            config.solver,
         )
-        material = self.object.material if self.object else None
-        self._fixed_names = build_scene(self.scene, self.friction, material, client)
-        self._body = self._object_body()
-        self._names = self._contact_names()
-        self._friction = BodyFriction(client)
-        self._friction.scale(config.friction_scale)
+        self.engine: Engine = build_engine(config.engine, around)
+        self.engine.scale_friction(config.friction_scale)
+        if self._body is not None:
+            self._body.set_mass(self._body.description.mass * config.object_mass_scale)
+
+    @property
+    def bodies(self) -> Hand:
+        """The hand's joints."""
+        return self.engine.bodies
+
+    @property
+    def _body(self) -> BodyOfObject | None:
+        return self.engine.object
 
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
         return Wrist(self.config.wrist, np.array(self.scene.wrist_position), orientation)
-
-    def _object_body(self) -> ObjectBody | None:
-        if self.object is None:
-            return None
-        friction = self.friction.towards_hand(self.object.material)
-        body = ObjectBody(self.object, friction, self.world)
-        body.set_mass(self.object.mass * self.config.object_mass_scale)
-        return body
-
-    def _contact_names(self) -> ContactNames:
-        layout, links = self.bodies.layout, {}
-        for body, base in zip(layout.bodies, self.bodies.ids, strict=True):
-            for chain in body.chains:
-                joints = layout.chain_joints[chain]
-                for joint in range(joints.start, joints.stop):
-                    links[base, joint - body.joints.start] = (chain, layout.names[joint])
-        bodies = (
-            dict.fromkeys([*self.bodies.ids, *self.bodies.palm_ids], "palm_plate")
-            | self._fixed_names
-            | {self.object_id: OBJECT}
-        )
-        return ContactNames(bodies, links, self.world.client)
 
     def reset(self) -> None:
         """Return to the start: hand at rest at the scene's wrist pose, air at ambient pressure,
@@ -126,8 +113,8 @@ class Simulation:
         """
         self.steps = 0
         self.wrist = self._new_wrist()
-        if self.world.broken:
-            self.world.close()
+        if self.engine.broken:
+            self.engine.close()
             self._make_world()
         for model in self.bodies.layout.models.values():
             model.reset()
@@ -166,7 +153,7 @@ class Simulation:
             object_yaw=yaw,
             friction_scale=friction_scale,
         )
-        self._friction.scale(friction_scale)
+        self.engine.scale_friction(friction_scale)
         if self._body is not None:
             self._body.set_mass(self._body.description.mass * mass_scale)
         self._put_object()
@@ -202,7 +189,7 @@ class Simulation:
         Raises ValueError for an invalid pose, for a sheet, and in a scene without object.
         """
         body = self._object()
-        if body.sheet is not None:
+        if body.is_sheet:
             raise ValueError("held object: expected a rigid one, got a sheet")
         self._spring = ObjectSpring(tuple(map(float, position)), tuple(map(float, orientation)))
         body.put_at(*self._spring.pose(*self.wrist_pose()))
@@ -216,7 +203,7 @@ class Simulation:
         """Add a force (3,) [N] at the object's centre of mass, in world axes, for the next step."""
         self._object().push(np.asarray(force, float), np.zeros(3))
 
-    def _pull_object(self, body: ObjectBody, spring: ObjectSpring) -> None:
+    def _pull_object(self, body: BodyOfObject, spring: ObjectSpring) -> None:
         weight = STANDARD_GRAVITY * (body.mass + self._weight_scale * HOLDING_MASS)
         spring.pull(body, self.wrist_pose(), self.time, self.step_size, weight)
         if spring.strength(self.time) == 0.0:
@@ -237,14 +224,13 @@ class Simulation:
             self.air.bend_by_models(
                 self.step_size, pressures, self.bodies.rotations, self.temperature
             )
-        self.bodies.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
+        self.engine.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
         if self._body is not None and self._object_weight:
             self._body.pull_down(self._object_weight)
         if self._body is not None and self._spring is not None:
             self._pull_object(self._body, self._spring)
-        pybullet.stepSimulation(physicsClientId=self.world.client)
+        self.engine.advance(self.wrist)
         self.steps += 1
-        self.bodies.read()
         if self.tip_sensors.active:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
@@ -276,11 +262,6 @@ class Simulation:
         return self.wrist.force, self.wrist.torque
 
     @property
-    def object_id(self) -> int:
-        """PyBullet's id of the object, -1 in a scene without one."""
-        return -1 if self._body is None else self._body.id
-
-    @property
     def object_mass(self) -> float:
         """Mass of the object now [kg]; raises ValueError in a scene without one."""
         return self._object().mass
@@ -292,7 +273,7 @@ class Simulation:
         """
         return self._object().pose()
 
-    def _object(self) -> ObjectBody:
+    def _object(self) -> BodyOfObject:
         if self._body is None:
             raise ValueError(f"object: scene {self.scene.name} has none")
         return self._body
@@ -327,54 +308,43 @@ class Simulation:
 
     def contacts(self) -> list[Contact]:
         """All contact points of hand, object and scene."""
-        return self._names.contacts()
+        return self.engine.contacts()
 
     def object_contacts(self) -> list[Contact]:
         """Contact points of the object with anything."""
-        return [] if self.object_id < 0 else self._names.contacts(self.object_id)
+        return self.engine.object_contacts()
 
     def touching_object(self) -> frozenset[str]:
         """Names of the bodies that press on the object: chains, palm plate, parts of the scene."""
-        return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
+        return self.engine.touching_object()
 
     def object_gaps(self, reach: float) -> dict[str, float]:
         """Distance [m] of the object from each part of the hand within a reach [m]; negative where
         they overlap.
         """
-        found: dict[str, float] = {}
-        for base in [*self.bodies.ids, *self.bodies.palm_ids]:
-            for name, gap in self._names.gaps(base, self.object_id, reach):
-                found[name] = min(gap, found.get(name, np.inf))
-        return found
+        return self.engine.object_gaps(reach)
 
     def object_box(self) -> Array:
         """Corners (2, 3) [m] of the object's bounding box along the world's axes; raises ValueError
         in a scene without object.
         """
-        body = self._object()
-        boxes = self.world.boxes([(body.id, link) for link in body.surfaces])
+        self._object()
+        boxes = self.engine.object_boxes()
         return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     def hand_boxes(self) -> Array:
         """Bounding boxes (k, 2, 3) [m], along the world's axes, of the hand's links, palm sheet and
         plate.
         """
-        bodies = self.bodies
-        links = [
-            (base, link)
-            for base, body in zip(bodies.ids, bodies.layout.bodies, strict=True)
-            for link in range(body.joints.stop - body.joints.start)
-        ]
-        return self.world.boxes([*links, *((base, -1) for base in bodies.palm_ids)])
+        return self.engine.hand_boxes()
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
-        """Snapshot to return to with `restore`, bit for bit. It is valid for this simulation only;
-        its memory in PyBullet is freed with the last reference to it.
+        """Snapshot to return to with `restore`, bit for bit. It is valid for this simulation
+        only.
         """
         return {
-            "bullet": BulletState(self.world),
-            "bodies": self.bodies.save(),
+            "engine": self.engine.save(),
             "models": copy.deepcopy(self.bodies.layout.models),
             "plant": self.plant.save(),
             "own": copy.deepcopy({name: getattr(self, name) for name in SAVED_ATTRIBUTES}),
@@ -382,8 +352,7 @@ class Simulation:
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Return to a snapshot."""
-        saved["bullet"].restore()
-        self.bodies.restore(saved["bodies"])
+        self.engine.restore(saved["engine"])
         self.bodies.layout.models.update(copy.deepcopy(saved["models"]))
         self.plant.restore(saved["plant"])
         for name, value in copy.deepcopy(saved["own"]).items():
@@ -392,5 +361,5 @@ class Simulation:
             self._body.resist(0.0, 0.0)  # a spring brings what it resists with in the next step
 
     def close(self) -> None:
-        """Free the physics client."""
-        self.world.close()
+        """Free what the engine holds."""
+        self.engine.close()

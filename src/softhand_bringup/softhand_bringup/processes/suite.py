@@ -55,6 +55,7 @@ class SuiteOptions:
         step: physics step [s].
         segments: of each actuator.
         finger_contact: whether contacts between fingers are simulated.
+        engine: of the physics; empty: the simulator's default.
         real_time_factor: upper bound of simulated over wall time; 0: as fast as possible.
         gui: whether PyBullet's window is opened.
         publish_clock: whether the simulator publishes /clock; otherwise it follows another clock.
@@ -81,6 +82,7 @@ class SuiteOptions:
     step: float = 0.002
     segments: int = 5
     finger_contact: bool = False
+    engine: str = ""
     real_time_factor: float = 0.0
     gui: bool = False
     publish_clock: bool = True
@@ -104,6 +106,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "step": float(options.step),
         "segments": options.segments,
         "finger_contact": options.finger_contact,
+        "engine": options.engine,
         "real_time_factor": float(options.real_time_factor),
         "gui": options.gui,
         "publish_clock": options.publish_clock,

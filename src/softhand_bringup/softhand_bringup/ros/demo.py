@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.strategy.fitting import USUAL_OBJECT, choose_strategy, misfit
 from grasp_strategies.strategy.tried_with import TriedWith
+from pneuflex_sim.engines import ENGINES
 from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.grasp_verdict import Verdict, verdict_from
@@ -285,6 +286,7 @@ def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
         segments=tried.segments,
         step=tried.step,
         finger_contact=tried.finger_contact,
+        engine=parsed.engine,
         allow_effect_files=parsed.allow_effect_files,
         friction=parsed.friction,
         wall_inclination=inclination,
@@ -326,6 +328,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         help="in the simulator's process, or a process of its own on topics (composed)",
     )
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
+    parser.add_argument(
+        "--engine", choices=ENGINES, default="", help="of the physics (PyBullet where installed)"
+    )
     parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument(
         "--strategy", help="name, or path of a YAML file (one that fits the object)"

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 PACKAGES = ("grasp_strategies", "pneuflex_sim", "softhand_model")
-LIBRARIES = ("pybullet", "numpy", "numba")
+LIBRARIES = ("pybullet", "mujoco-core", "numpy", "numba")
 DIGEST_DIGITS = 16  # of a digest, in hexadecimal
 
 Record = dict[str, Any]
@@ -67,8 +67,16 @@ def versions() -> Record:
     """What runs here: packages with a digest of their code and data, libraries, the machine's
     architecture.
     """
-    found = {name: metadata.version(name) for name in (*PACKAGES, *LIBRARIES)}
+    found = {name: _version(name) for name in (*PACKAGES, *LIBRARIES)}
     return found | {"code": _code_digest(), "machine": platform.machine()}
+
+
+def _version(name: str) -> str:
+    """Version of a package; empty for an engine that is not installed."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def _code_digest() -> str:

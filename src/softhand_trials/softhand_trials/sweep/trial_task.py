@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grasp_strategies.strategy import STRATEGY_FOLDER
+from pneuflex_sim.engines import PYBULLET
 from softhand_common.documents.quoted import listed
 from softhand_trials.sweep.task import DIGEST_DIGITS, Record
 from softhand_trials.trials import Placement, TrialSettings, started_scene
@@ -49,8 +50,8 @@ class TrialTask:
 
     @property
     def _changed(self) -> dict[str, Any]:
-        """Settings that are not the usual ones."""
-        usual, given = vars(TrialSettings()), vars(self.settings)
+        """Settings that are not the usual ones, on whatever machine."""
+        usual, given = vars(TrialSettings(engine=PYBULLET)), vars(self.settings)
         return {name: value for name, value in given.items() if value != usual[name]}
 
     def describe(self) -> Record:
@@ -86,7 +87,7 @@ def trial_of(record: Mapping[str, Any]) -> tuple[TrialSettings, Placement]:
             f"{record['key']}: settings: expected those of a trial, got {listed(unknown)}"
         )
     placement = dict(record["placement"], offset=tuple(record["placement"]["offset"]))
-    return TrialSettings(**record["settings"]), Placement(**placement)
+    return TrialSettings(**{"engine": PYBULLET, **record["settings"]}), Placement(**placement)
 
 
 @lru_cache(maxsize=64)

@@ -140,10 +140,11 @@ def test_the_unturned_thumb_lies_along_the_palm():
 def test_the_hand_of_other_settings_takes_the_place_of_the_last_one():
     grasping.cache_clear()
     worlds = [
-        grasping(name, "four_channels", 0.005, 1).simulation.world for name in ("bead", "pen")
+        grasping(name, "four_channels", 0.005, 1).simulation.engine.world
+        for name in ("bead", "pen")
     ]
     assert worlds[0].closed and not worlds[1].closed
-    assert grasping("pen", "four_channels", 0.005, 1).simulation.world is worlds[1]
+    assert grasping("pen", "four_channels", 0.005, 1).simulation.engine.world is worlds[1]
 
 
 def test_shares_of_nothing_are_none():

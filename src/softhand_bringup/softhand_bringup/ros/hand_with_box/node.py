@@ -13,6 +13,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from pneuflex_sim.bullet import failures
 from pneuflex_sim.ros import node as simulator
 from pneuflex_sim.ros.driver_link import SENSORS, Obey
 from pneuflex_sim.ros.parameters import PARAMETERS as OF_THE_SIMULATOR
@@ -85,7 +86,7 @@ def main(args: list[str] | None = None) -> int:
         run,
         usage=HELP,
         args=args,
-        failures=simulator.FAILURES,
+        failures=failures(),
     )
 
 

@@ -1,0 +1,115 @@
+"""What an engine must give to `pneuflex_sim.simulation.Simulation`.
+
+An engine moves the bodies: chains of links with springs that follow the pressures, the wrist under
+the arm's law (`pneuflex_sim.hand.wrist`), the object, and their contacts with the scene. Air,
+valves, sensors, strategies and judges are the same code for all engines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.hand.air import AirCoupling
+from pneuflex_sim.hand.layout import HandLayout
+from pneuflex_sim.hand.wrist import Wrist
+from pneuflex_sim.scene.contacts import Contact
+from pneuflex_sim.scene.friction import FrictionTable
+from pneuflex_sim.scene.object_protocol import BodyOfObject
+from pneuflex_sim.scene.objects import ObjectDescription
+from pneuflex_sim.scene.scenes import SceneDescription
+from pneuflex_sim.world import SolverSettings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What an engine is built of: physics step [s], hand with its air and wrist, object and scene
+    with their friction; `weight_scale` [-], the share of gravity that acts on the hand (the object
+    always has its whole weight); the rest as in `SimulationConfig`.
+    """
+
+    step: float
+    layout: HandLayout
+    air: AirCoupling
+    scene: SceneDescription
+    friction: FrictionTable
+    object: ObjectDescription | None
+    wrist: Wrist
+    weight_scale: float
+    collision: str
+    finger_contact: bool
+    gui: bool
+    solver: SolverSettings
+
+
+class Hand(Protocol):
+    """Joints of a hand: `q` (n, 4) orientations, `v` (n, 3) [rad/s] speeds in the axes of each
+    child, `rotations` (n, 3) [rad] against the rest without pressure.
+    """
+
+    layout: HandLayout
+    q: Array
+    v: Array
+    rotations: Array
+
+    def reset(self, wrist: Wrist, joints: Array | None = None) -> None:
+        """Put the hand at the wrist, its joints at `joints` (n, 4) or at rest without pressure."""
+
+
+class Engine(Protocol):
+    """One world."""
+
+    @property
+    def broken(self) -> bool:
+        """Whether it has diverged, and must be built anew."""
+
+    @property
+    def bodies(self) -> Hand:
+        """The hand."""
+
+    @property
+    def object(self) -> BodyOfObject | None:
+        """The object, if the scene has one."""
+
+    def drive(self, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist) -> None:
+        """Apply the springs of the joints at absolute pressures [Pa] and volumes [m3] of the
+        channels, and the arm's push on the wrist.
+        """
+
+    def advance(self, wrist: Wrist) -> None:
+        """One step; joints and wrist are those at its end. Raises Diverged when it has."""
+
+    def contacts(self) -> list[Contact]:
+        """All contact points that carry a force."""
+
+    def object_contacts(self) -> list[Contact]:
+        """Contact points of the object with anything."""
+
+    def touching_object(self) -> frozenset[str]:
+        """Names of the bodies that press on the object."""
+
+    def object_gaps(self, reach: float) -> dict[str, float]:
+        """Distance [m] of the object from each part of the hand within a reach [m]."""
+
+    def object_boxes(self) -> Array:
+        """Boxes (k, 2, 3) [m] around the parts of the object, along the world's axes."""
+
+    def hand_boxes(self) -> Array:
+        """Boxes (k, 2, 3) [m] around the hand's links, palm sheet and plate."""
+
+    def scale_friction(self, factor: float) -> None:
+        """Scale sliding and twisting friction of every pair to a factor of the table's."""
+
+    def save(self) -> Any:
+        """The engine's state."""
+
+    def restore(self, saved: Any) -> None:
+        """Return to a state, bit for bit."""
+
+    def close(self) -> None:
+        """Free what the engine holds."""

@@ -1,0 +1,48 @@
+"""What the body of an object offers, in whatever engine."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.scene.objects import ObjectDescription
+
+Array = NDArray[np.float64]
+
+
+class BodyOfObject(Protocol):
+    """The object: its `mass` [kg] now and how it is described."""
+
+    mass: float
+    description: ObjectDescription
+
+    @property
+    def is_sheet(self) -> bool:
+        """Whether it is a limp sheet."""
+
+    def set_mass(self, mass: float) -> None:
+        """Set the mass [kg], with the same distribution."""
+
+    def resist(self, mass: float, inertia: float) -> None:
+        """Add mass [kg] and inertia [kg m2] of what holds it to its resistance against motion."""
+
+    def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
+        """Put it at rest at a position (3,) [m] with roll, pitch, yaw [rad] and another yaw."""
+
+    def put_at(self, position: Array, rotation: Rotation) -> None:
+        """Put it at rest at a position (3,) [m] with an orientation."""
+
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) [m] and quaternion; raises Diverged when they are not finite."""
+
+    def velocity(self) -> tuple[Array, Array]:
+        """Velocity [m/s] and spin [rad/s] in the world."""
+
+    def push(self, force: Array, torque: Array) -> None:
+        """For one step, add a force [N] at its centre of mass and a torque [N m], in world axes."""
+
+    def pull_down(self, acceleration: float) -> None:
+        """For one step, add the weight of its mass at an acceleration [m/s2]."""
