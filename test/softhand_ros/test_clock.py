@@ -47,7 +47,7 @@ def test_a_slow_clock_is_set_once_a_period_whatever_ticks_come(peer, executor):
     follow_simulated_time(node)
     slow_clock(node, 0.1)
     publisher = peer.node.create_publisher(Clock, "/clock", 10)
-    peer.wait(publisher.get_subscription_count, 10.0, "discovery")
+    peer.wait(publisher.get_subscription_count, "discovery")
     wakes, seen, end = 0, set(), time.monotonic() + 1.0
     while time.monotonic() < end:
         tick(publisher, 1.0 + time.monotonic() - end)
@@ -90,7 +90,7 @@ def test_a_link_knows_the_newest_tick_without_being_spun(peer, domain):
             time.sleep(0.02)
             return link.simulated_time
 
-        peer.wait(told, 10.0, "a tick")
+        peer.wait(told, "a tick")
         told()
         assert has_subscribers(publisher) and link.simulated_time == 2.5
-    peer.wait(lambda: not has_subscribers(publisher), 10.0, "its end")
+    peer.wait(lambda: not has_subscribers(publisher), "its end")

@@ -45,13 +45,13 @@ def test_a_node_that_prepares_says_so_once_a_second_while_it_is_busy(domain, tmp
     rclpy.init(context=context, domain_id=domain, signal_handler_options=quiet)
     node = Node("busy", context=context)
     diagnostics = Diagnostics(node, "busy", "hand")
-    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), 10.0, "the node")
+    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), "the node")
     with Preparation(node, diagnostics, "kernels") as tell:
         peer.spin(0.5)
         assert not received  # nothing to say yet
         tell("compiling")
         time.sleep(1.3)  # busy: nobody else publishes
-    peer.wait(lambda: len(received) == 2, 5.0, "two reports")
+    peer.wait(lambda: len(received) == 2, "two reports")
     for (status,) in (array.status for array in received):
         assert (status.name, status.message, status.level) == (
             "busy: kernels",

@@ -40,8 +40,8 @@ def node(peer, domain):
 def storm(peer, node, count):
     """Have `count` messages wait at the node."""
     publisher = peer.node.create_publisher(String, "storm", MANY)
-    peer.wait(lambda: node.count_publishers("storm"), 10.0, "discovery")
-    peer.wait(publisher.get_subscription_count, 10.0, "discovery")
+    peer.wait(lambda: node.count_publishers("storm"), "discovery")
+    peer.wait(publisher.get_subscription_count, "discovery")
     for number in range(count):
         publisher.publish(String(data=str(number)))
     peer.spin(0.3)
@@ -53,7 +53,7 @@ def await_callers(peer, node, service, count):
     def known():
         return node.get_subscriptions_info_by_topic(f"rr/{service}Reply", no_mangle=True)
 
-    peer.wait(lambda: len(known()) == count, 20.0, f"{count} callers of {service}")
+    peer.wait(lambda: len(known()) == count, f"{count} callers of {service}")
 
 
 def test_a_slice_ends_after_its_time_and_the_next_goes_on_in_order(peer, node):
@@ -100,7 +100,7 @@ def test_a_storm_does_not_keep_others_waiting(peer, node):
     storm(peer, node, 300)
     executor.serve(10.0)
     assert len(received) == 300
-    peer.wait(question.done, 5.0, "an answer")
+    peer.wait(question.done, "an answer")
     assert int(question.result().message) < 5
     executor.close()
 
@@ -116,7 +116,7 @@ def test_subscriptions_that_come_later_are_served_too(peer, node):
         executor.serve(0.001)
         return received
 
-    peer.wait(served, 5.0, "the message")
+    peer.wait(served, "the message")
     executor.close()
 
 
@@ -138,7 +138,7 @@ def test_a_service_answers_one_call_in_a_period_and_no_call_is_lost(peer, node):
 
     while len(asked) < 30:
         executor.serve(1.0)
-        peer.wait(answered, 20.0, "the answers")  # the middleware keeps no more than ten
+        peer.wait(answered, "the answers")  # the middleware keeps no more than ten
     assert min(after - before for before, after in pairwise(asked)) > 0.9 * ANSWER_PERIOD
     # another service does not wait for this one
     executor._services_due = 0.0
@@ -149,5 +149,5 @@ def test_a_service_answers_one_call_in_a_period_and_no_call_is_lost(peer, node):
     peer.spin(0.3)
     executor.serve(1.0)
     assert len(asked) == 32
-    peer.wait(lambda: all(question.done() for question in questions), 5.0, "answers")
+    peer.wait(lambda: all(question.done() for question in questions), "answers")
     executor.close()

@@ -111,7 +111,7 @@ def test_a_node_that_could_not_be_made_leaves_nothing_that_others_find(domain, t
     peer = Peer(domain, tmp_path)
 
     def published(count):
-        peer.wait(lambda: peer.node.count_publishers("left_over") == count, 10.0, f"{count} there")
+        peer.wait(lambda: peer.node.count_publishers("left_over") == count, f"{count} there")
 
     gc.disable()  # only what the end of the node does itself counts
     try:

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
-from ros_peer import Peer, seconds
+from ros_peer import PATIENCE, Peer, seconds
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -39,7 +39,7 @@ class FaultyPlantPeer(Peer):
     def connect(self):
         """Until the driver answers the plant's samples."""
         states = self.listen(JointState, "pneumaticbox/state")
-        self.wait(lambda: states and self.truths, 40.0, "driver and plant")
+        self.wait(lambda: states and self.truths, "driver and plant")
         self.pass_time(0.8)
 
     @property
@@ -50,17 +50,17 @@ class FaultyPlantPeer(Peer):
         """What the plant's clock shows [s]."""
         return seconds(self.truth.header.stamp)
 
-    def pass_time(self, duration, limit=30.0):
+    def pass_time(self, duration, limit=PATIENCE):
         """Let so much of the plant's time [s] pass."""
         del self.truths[:-1]
         end = self.time() + duration
-        self.wait(lambda: self.time() >= end, limit, f"{duration} s of the plant's time")
+        self.wait(lambda: self.time() >= end, f"{duration} s of the plant's time", limit)
 
-    def order(self, text, limit=10.0):
+    def order(self, text, limit=PATIENCE):
         """Give the plant an order and wait until it has obeyed."""
         self.obeyed.clear()
         self.publish(String, "plant/order", String(data=text))
-        self.wait(lambda: any(m.data == text for m in self.obeyed), limit, f"order {text}")
+        self.wait(lambda: any(m.data == text for m in self.obeyed), f"order {text}", limit)
 
     def command(self, *masses):
         """Command air masses [kg]."""
@@ -71,7 +71,7 @@ class FaultyPlantPeer(Peer):
     def trigger(self, service):
         return self.call(Trigger, f"pneumaticbox/{service}")
 
-    def diagnosis(self, *words, limit=10.0):
+    def diagnosis(self, *words, limit=PATIENCE):
         """Wait for a diagnostic status in which all words stand; its text."""
         self.told.clear()
 
@@ -83,4 +83,4 @@ class FaultyPlantPeer(Peer):
                         return text
             return None
 
-        return self.wait(told, limit, f"a diagnostic with {words}")
+        return self.wait(told, f"a diagnostic with {words}", limit)

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from ros_peer import Peer, seconds
+from ros_peer import PATIENCE, Peer, seconds
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -55,14 +55,14 @@ class PlantPeer(Peer):
         def answered():
             return self.valves and round(seconds(self.valves[-1].header.stamp) * 1e9) == now
 
-        self.wait(answered, 5.0, f"valves with stamp {now}")
+        self.wait(answered, f"valves with stamp {now}")
         command = [int(value) for value in self.valves[-1].position]
         self.plant.step(dt, command, self.volumes)
 
     def connect(self):
         """Until the driver is there, and past its start."""
-        self.wait(lambda: self.node.count_publishers("pneumaticbox/valves"), 20.0, "the driver")
-        self.wait(lambda: self.node.count_subscribers("pneumaticbox/sensors"), 20.0, "the driver")
+        self.wait(lambda: self.node.count_publishers("pneumaticbox/valves"), "the driver")
+        self.wait(lambda: self.node.count_subscribers("pneumaticbox/sensors"), "the driver")
         self.run(0.6, 0.01)
 
     def run(self, duration, dt=0.002):
@@ -85,7 +85,7 @@ class PlantPeer(Peer):
     def mass(self):
         return self.plant.mass - self.rest
 
-    def diagnosis(self, *words, limit=5.0, keep_going=True):
+    def diagnosis(self, *words, limit=PATIENCE, keep_going=True):
         """Wait for a status in which all words stand, the samples going on or not."""
         self.told.clear()
         end = time.monotonic() + limit

@@ -12,6 +12,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from softhand_bringup.processes.suite import node_environment
 
+PATIENCE = 60.0  # [s] a busy machine may take to do what an idle one does at once
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -40,7 +41,7 @@ class Peer:
         while (left := end - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=left)
 
-    def wait(self, condition, limit, what):
+    def wait(self, condition, what, limit=PATIENCE):
         """Spin until `condition()`; fail the test with `what` when `limit` [s] is over."""
         end = time.monotonic() + limit
         while not (found := condition()):
@@ -60,33 +61,33 @@ class Peer:
             self.node.create_subscription(kind, topic, heard.append, qos)
         return self._heard[topic]
 
-    def publish(self, kind, topic, message, limit=20.0):
+    def publish(self, kind, topic, message, limit=PATIENCE):
         """Publish once somebody listens."""
         if topic not in self._publishers:
             self._publishers[topic] = self.node.create_publisher(kind, topic, 10)
         publisher = self._publishers[topic]
-        self.wait(publisher.get_subscription_count, limit, f"a subscriber of {topic}")
+        self.wait(publisher.get_subscription_count, f"a subscriber of {topic}", limit)
         publisher.publish(message)
 
-    def request(self, kind, service, limit=20.0, **fields):
+    def request(self, kind, service, limit=PATIENCE, **fields):
         """Call a service without waiting for the answer: a future."""
         client = self.node.create_client(kind, service)
-        self.wait(client.service_is_ready, limit, f"service {service}")
+        self.wait(client.service_is_ready, f"service {service}", limit)
         return client.call_async(kind.Request(**fields))
 
-    def call(self, kind, service, limit=20.0, **fields):
-        """Call a service and wait for its answer; again once when none has come in a quarter of
-        `limit`: a service that has not yet discovered the caller's reader loses its answer.
+    def call(self, kind, service, limit=PATIENCE, **fields):
+        """Call a service and wait for its answer; again once when none has come in 5 s:
+        a service that has not yet discovered the caller's reader loses its answer.
         """
         futures = [self.request(kind, service, **fields)]
-        end = time.monotonic() + limit / 4
+        end = time.monotonic() + min(5.0, limit / 4)
 
         def answer():
             if len(futures) == 1 and time.monotonic() > end:
                 futures.append(self.request(kind, service, **fields))
             return next((future for future in futures if future.done()), None)
 
-        return self.wait(answer, limit, f"an answer of {service}").result()
+        return self.wait(answer, f"an answer of {service}", limit).result()
 
 
 def seconds(stamp):

@@ -5,7 +5,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_peer import LATCHED, Peer, seconds
+from ros_peer import LATCHED, PATIENCE, Peer, seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -19,7 +19,6 @@ EVERY_PHASE = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 AMBIENT = 101_325.0  # [Pa]
 CHANNELS = ["a", "b", "c", "d"]  # of RBO Hand 2
-START_LIMIT = 60.0  # [s] of wall time, that of compiling apart
 
 
 class SuitePeer(Peer):
@@ -60,19 +59,19 @@ class SuitePeer(Peer):
         when it compiles on a busy machine, the limit does not count.
         """
         reports = self.listen(DiagnosticArray, "/diagnostics")
-        seen, end = 0, time.monotonic() + START_LIMIT
+        seen, end = 0, time.monotonic() + PATIENCE
         while not self.state() and time.monotonic() < end:
             self.spin(0.5)
             fresh, seen = reports[seen:], len(reports)
             if any(v.key == PREPARING for a in fresh for s in a.status for v in s.values):
-                end = time.monotonic() + START_LIMIT
-        self.wait(self.state, 0.0, "a message on pneumaticbox/state")
-        self.wait(self.time, START_LIMIT, "a tick of /clock")
+                end = time.monotonic() + PATIENCE
+        self.wait(self.state, "a message on pneumaticbox/state", 0.0)
+        self.wait(self.time, "a tick of /clock")
 
-    def pass_time(self, duration, limit=60.0):
+    def pass_time(self, duration, limit=PATIENCE):
         """Let so much simulated time [s] pass."""
         end = self.time() + duration
-        self.wait(lambda: self.time() >= end, limit, f"{duration} s of simulated time")
+        self.wait(lambda: self.time() >= end, f"{duration} s of simulated time", limit)
 
     def command(self, masses, channels=None, after=0.0):
         """Command air masses [kg] on pneumaticbox/command."""
@@ -85,9 +84,9 @@ class SuitePeer(Peer):
 
     def grasp(self):
         """Call the grasp; a future."""
-        return self.request(Trigger, "grasp/surface_constrained", limit=START_LIMIT)
+        return self.request(Trigger, "grasp/surface_constrained", limit=PATIENCE)
 
-    def trigger(self, service, limit=30.0):
+    def trigger(self, service, limit=PATIENCE):
         """Call a Trigger service and wait for its answer."""
         return self.call(Trigger, service, limit)
 
@@ -109,7 +108,7 @@ class SuitePeer(Peer):
             return [str(ended)]
         return []
 
-    def diagnosis(self, *words, limit=10.0, heard=False):
+    def diagnosis(self, *words, limit=PATIENCE, heard=False):
         """Wait for a diagnostic status in which all these words stand; its text. What was `heard`
         since the last look counts as well, if asked for.
         """
@@ -121,7 +120,7 @@ class SuitePeer(Peer):
             texts = [status_text(status) for array in arrays for status in array.status]
             return next((t for t in texts if all(word in t for word in words)), None)
 
-        return self.wait(told, limit, f"a diagnostic with {words}")
+        return self.wait(told, f"a diagnostic with {words}", limit)
 
 
 def status_text(status):

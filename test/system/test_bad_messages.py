@@ -35,7 +35,7 @@ def filled(connected):
         first, *others = connected.state().position
         return abs(first - GOOD) < 0.15 * GOOD and max(others) < 0.15 * GOOD
 
-    connected.wait(alone, 30.0, "channel a to be filled")
+    connected.wait(alone, "channel a to be filled")
     return connected
 
 
@@ -67,6 +67,5 @@ def test_a_good_command_after_a_bad_one_is_obeyed(filled):
         lambda: (
             filled.state().position[0] < 0.3 * GOOD and filled.state().position[1] > 0.85 * GOOD
         ),
-        30.0,
         "channel b to be filled and a emptied",
     )

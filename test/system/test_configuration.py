@@ -50,7 +50,6 @@ def test_a_node_takes_its_shipped_configuration_in_any_namespace(
         lambda: (
             process.exit_code is not None or full_name in peer.node.get_node_names_and_namespaces()
         ),
-        60.0,
         name,
     )
     assert process.exit_code is None, process.output()

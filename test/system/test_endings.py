@@ -28,7 +28,7 @@ ABORT_MESSAGES = ("terminate called", "Traceback", "core dumped", "Segmentation"
 def test_each_node_ends_in_order(nodes, launcher, peer, tmp_path, signals):
     nodes["recorder"] = launcher.start(suite.recorder(tmp_path / "bag"))
     peer.wait_for_driver()
-    peer.wait(lambda: (tmp_path / "bag" / "bag_0.mcap").exists(), 10.0, "the bag")
+    peer.wait(lambda: (tmp_path / "bag" / "bag_0.mcap").exists(), "the bag")
     for name in NODES:
         for number in signals:
             nodes[name].send(number)
@@ -39,8 +39,8 @@ def test_each_node_ends_in_order(nodes, launcher, peer, tmp_path, signals):
 
 def test_a_simulator_alone_on_its_domain_ends_too(launcher, peer, options):
     process = launcher.start(suite.simulator(options))
-    peer.wait(lambda: any(peer.node.get_node_names()), 20.0, "the node")
-    peer.wait(lambda: len(peer.node.get_node_names()) > 1, 60.0, "the node")
+    peer.wait(lambda: any(peer.node.get_node_names()), "the node")
+    peer.wait(lambda: len(peer.node.get_node_names()) > 1, "the node")
     process.send(signal.SIGTERM)
     assert process.wait(10.0) == 0, process.output()
 
@@ -85,7 +85,7 @@ def test_nodes_end_in_the_middle_of_a_grasp(nodes, launcher, peer, options, tmp_
     nodes |= {command.name: launcher.start(command) for command in further}
     peer.wait_for_driver()
     peer.grasp()
-    peer.wait(lambda: "close" in peer.phases(), 60.0, "a hand that closes")
+    peer.wait(lambda: "close" in peer.phases(), "a hand that closes")
     assert terminate(nodes) == []
 
 
@@ -93,7 +93,7 @@ def test_nodes_end_in_the_middle_of_a_grasp(nodes, launcher, peer, options, tmp_
 def test_nodes_end_in_a_grasp_that_does_not_go_on(nodes, peer, held_up):
     peer.wait_for_driver()
     peer.grasp()
-    peer.wait(lambda: "close" in peer.phases(), 60.0, "a hand that closes")
+    peer.wait(lambda: "close" in peer.phases(), "a hand that closes")
     if held_up == "the driver hangs":
         nodes["driver"].send(signal.SIGSTOP)  # the sequencer's vent has no answer
         nodes["sequencer"].send(signal.SIGINT)
@@ -109,7 +109,7 @@ def test_nodes_end_in_a_grasp_that_does_not_go_on(nodes, peer, held_up):
 def test_a_sequencer_that_waits_for_the_others_ends(launcher, peer, options):
     process = launcher.start(suite.sequencer(options))
     peer.grasp()
-    peer.wait(lambda: "waiting" in process.output(), 60.0, "a sequencer that waits")
+    peer.wait(lambda: "waiting" in process.output(), "a sequencer that waits")
     process.send(signal.SIGTERM)
     assert process.wait(SOON) == 0, process.output()
 

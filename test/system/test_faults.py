@@ -8,7 +8,7 @@ import signal
 import numpy as np
 import pytest
 from faulty_plant_peer import FaultyPlantPeer, plant_command, plant_path
-from ros_peer import seconds
+from ros_peer import PATIENCE, seconds
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from softhand_bringup.processes.launcher import Launcher, NodeCommand
@@ -71,7 +71,7 @@ def filled(bench):
 def fill(bench):
     bench.command(*FULL)
     bench.wait(
-        lambda: np.allclose(bench.truth.position, FULL, atol=2 * MG), 20.0, "channels to be filled"
+        lambda: np.allclose(bench.truth.position, FULL, atol=2 * MG), "channels to be filled"
     )
     bench.pass_time(0.4)  # until the valves have closed
 
@@ -80,8 +80,8 @@ def gauge(bench):
     return np.array(bench.truth.effort)
 
 
-def wait_until_vented(bench, channels=(0, 1), limit=10.0):
-    bench.wait(lambda: (gauge(bench)[list(channels)] < 500.0).all(), limit, "the air to be out")
+def wait_until_vented(bench, channels=(0, 1), limit=PATIENCE):
+    bench.wait(lambda: (gauge(bench)[list(channels)] < 500.0).all(), "the air to be out", limit)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -119,7 +119,7 @@ def test_ten_thousand_commands_at_once_are_warned_of_and_the_last_one_wins(fille
     bench.command(*(0.5 * FULL))
     bench.diagnosis("commands", "command storm")
     bench.wait(
-        lambda: np.allclose(bench.truth.position, 0.5 * FULL, atol=3 * MG), 20.0, "the last command"
+        lambda: np.allclose(bench.truth.position, 0.5 * FULL, atol=3 * MG), "the last command"
     )
     assert max(bench.truth.velocity) < 1.2 * LIMIT
 
@@ -148,16 +148,16 @@ def test_killed_with_an_inlet_open_it_leaves_a_plant_that_vents_and_starts_anew(
     wait_until_vented(bench)
     bench.order("clear")  # the highest pressure is noted from here
     bench.command(GREEDY, 0.0)  # the inlet stays open
-    bench.wait(lambda: gauge(bench)[0] > 10e3, 10.0, "the channel to fill")
+    bench.wait(lambda: gauge(bench)[0] > 10e3, "the channel to fill")
     nodes["driver"].send(signal.SIGKILL)
     assert nodes["driver"].wait(5.0) == -signal.SIGKILL
     # the plant waits for the answer to each sample until it gives the driver up: 6 s of wall time
-    wait_until_vented(bench, limit=20.0)
+    wait_until_vented(bench)
     vented_from = max(bench.truths, key=lambda truth: truth.effort[0])
     assert bench.time() - seconds(vented_from.header.stamp) < 3.0
     # a quarter of a second of inflow more than when it was killed
     assert max(bench.truth.velocity) < 1.2 * LIMIT
     nodes["launcher"].start(NodeCommand("driver", "pneumaticbox_driver.ros.node", BOX))
-    bench.diagnosis("safety", "in operation", limit=20.0)
+    bench.diagnosis("safety", "in operation")
     bench.pass_time(1.0)
     fill(bench)

@@ -56,7 +56,7 @@ def test_a_call_replays_the_stored_grasp_of_a_type_with_its_object(recorder, nod
     )
     choose(peer, stored[TYPE])
     grasp = peer.request(Trigger, "grasp/feix")
-    peer.wait(grasp.done, 150.0, "the end of the grasp")
+    peer.wait(grasp.done, "the end of the grasp", 150.0)
     assert grasp.result().success, grasp.result().message
     assert "by the hand alone" in grasp.result().message
     assert {"hold_out", "grasp", "release", "roll", "hold"} <= set(peer.phases())

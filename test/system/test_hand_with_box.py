@@ -44,7 +44,7 @@ def test_both_nodes_are_there_with_their_topics_services_and_parameters(both, pe
             if offer.way != "sub" and (offer.way, offer.name) not in INSIDE
         }
         names = {name if name.startswith("/") else f"/{name}" for name in names} - OPTIONAL
-        peer.wait(lambda: names <= offered(peer, node), 10.0, f"{names} of {node}")  # noqa: B023
+        peer.wait(lambda: names <= offered(peer, node), f"{names} of {node}")  # noqa: B023
     asked = {"hand_sim": "segments", "pneumaticbox": "embedded_seed"}
     for node, parameter in asked.items():
         answer = peer.call(GetParameters, f"{node}/get_parameters", names=[parameter, "hand"])
@@ -56,10 +56,10 @@ def test_both_nodes_are_there_with_their_topics_services_and_parameters(both, pe
 
 def test_a_command_fills_and_neither_a_pause_nor_a_standstill_vents(both, peer):
     peer.wait_for_driver()
-    peer.wait(lambda: peer.sensors() and peer.valves(), 10.0, "samples and valves")
+    peer.wait(lambda: peer.sensors() and peer.valves(), "samples and valves")
     peer.pass_time(1.0)  # the driver averages its sensors
     peer.command([2e-5, 0.0, 0.0, 0.0])
-    peer.wait(lambda: peer.sensors()[0] > AMBIENT + 5e3, 30.0, "air in channel a")
+    peer.wait(lambda: peer.sensors()[0] > AMBIENT + 5e3, "air in channel a")
     peer.call(SetBool, "sim/pause", data=True)
     peer.spin(STALL)
     peer.call(SetBool, "sim/pause", data=False)
@@ -71,8 +71,8 @@ def test_a_command_fills_and_neither_a_pause_nor_a_standstill_vents(both, peer):
     assert "in operation" in peer.diagnosis("pneumaticbox: safety")
     assert peer.sensors()[0] > AMBIENT + 5e3
     assert peer.trigger("pneumaticbox/vent").success
-    peer.wait(lambda: peer.valves() == [-1.0] * 4, 10.0, "open outlets")
-    peer.wait(lambda: peer.sensors()[0] < AMBIENT + 8e3, 30.0, "an empty hand")
+    peer.wait(lambda: peer.valves() == [-1.0] * 4, "open outlets")
+    peer.wait(lambda: peer.sensors()[0] < AMBIENT + 8e3, "an empty hand")
 
 
 @pytest.mark.parametrize(

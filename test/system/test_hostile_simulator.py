@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-from suite_peer import CHANNELS, START_LIMIT, status_text
+from suite_peer import CHANNELS, PATIENCE, status_text
 
 from softhand_bringup.processes import suite
 
@@ -53,7 +53,7 @@ def send(peer, kind, topic, messages):
         peer.spin(0.03)
 
 
-def simulation_status(peer, limit=10.0):
+def simulation_status(peer, limit=PATIENCE):
     """The simulator's next report on itself: level and text."""
     arrays = peer.listen(DiagnosticArray, "/diagnostics")
     del arrays[:]
@@ -65,14 +65,14 @@ def simulation_status(peer, limit=10.0):
                     return status.level[0], status_text(status)
         return None
 
-    return peer.wait(told, limit, "a report of the simulator")
+    return peer.wait(told, "a report of the simulator", limit)
 
 
 def test_no_message_and_no_call_ends_the_simulator_and_what_is_refused_is_counted(
     launcher, peer, options
 ):
     process = launcher.start(suite.simulator(options))
-    peer.wait(peer.time, START_LIMIT, "a tick of /clock")
+    peer.wait(peer.time, "a tick of /clock")
     send(peer, PoseStamped, "wrist/target_pose", [target(*pose) for pose in POSES])
     send(peer, PoseStamped, "wrist/target_pose", [target((0.0, 0.0, 0.2), frame="x" * 1_000_000)])
     wrong = [JointState(name=names, position=position) for names, position in VALVES]
@@ -107,7 +107,7 @@ def stiff(launcher, options):
 def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(stiff, peer):
     peer.wait_for_driver()
     answer = peer.grasp()
-    peer.wait(lambda: "approach" in peer.phases(), START_LIMIT, "the grasp to begin")
+    peer.wait(lambda: "approach" in peer.phases(), "the grasp to begin")
     for sign in (1.0, -1.0) * 20:
         send(peer, PoseStamped, "wrist/target_pose", [target((2.0 * sign, 0.0, 2.0 * sign))])
         if "diverged" in stiff.output():
@@ -118,7 +118,7 @@ def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(
     assert "until sim/reset" in text
     peer.spin(0.5)  # until the last tick has come
     before = peer.time()
-    refusal = peer.wait(answer.done, 10.0, "the grasp's answer") and answer.result()
+    refusal = peer.wait(answer.done, "the grasp's answer") and answer.result()
     assert not refusal.success
     # a hand that is torn squeezes its air before it diverges: the driver may have spoken first
     reasons = ("the simulator reports: the simulation diverged", "pressure far above its limit")
@@ -128,9 +128,9 @@ def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(
     assert stiff.exit_code is None
     # it begins anew
     assert peer.trigger("sim/reset").success
-    peer.wait(lambda: peer.time() != before, 5.0, "the clock to go on")
+    peer.wait(lambda: peer.time() != before, "the clock to go on")
     peer.pass_time(0.2)
     assert simulation_status(peer)[0] < 2
     assert peer.call(Trigger, "pneumaticbox/reset").success
     peer.command([2e-5, 0.0, 0.0, 0.0])
-    peer.wait(lambda: peer.state().position[0] > 1.5e-5, 20.0, "channel a to be filled")
+    peer.wait(lambda: peer.state().position[0] > 1.5e-5, "channel a to be filled")

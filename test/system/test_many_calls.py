@@ -92,6 +92,6 @@ def test_each_of_fifty_calls_at_once_is_answered(nodes, peer, clients):
         if got != COUNT:
             missing[service] = COUNT - got
         if service == STRATEGY:
-            peer.wait(aborted.done, LIMIT, "the abort")
+            peer.wait(aborted.done, "the abort", LIMIT)
         crowd.close()
     assert not missing

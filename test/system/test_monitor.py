@@ -8,6 +8,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 from refused_start import refusal
+from ros_peer import PATIENCE
 from sensor_msgs.msg import JointState
 
 from model_lab.ros.interface import PARAMETERS
@@ -70,16 +71,16 @@ class Bench:
             self.play(lambda t: 0.0, lambda t: 0.0, stamp := next(stamps), stamp)
             return self.residuals and self.predictions
 
-        self.peer.wait(answered, 20.0, "a residual and a prediction")
+        self.peer.wait(answered, "a residual and a prediction")
         self.peer.spin(0.3)
         self.residuals.clear()
         self.predictions.clear()
 
     def wait_for(self, count):
-        self.peer.wait(lambda: len(self.residuals) >= count, 20.0, f"{count} residuals")
-        self.peer.wait(lambda: len(self.predictions) >= count, 5.0, f"{count} predictions")
+        self.peer.wait(lambda: len(self.residuals) >= count, f"{count} residuals")
+        self.peer.wait(lambda: len(self.predictions) >= count, f"{count} predictions")
 
-    def status(self, name, level, *words, limit=10.0):
+    def status(self, name, level, *words, limit=PATIENCE):
         """Wait for a status of the monitor at a level in which all words stand."""
         self.told.clear()
 
@@ -96,7 +97,7 @@ class Bench:
                 None,
             )
 
-        return self.peer.wait(found, limit, f"{name} at {level} with {words}")
+        return self.peer.wait(found, f"{name} at {level} with {words}", limit)
 
 
 @pytest.fixture

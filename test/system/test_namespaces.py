@@ -10,7 +10,7 @@ from ros_peer import seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
-from suite_peer import CHANNELS, START_LIMIT
+from suite_peer import CHANNELS, PATIENCE
 
 from grasp_strategies.ros.interface import OFFERS as OF_THE_SEQUENCER
 from model_lab.ros.interface import OFFERS as OF_THE_MONITOR
@@ -53,7 +53,7 @@ def heard(peer, kind, topic):
     """Wait for the next message of a topic."""
     messages = peer.listen(kind, topic)
     del messages[:]
-    return peer.wait(lambda: messages and messages[-1], START_LIMIT, f"a message on {topic}")
+    return peer.wait(lambda: messages and messages[-1], f"a message on {topic}")
 
 
 def told_by(peer, name):
@@ -64,14 +64,12 @@ def told_by(peer, name):
     def found():
         return next((s for array in arrays for s in array.status if s.name == name), None)
 
-    return peer.wait(found, START_LIMIT, f"a status of {name}")
+    return peer.wait(found, f"a status of {name}")
 
 
 def test_two_hands_grasp_at_once_by_one_clock(hands, peer):
     ticks = peer.listen(Clock, "/clock")
-    calls = [
-        peer.request(Trigger, f"{hand}/grasp/surface_constrained", START_LIMIT) for hand in HANDS
-    ]
+    calls = [peer.request(Trigger, f"{hand}/grasp/surface_constrained", PATIENCE) for hand in HANDS]
     samples = [peer.listen(JointState, f"{hand}/pneumaticbox/sensors", 1) for hand in HANDS]
     lags, answered = [], []
     end = time.monotonic() + GRASP_LIMIT
@@ -138,7 +136,7 @@ def test_nodes_in_a_namespace_offer_what_their_help_tells_and_name_a_second_cloc
         launcher.start(command)
     launcher.start(replace(suite.monitor(options), remappings={"__ns": "/robot/left"}))
     peer.wait(
-        lambda: peer.listen(JointState, "robot/left/pneumaticbox/state"), START_LIMIT, "the driver"
+        lambda: peer.listen(JointState, "robot/left/pneumaticbox/state"), "the driver", PATIENCE
     )
     for name in OFFERS:
         expected = described(name) - LEFT_OUT.get(name, set())
@@ -161,4 +159,4 @@ def test_nodes_in_a_namespace_offer_what_their_help_tells_and_name_a_second_cloc
         "robot/left/pneumaticbox: sensors",
         "robot/left/grasp_sequencer: sequencer",
     ):
-        peer.diagnosis(name, "two nodes publish /clock", "publish_clock:=false", limit=START_LIMIT)
+        peer.diagnosis(name, "two nodes publish /clock", "publish_clock:=false", limit=PATIENCE)

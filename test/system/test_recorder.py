@@ -29,7 +29,7 @@ def traffic(peer, recorder):
     text = peer.node.create_publisher(String, "robot_description", LATCHED)
     text.publish(String(data="<robot/>"))
     samples = peer.node.create_publisher(JointState, "samples", RATE)  # a second: none is lost here
-    peer.wait(samples.get_subscription_count, 20.0, "the recorder's subscription")
+    peer.wait(samples.get_subscription_count, "the recorder's subscription")
 
     def publish(count):
         due = time.monotonic()
@@ -59,9 +59,9 @@ def test_a_topic_that_has_a_listener_alone_is_recorded_from_its_first_message(
     recorder, peer, tmp_path
 ):
     peer.listen(JointState, "commands", 10)
-    peer.wait(lambda: peer.node.count_subscribers("commands") == 2, 20.0, "the recorder, too")
+    peer.wait(lambda: peer.node.count_subscribers("commands") == 2, "the recorder, too")
     commands = peer.node.create_publisher(JointState, "commands", 10)
-    peer.wait(lambda: commands.get_subscription_count() == 2, 20.0, "both of them")
+    peer.wait(lambda: commands.get_subscription_count() == 2, "both of them")
     commands.publish(JointState(position=[7.0]))
     peer.spin(1.0)
     recorder.send(signal.SIGINT)
@@ -91,7 +91,7 @@ def test_in_a_namespace_it_records_what_lies_below_and_what_has_no_namespace(
     others = [peer.node.create_publisher(String, name, 10) for name in ("right/said", "right/told")]
     for name in ("left/said", "said"):
         peer.publish(String, name, String(data=name))
-    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), 10.0, "the recorder's reports")
+    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), "the recorder's reports")
     peer.diagnosis("left/recorder")
     assert not any(publisher.get_subscription_count() for publisher in others)
     process.send(signal.SIGINT)

@@ -10,11 +10,10 @@ from softhand_bringup.processes import suite
 
 def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer):
     peer.wait_for_driver()
-    peer.wait(lambda: peer.valves() and peer.sensors(), 10.0, "valves and sensors")
+    peer.wait(lambda: peer.valves() and peer.sensors(), "valves and sensors")
     peer.command([8e-5, 0.0, 0.0, 0.0])  # about as much as the channel may hold
     peer.wait(
         lambda: peer.valves()[0] == 1.0 and peer.sensors()[0] > AMBIENT + 20e3,
-        30.0,
         "channel a under pressure with its valve open",
     )
     nodes["driver"].send(signal.SIGKILL)
@@ -30,7 +29,7 @@ def test_a_driver_that_is_held_up_is_told_by_the_simulator(nodes, peer):
     peer.wait_for_driver()
     peer.diagnosis("pneumaticbox: safety", "in operation")
     nodes["driver"].send(signal.SIGSTOP)  # until it is told, however busy the machine is
-    told = peer.diagnosis("the driver answers late", limit=30.0)
+    told = peer.diagnosis("the driver answers late")
     nodes["driver"].send(signal.SIGCONT)
     assert "samples waited for it in vain" in told
     assert peer.diagnosis("pneumaticbox: safety", "in operation")
@@ -44,13 +43,13 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
     launcher.start(suite.simulator(options))
     peer.wait_for_driver()
     peer.grasp()
-    peer.wait(lambda: len(set(peer.phases()) - {"idle"}) >= 1, 30.0, "the first phase of the grasp")
+    peer.wait(lambda: len(set(peer.phases()) - {"idle"}) >= 1, "the first phase of the grasp")
     launcher.check()
 
 
 def test_a_second_simulator_does_not_start_unless_it_is_allowed(launcher, peer, options):
     launcher.start(suite.simulator(options))
-    peer.wait(peer.time, 60.0, "a tick of /clock")
+    peer.wait(peer.time, "a tick of /clock")
     command = suite.simulator(options)
     second = launcher.start(replace(command, name="second"))
     assert second.wait(60.0) == 2, second.output()
@@ -58,16 +57,16 @@ def test_a_second_simulator_does_not_start_unless_it_is_allowed(launcher, peer, 
     assert told in second.last_words()
     parameters = {**command.parameters, "allow_second": True, "publish_clock": False}
     launcher.start(replace(command, name="allowed", parameters=parameters))
-    peer.diagnosis("hand_sim", told, limit=60.0)
+    peer.diagnosis("hand_sim", told)
 
 
 def test_a_sequencer_that_was_stopped_does_not_blame_the_simulator(nodes, peer):
     peer.wait_for_driver()
     call = peer.grasp()
-    peer.wait(lambda: "close" in peer.phases(), 120.0, "phase close")
+    peer.wait(lambda: "close" in peer.phases(), "phase close", 120.0)
     nodes["sequencer"].send(signal.SIGSTOP)
     peer.diagnosis("pneumaticbox: safety", "no command for 5.0 s", limit=120.0)
     nodes["sequencer"].send(signal.SIGCONT)
-    peer.wait(call.done, 60.0, "the answer")
+    peer.wait(call.done, "the answer")
     assert not call.result().success
     assert "this sequencer itself stood still for" in call.result().message

@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from refused_start import refusal
 from ros_domain import held_domain
-from ros_peer import Peer, seconds
+from ros_peer import PATIENCE, Peer, seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Int32, String
@@ -63,28 +63,28 @@ class SequencerPeer(Peer):
     def phases(self):
         return [message.data for message in self._phases if message.data != "idle"]
 
-    def await_phase(self, name, limit=20.0):
-        self.wait(lambda: name in self.phases(), limit, f"phase {name}")
+    def await_phase(self, name, limit=PATIENCE):
+        self.wait(lambda: name in self.phases(), f"phase {name}", limit)
 
     def await_all_phases(self, names):
         """The answer of a service may overtake the last phase."""
-        self.wait(lambda: len(self.phases()) >= len(names), 3.0, f"phases {names}")
+        self.wait(lambda: len(self.phases()) >= len(names), f"phases {names}", 3.0)
         assert self.phases() == names
 
     def grasp(self):
         return self.request(Trigger, "grasp/surface_constrained")
 
-    def answer(self, future, limit=30.0):
-        self.wait(future.done, limit, "an answer")
+    def answer(self, future, limit=PATIENCE):
+        self.wait(future.done, "an answer", limit)
         return future.result()
 
     def result(self):
         """Header and key-value pairs of the newest result."""
-        self.wait(lambda: self.results, 5.0, "a result")
+        self.wait(lambda: self.results, "a result")
         message = self.results[-1]
         return message, {pair.key: pair.value for pair in message.status[0].values}
 
-    def diagnosis(self, word, limit=10.0):
+    def diagnosis(self, word, limit=PATIENCE):
         """A status of the sequencer in whose message a word stands."""
         arrays = self.listen(DiagnosticArray, "/diagnostics")
         del arrays[:]
@@ -93,7 +93,7 @@ class SequencerPeer(Peer):
             statuses = [status for array in arrays for status in array.status]
             return next((s for s in statuses if word in s.message), None)
 
-        return self.wait(find, limit, f"a diagnosis with {word!r}")
+        return self.wait(find, f"a diagnosis with {word!r}", limit)
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, be
     assert float(values["turn"]) == pytest.approx(0.0, abs=1e-6)
     assert (values["phase"], values["cause"], values["failed_at"]) == ("", "", "nan")
     assert values["touching"] == "index, thumb"
-    peer.wait(lambda: peer.ticks, 5.0, "/clock")
+    peer.wait(lambda: peer.ticks, "/clock")
     assert duration - late < seconds(message.header.stamp) < seconds(peer.ticks[-1].clock) + late
 
 
@@ -194,7 +194,7 @@ def test_the_sequencer_is_a_commander_while_a_strategy_runs_and_not_before_or_af
     peer.await_phase("close")
     assert commanders() == 1
     assert peer.answer(future).success
-    peer.wait(lambda: commanders() == 0, 2.0, "an end of the commander")
+    peer.wait(lambda: commanders() == 0, "an end of the commander", 2.0)
 
 
 def test_a_hand_that_holds_on_is_commanded_until_the_sequencer_is_killed(start, bench, peer):
@@ -205,7 +205,7 @@ def test_a_hand_that_holds_on_is_commanded_until_the_sequencer_is_killed(start, 
     peer.spin(4.0)  # 8 s of simulated time
     assert min(peer.states[-1].position) > 1e-5
     process.send(signal.SIGKILL)
-    peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
+    peer.wait(lambda: max(peer.states[-1].position) == 0.0, "empty channels")
 
 
 def test_what_is_held_is_left_to_a_node_that_commands_and_not_to_one_that_could(start, bench, peer):
@@ -215,18 +215,18 @@ def test_what_is_held_is_left_to_a_node_that_commands_and_not_to_one_that_could(
     peer.diagnosis("holding what was grasped")
     publisher = peer.node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
     # the driver's and, while it holds, the sequencer's own
-    peer.wait(lambda: publisher.get_subscription_count() == 2, 10.0, "who hears of commands")
+    peer.wait(lambda: publisher.get_subscription_count() == 2, "who hears of commands")
     peer.spin(2.0)
     assert peer.node.count_publishers("pneumaticbox/command") == 2
     peer.diagnosis("holding what was grasped")
     publisher.publish(JointTrajectory())
     peer.diagnosis("idle")
-    peer.wait(lambda: peer.node.count_publishers("pneumaticbox/command") == 1, 2.0, "one commander")
+    peer.wait(lambda: peer.node.count_publishers("pneumaticbox/command") == 1, "one commander", 2.0)
 
 
 def test_a_second_sequencer_does_not_start_unless_it_shall(start, launcher, peer, write_strategy):
     start()
-    peer.wait(peer.listen(String, "grasp/phase", LATCHED).__len__, 10.0, "the first one's phase")
+    peer.wait(peer.listen(String, "grasp/phase", LATCHED).__len__, "the first one's phase")
     second = launcher.start(NodeCommand("second", MODULE, {"use_sim_time": True}))
     assert second.wait(20.0) == 2
     assert "another sequencer publishes /grasp/phase" in second.last_words()
@@ -267,8 +267,8 @@ def test_an_abort_vents_at_once_and_ends_the_call(start, bench, peer, phase):
     assert aborted.message == f"aborted in phase {phase}: vented"
     answer = peer.answer(future, 2.0)
     assert not answer.success and aborted.message in answer.message
-    peer.wait(lambda: peer.vents, 10.0, "the vent")
-    peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
+    peer.wait(lambda: peer.vents, "the vent")
+    peer.wait(lambda: max(peer.states[-1].position) == 0.0, "empty channels")
     peer.await_phase("aborted")
     assert peer.phases()[-1] == "aborted"
     values = peer.result()[1]
@@ -309,7 +309,7 @@ def test_an_abort_without_a_strategy_vents(start, bench, peer):
     assert aborted.message.startswith(
         "no strategy is running; vented; commands are taken again after"
     )
-    peer.wait(lambda: peer.vents, 10.0, "the vent")
+    peer.wait(lambda: peer.vents, "the vent")
 
 
 def test_after_an_abort_a_grasp_is_refused_until_the_driver_is_reset(start, bench, peer):
@@ -358,7 +358,6 @@ def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
     assert "could not vent: the driver refused to vent" in aborted.message
     peer.wait(
         lambda: peer.states and max(peer.states[-1].position) == 0.0,
-        10.0,
         "air commanded out all the same",
     )
 
@@ -428,7 +427,7 @@ def test_a_node_that_is_preparing_is_waited_for_and_named_with_its_words(
 def assert_nothing_moves(peer):
     """Neither a phase begins nor is anything commanded once simulator and driver are there."""
     commands = peer.listen(JointTrajectory, "pneumaticbox/command")
-    peer.wait(lambda: peer.states, 20.0, "a state of the driver")
+    peer.wait(lambda: peer.states, "a state of the driver")
     peer.spin(2.0)
     assert peer.phases() == ["failed"]
     assert not commands
@@ -460,7 +459,7 @@ def test_a_caller_that_has_gone_gets_no_motion(start, preparing, peer):
     start(connect_time_out=1.0)
     peer.diagnosis("compiling")
     client = peer.node.create_client(Trigger, "grasp/surface_constrained")
-    peer.wait(client.service_is_ready, 10.0, "the service")
+    peer.wait(client.service_is_ready, "the service")
     client.call_async(Trigger.Request())
     peer.diagnosis("waiting: ")
     peer.node.destroy_client(client)
@@ -524,7 +523,7 @@ def test_diagnostics_come_once_a_second_with_the_phase(start, bench, peer):
 def test_wall_time_beside_a_simulator_is_told(start, bench, peer):
     bench()
     start(use_sim_time=False)
-    assert "use_sim_time is false" in peer.diagnosis("/clock", limit=15.0).message
+    assert "use_sim_time is false" in peer.diagnosis("/clock").message
 
 
 @pytest.mark.parametrize(
@@ -563,7 +562,7 @@ def test_a_signal_in_mid_grasp_vents_and_ends_the_node_in_order(start, bench, pe
     for number in signals:
         process.send(number)
     assert_ended_in_order(process)
-    peer.wait(lambda: peer.vents, 10.0, "the vent")
+    peer.wait(lambda: peer.vents, "the vent")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -595,7 +594,7 @@ def plain(domain, tmp_path_factory):
 
 
 def test_started_plainly_it_follows_simulated_time_and_tells_that_the_clock_stands(plain, peer):
-    assert "/clock has stood still" in peer.diagnosis("/clock", limit=15.0).message
+    assert "/clock has stood still" in peer.diagnosis("/clock").message
 
 
 def test_parameters_are_declared_with_text_unit_and_range(plain, peer):

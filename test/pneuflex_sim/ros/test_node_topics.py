@@ -48,14 +48,14 @@ def test_poses_of_the_tips_are_computed_when_somebody_hears_them(peer, monkeypat
         node.advance()
     assert not computed
     heard = peer.listen(PoseArray, "hand/fingertips")
-    peer.wait(lambda: node.count_subscribers("hand/fingertips"), 10.0, "discovery")
+    peer.wait(lambda: node.count_subscribers("hand/fingertips"), "discovery")
     peer.spin(0.5)
     for _ in range(STEPS):
         node.advance()
         peer.spin(0.0)
     assert len(computed) == 10
     assert computed == pytest.approx([0.22 + 0.02 * k for k in range(10)])
-    peer.wait(lambda: len(heard) == 10, 5.0, "all of them")
+    peer.wait(lambda: len(heard) == 10, "all of them")
     assert all(len(message.poses) == 5 for message in heard)
     del computed[:]
     node.set_parameters([rclpy.Parameter("joint_rate", value=0.0)])
@@ -80,6 +80,6 @@ def test_while_it_waits_for_a_commander_its_clock_repeats_the_last_tick(peer):
     assert node.simulation.time == pytest.approx(0.016)  # the first sample that is commanded later
     for _ in range(3):
         node.stand()
-    peer.wait(lambda: len(heard) >= 3, 5.0, "ticks while it stands")
+    peer.wait(lambda: len(heard) >= 3, "ticks while it stands")
     assert {round(seconds(tick.clock), 9) for tick in heard} == {0.01}
     node.close()

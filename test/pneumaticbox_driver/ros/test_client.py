@@ -50,7 +50,7 @@ def box(request, domain, launcher, peer):
     remappings = {"__ns": f"/{namespace}"} if namespace else {}
     launcher.start(NodeCommand("driver", MODULE, {**BOX, **EMBEDDED}, remappings=remappings))
     topic = f"/{namespace}/pneumaticbox/state".replace("//", "/")
-    peer.wait(lambda: peer.node.count_publishers(topic), 60.0, "the driver")
+    peer.wait(lambda: peer.node.count_publishers(topic), "the driver")
     with PneumaticboxClient(domain=domain, namespace=namespace) as box:
         yield box
 

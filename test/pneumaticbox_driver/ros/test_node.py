@@ -34,7 +34,7 @@ def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, p
     stamps = [seconds(message.header.stamp) for message in peer.valves]
     np.testing.assert_allclose(np.diff(stamps), 0.002, atol=1e-9)
     np.testing.assert_allclose(peer.mass(), [20 * MG, 8 * MG], atol=1 * MG)
-    peer.wait(lambda: len(peer.states) >= len(stamps), 2.0, "the last state")
+    peer.wait(lambda: len(peer.states) >= len(stamps), "the last state", 2.0)
     state = peer.states[-1]
     assert state.name == CHANNELS and state.header.stamp == peer.valves[-1].header.stamp
     np.testing.assert_allclose(state.position, peer.mass(), atol=1 * MG)
@@ -115,7 +115,7 @@ def test_without_samples_it_vents_and_latches_until_reset(start, peer):
     peer.connect()
     peer.command(10 * MG, 10 * MG)
     peer.run(0.2)
-    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], 1.0, "open outlets")
+    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], "open outlets", 1.0)
     peer.diagnosis("safety", "no sensor sample for 250 ms", keep_going=False)
     refused = peer.call(Trigger, "pneumaticbox/reset")
     assert not refused.success and "no usable sensor sample" in refused.message
@@ -163,13 +163,12 @@ def test_the_embedded_backend_runs_on_the_wall_clock(start, peer, simulated):
     process = start(
         backend="embedded", embedded_rate=200.0, use_sim_time=simulated, real_time_priority=20
     )
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     peer.spin(1.0)
     peer.command(20 * MG, 5 * MG)
     # to the smallest pulse: when the samples come is up to the machine
     peer.wait(
         lambda: np.allclose(peer.states[-1].position, [20 * MG, 5 * MG], atol=2.5 * MG),
-        10.0,
         "the masses",
     )
     # the clock of the samples is the wall's
@@ -191,7 +190,7 @@ def test_it_follows_simulated_time_unless_told_otherwise(launcher, peer, paramet
     service = "pneumaticbox/get_parameters"
     answer = peer.call(GetParameters, service, names=["use_sim_time"])
     assert answer.values[0].bool_value == simulated
-    peer.wait(lambda: peer.told, 5.0, "diagnostics")
+    peer.wait(lambda: peer.told, "diagnostics")
     assert (peer.told[-1].header.stamp.sec == 0) == simulated  # there is no /clock
 
 
@@ -257,10 +256,10 @@ def test_it_ends_in_order_and_leaves_the_outlets_open(start, peer, signals, back
     process = start(backend=backend, use_sim_time=backend == "topic")
     if backend == "topic":
         peer.connect()
-    peer.wait(lambda: peer.valves, 20.0, "the driver")
+    peer.wait(lambda: peer.valves, "the driver")
     for number in signals:
         process.send(number)
     assert process.wait(10.0) == 0, process.output()
     for text in ("terminate called", "Traceback", "rcl_shutdown"):
         assert text not in process.output()
-    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], 2.0, "open outlets")
+    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], "open outlets", 2.0)

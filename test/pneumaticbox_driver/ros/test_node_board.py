@@ -50,7 +50,7 @@ def inflate(peer, board):
         peer.spin(0.5)
         return board.inflating
 
-    peer.wait(inflated, 30.0, "an inlet that opens")
+    peer.wait(inflated, "an inlet that opens")
 
 
 @pytest.mark.parametrize(
@@ -66,8 +66,8 @@ def test_a_board_that_fails_is_told_to_open_and_is_used_again(on_board, peer, li
     board, process = on_board(link)
     inflate(peer, board)
     begun = board.switch(fault)
-    peer.diagnosis("safety", said, keep_going=False, limit=10.0)
-    peer.wait(lambda: board.opened is not None and board.opened > begun, 10.0, "open outlets")
+    peer.diagnosis("safety", said, keep_going=False)
+    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
     assert peer.call(Trigger, "pneumaticbox/vent").success
     board.switch("none")
     peer.spin(1.0)
@@ -76,5 +76,5 @@ def test_a_board_that_fails_is_told_to_open_and_is_used_again(on_board, peer, li
     begun = board.switch("hang")
     process.send(signal.SIGTERM)
     assert process.wait(10.0) == 0, process.output()
-    peer.wait(lambda: board.opened is not None and board.opened > begun, 10.0, "open outlets")
+    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
     assert "Traceback" not in process.output()

@@ -108,7 +108,7 @@ def test_on_the_simulated_box_the_supply_is_a_parameter_and_a_vent_ends_it(start
     output = tmp_path / "x.yaml"
     embedded = {"backend": "embedded", "embedded_rate": 100.0}
     start(**BOTTLES, **SHORT, **embedded, calibration_output=str(output))
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     assert peer.change("embedded_supply", 200e3) == ""
     peer.spin(3.0)
     supply = values_of(peer.diagnosis("sensors", keep_going=False))

@@ -92,7 +92,7 @@ def gaps_under(peer, topic):
 
 def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start, peer):
     start(backend="embedded", embedded_rate=200.0, state_rate=0.0, real_time_priority=20)
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     elsewhere = gaps_under(peer, "nobody/listens")
     stormy = gaps_under(peer, "pneumaticbox/command")
     # what is left of the machine beside a publisher that never rests is the same in both
@@ -104,9 +104,7 @@ def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start
         counted = counts["messages"] + counts["lost messages"]
     assert peer.diagnosis("safety", keep_going=False).message == "in operation"
     # the last one is obeyed, whatever has been lost
-    peer.wait(
-        lambda: abs(peer.states[-1].position[0] - 20 * MG) < 2.5 * MG, 10.0, "the last target"
-    )
+    peer.wait(lambda: abs(peer.states[-1].position[0] - 20 * MG) < 2.5 * MG, "the last target")
 
 
 def test_two_commanders_are_told_once_both_have_commanded(start, peer):
@@ -114,7 +112,7 @@ def test_two_commanders_are_told_once_both_have_commanded(start, peer):
     peer.connect()
     peer.command(10 * MG, 10 * MG)
     other = peer.node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
-    peer.wait(other.get_subscription_count, 10.0, "the driver as a subscriber")
+    peer.wait(other.get_subscription_count, "the driver as a subscriber")
     report = peer.diagnosis("commands OK")
     assert {pair.key: pair.value for pair in report.values}["commanders"] == "1"  # who has spoken
     point = JointTrajectoryPoint(positions=[0.0])
@@ -122,4 +120,4 @@ def test_two_commanders_are_told_once_both_have_commanded(start, peer):
     peer.command(10 * MG, 10 * MG)
     peer.diagnosis("commands", "two nodes command the box")
     peer.node.destroy_publisher(other)
-    peer.diagnosis("commands OK", limit=20.0)
+    peer.diagnosis("commands OK")

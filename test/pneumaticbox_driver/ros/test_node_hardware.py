@@ -58,7 +58,7 @@ def on_board(domain, tmp_path, peer, fault):
 def fill(peer):
     """Until the channels hold 20 and 5 mg; again if a busy machine has kept the board waiting."""
     target = [20 * MG, 5 * MG]
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     peer.spin(1.0)
 
     def filled():
@@ -67,7 +67,7 @@ def fill(peer):
         peer.spin(2.0)
         return np.allclose(peer.states[-1].position, target, atol=2.5 * MG)
 
-    peer.wait(filled, 20.0, "the masses")
+    peer.wait(filled, "the masses")
 
 
 def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer, fault):
@@ -79,7 +79,7 @@ def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer,
     refused = peer.call(Trigger, "pneumaticbox/reset")
     assert not refused.success and "no usable sensor sample" in refused.message
     fault.unlink()
-    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, 10.0, "open outlets")
+    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, "open outlets")
     peer.diagnosis("safety", "vented until pneumaticbox/reset", keep_going=False)
     assert peer.call(Trigger, "pneumaticbox/reset").success
     assert peer.diagnosis("safety", "in operation", keep_going=False)
@@ -114,7 +114,7 @@ def test_a_board_whose_reading_blocks_is_vented_and_everything_goes_on(on_board,
         latencies.append(min(latency for latency in opened if latency > 0))
         assert peer.call(Trigger, "pneumaticbox/vent").success
         fault.unlink()
-        peer.wait(lambda: peer.call(Trigger, "pneumaticbox/reset").success, 10.0, "a reset")
+        peer.wait(lambda: peer.call(Trigger, "pneumaticbox/reset").success, "a reset")
     assert min(latencies) < 0.25, latencies
     put(fault, "read blocks")
     peer.spin(0.5)
@@ -129,7 +129,7 @@ def test_valves_that_cannot_be_switched_are_said_loudly_and_services_go_on(on_bo
     assert peer.call(Trigger, "pneumaticbox/vent").success
     assert "does not open the outlets, shut off the supply" in on_board.output()
     fault.unlink()
-    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, 10.0, "open outlets")
+    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, "open outlets")
     put(fault, "set_valves blocks")
     peer.spin(0.5)
     on_board.send(signal.SIGTERM)

@@ -23,12 +23,12 @@ WALK = ["mass", "pressure", "volume", "pressure", "mass_flow", "volume", "time",
 def test_with_a_hand_it_starts_in_mode_pressure_and_serves_one_channel(launcher, peer):
     parameters = {"backend": "embedded", "volume_model": "hand", "control_mode": ["pressure"]}
     process = launcher.start(NodeCommand("driver", MODULE, parameters))
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     peer.spin(0.6)
     point = JointTrajectoryPoint(effort=[20e3])
     command = JointTrajectory(joint_names=["b"], points=[point])
     peer.publish(JointTrajectory, "pneumaticbox/command", command)
-    peer.wait(lambda: abs(peer.states[-1].effort[1] - 20e3) < 2e3, 10.0, "20 kPa")
+    peer.wait(lambda: abs(peer.states[-1].effort[1] - 20e3) < 2e3, "20 kPa")
     assert process.exit_code is None
 
 
@@ -60,7 +60,7 @@ def test_every_mode_follows_a_mass_command_on_one_of_two_channels(on_backend, pe
     if backend == "topic":
         peer.connect()
     else:
-        peer.wait(lambda: peer.states, 20.0, "a state")
+        peer.wait(lambda: peer.states, "a state")
         peer.spin(0.6)
     peer.command(10 * MG, names=["a"])
     assert set(WALK) == set(MODES)

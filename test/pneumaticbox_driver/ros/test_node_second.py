@@ -25,7 +25,7 @@ def test_a_second_driver_does_not_start_unless_it_is_told_to(launcher, peer):
     peer.run(0.1)
     assert first.exit_code is None
     told = start("told", allow_second=True)
-    peer.wait(lambda: peer.node.count_publishers("pneumaticbox/state") == 2, 20.0, "both")
+    peer.wait(lambda: peer.node.count_publishers("pneumaticbox/state") == 2, "both")
     peer.diagnosis("commands", WORDS, keep_going=False)
     assert told.exit_code is None
 
@@ -33,11 +33,11 @@ def test_a_second_driver_does_not_start_unless_it_is_told_to(launcher, peer):
 def test_a_driver_starts_again_at_once_after_the_first_was_killed(launcher, peer):
     command = NodeCommand("driver", MODULE, {**BOX, "backend": "embedded"})
     first = launcher.start(command)
-    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.wait(lambda: peer.states, "a state")
     first.send(signal.SIGKILL)
     first.wait(5.0)
     again = launcher.start(command)
     peer.spin(0.5)
     peer.states.clear()
-    peer.wait(lambda: peer.states, 20.0, "a state of the new driver")
+    peer.wait(lambda: peer.states, "a state of the new driver")
     assert again.exit_code is None
