@@ -20,6 +20,7 @@ INDEX = 0.036  # where the index finger stands along y [m]
 @pytest.fixture(scope="module")
 def page():
     with served(hand="rbo_hand_2", scene="stand") as page:
+        wait_until(lambda: page.seen, "the page's own view of the hand")
         page.server.initial_camera.position = (DISTANCE, 0.0, HEIGHT)
         page.server.initial_camera.look_at = (0.0, 0.0, HEIGHT)
         yield page

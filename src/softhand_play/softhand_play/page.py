@@ -12,9 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import viser
 from rosbags.rosbag2 import WriterError
 
+from pneuflex_sim.scene.scenes import SceneDescription
+from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_play.dropped import DROP_SCRIPT, Dropped
 from softhand_play.files import AllowedFiles
 from softhand_play.frames import Frame, StaticScene, Track
@@ -35,6 +38,7 @@ REFRESH_PERIOD = 1.0  # time between updates of plots and status line [s]
 OWN_FOLDER = re.compile(r"\S*softhand-play-\w+/(?:\w+/)?")
 TITLE = "Softhand Play"
 CAMERA_POSITION, LOOK_AT = (0.5, -0.5, 0.4), (0.0, 0.0, 0.16)  # of the initial view [m]
+MIDDLE_OF_HAND = (0.0, 0.0, 0.1)  # in the wrist's frame [m]
 VIEW_ANGLE = 0.8  # vertical [rad]
 
 
@@ -65,7 +69,7 @@ class Page:
         server.gui.configure_theme(show_share_button=False)  # sharing would give others access
         server.gui.main_panel.dock_right()
         server.initial_camera.position, server.initial_camera.look_at = CAMERA_POSITION, LOOK_AT
-        self._sees_wall = False
+        self._view_from = (*CAMERA_POSITION, *LOOK_AT)
         server.initial_camera.fov = VIEW_ANGLE
         _light(server)
         self._head = server.gui.add_html("")
@@ -157,20 +161,30 @@ class Page:
 
     def _show_world(self) -> None:
         """Update everything that depends on the world."""
-        self._look_past(self.player.now.static_scene.scene.wall is not None)
+        self._look_at(self.player.now.static_scene.scene)
         self.hand.show_world()
         if not self.live:
             self.scene.show_world()
             self.strategies.show_world()
 
-    def _look_past(self, wall: bool) -> None:
-        """Put the camera on the other side if there is a wall, which at +x would hide the hand."""
-        if wall != self._sees_wall:
-            self._sees_wall = wall
-            place = (-CAMERA_POSITION[0], *CAMERA_POSITION[1:]) if wall else CAMERA_POSITION
-            self.server.initial_camera.position = place
-            for client in self.server.get_clients().values():
-                client.camera.position, client.camera.look_at = place, LOOK_AT
+    def _look_at(self, scene: SceneDescription) -> None:
+        """Put the camera before a table, on the other side if there is a wall, which at +x would
+        hide the hand, and before the hand where nothing but it is there.
+        """
+        place, seen = np.array(CAMERA_POSITION), np.array(LOOK_AT)
+        if scene.wall is not None:
+            place[0] = -place[0]
+        if scene.rigid_wrist:
+            middle = rotate(from_rpy(scene.wrist_rpy), MIDDLE_OF_HAND)
+            shift = np.array(scene.wrist_position) + middle - seen
+            place, seen = place + shift, seen + shift
+        if (*place, *seen) == self._view_from:
+            return
+        self._view_from = (*place, *seen)
+        self.server.initial_camera.position = tuple(place)
+        self.server.initial_camera.look_at = tuple(seen)
+        for client in self.server.get_clients().values():
+            client.camera.position, client.camera.look_at = tuple(place), tuple(seen)
 
     def _draw(self, frame: Frame, static_scene: StaticScene) -> None:
         if self._view is None or self._view.static_scene is not static_scene:
