@@ -1,6 +1,7 @@
 """What the lab says of a set, held against what is hidden in it."""
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -148,9 +149,11 @@ def found_run(truth: Truth, answer: dict) -> bool:
 def _names_run(truth: Truth, told: list[dict]) -> bool:
     """Whether the runs that are told are among the right ones, and at least one is.
 
-    An event has a `run`; a slip of a run names it as the `column` that it is about.
+    An event has a `run`; a slip of runs names them in the `column` that it is about, such as
+    `specimen of run01 and run03`.
     """
-    runs = {one.get("run") or one.get("column") for one in told} - {None}
+    about = (one.get("run") or one.get("column", "") for one in told)
+    runs = {name for text in about for name in re.findall(r"\br(?:un)?\d+\b", text)}
     return bool(runs) and runs <= set(truth.runs)
 
 

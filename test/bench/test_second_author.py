@@ -212,6 +212,16 @@ def answer(verdict, *effects, **more):
             "sure",
         ),
         (
+            Truth("", slip="exchanged", event="exchanged", runs=("r1", "r3")),
+            answer("slip", slips=[{"name": "exchanged", "column": "specimen of r1 and r3"}]),
+            "right",
+        ),
+        (
+            Truth("", slip="exchanged", event="exchanged", runs=("r1", "r3")),
+            answer("slip", slips=[{"name": "exchanged", "column": "specimen of r1 and r2"}]),
+            "sure",
+        ),
+        (
             Truth("", slip="odd_run", event="odd_run", runs=("r3",)),
             answer("slip", slips=[{"name": "odd_run", "column": "r3"}]),
             "right",
