@@ -1,6 +1,7 @@
 import argparse
 import json
 import math
+import sys
 import warnings
 from dataclasses import fields, replace
 from pathlib import Path
@@ -287,3 +288,42 @@ def test_every_setting_of_the_simulation_reaches_it():
         assert getattr(config, name) == getattr(settings, name) != getattr(usual, name), name
     assert config.solver == solver_settings("fast") != usual.solver
     assert TrialSettings().simulation("rbo_hand_1").hand == "rbo_hand_1"
+
+
+def test_two_engines_run_the_same_seeds_and_those_that_differ_are_named(
+    monkeypatch, tmp_path, capsys
+):
+    ran = []
+
+    def play(seed, settings):
+        ran.append((settings.engine, seed))
+        held = settings.engine == "pybullet" or seed != 6
+        return Trial(seed, (0.0, 0.0), 1.0, HELD if held else MISSED, 1.0)
+
+    monkeypatch.setattr(trials, "run_trial", play)
+    out = tmp_path / "both.json"
+    words = ["--seeds", "3", "--first-seed", "5", "--out", str(out)]
+    assert main([*words, "--engines", "pybullet,mujoco"]) == 0
+    assert ran == [(engine, seed) for engine in ("pybullet", "mujoco") for seed in (5, 6, 7)]
+    told = capsys.readouterr().err.splitlines()
+    assert told[0] == "[1/3] pybullet seed 5: gripped, held"
+    words = "cylinder: gripped pybullet 3, mujoco 2 of 3; same verdict 2 of 3; differ: seed 6 "
+    assert told[-1] == words + "(pybullet)"
+    written = json.loads(out.read_text())
+    assert written["engines"]["mujoco"]["gripped"] == 2
+    assert written["agreement"]["differing"] == {"seed 6": ["pybullet"]}
+
+
+@pytest.mark.parametrize("name", ["pybullet", "mujoco"])
+def test_an_engine_that_is_not_installed_is_refused_before_the_first_trial(
+    monkeypatch, capsys, name
+):
+    monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(trials, "run_trial", lambda *_: pytest.fail("it ran"))
+    assert main(["--engines", "pybullet,mujoco"]) == 2
+    assert f"{name}: expected it to be installed, got none" in capsys.readouterr().err
+
+
+def test_engines_that_are_the_same_cannot_be_compared(capsys):
+    assert main(["--engines", "mujoco,mujoco"]) == 2
+    assert "engines: expected names that differ, got mujoco, mujoco" in capsys.readouterr().err

@@ -16,12 +16,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from pneuflex_sim.engines import check_engines, default_engine
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_object
 from softhand_common.documents.quoted import listed
 from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
 from softhand_trials.sweep.plan import Cell, SweptObject, grid
-from softhand_trials.sweep.report import wilson
+from softhand_trials.sweep.report import agreements, wilson
 from softhand_trials.sweep.results import read_results
 from softhand_trials.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
 from softhand_trials.trials import TrialSettings
@@ -38,6 +39,12 @@ SMALL_MAP = {"objects": ("cylinder", "marker"), "pitch": 0.06, "replicates": 1}
 LEAST_SHARE = 0.8  # of the successes in the largest component
 
 
+def engines_option() -> Any:
+    """The option of a map for its engines."""
+    usual = (default_engine(),)
+    return option(usual, "physics engine of the map; others run its trials to compare [-]")
+
+
 @dataclass(frozen=True)
 class MapParameters:
     """Options of a map."""
@@ -51,6 +58,7 @@ class MapParameters:
     step: float = option(0.005, "of the physics [s]")
     seed: int = option(0, "of the jitter [-]")
     jobs: int = option(2, "processes [-]")
+    engines: tuple[str, ...] = engines_option()
 
     def __post_init__(self) -> None:
         known = type(self).checks
@@ -99,7 +107,12 @@ def map_plan(
     """
     objects = tuple(placed(object, object in upright) for object in given.objects)
     settings = TrialSettings(
-        strategy, model="rbo_hand_1", segments=10, step=given.step, early_end=True
+        strategy,
+        model="rbo_hand_1",
+        segments=10,
+        step=given.step,
+        early_end=True,
+        engine=given.engines[0],
     )
     axes = [(first, last, given.pitch) for first, last in (given.x, given.y)]
     return SweepPlan(
@@ -137,18 +150,44 @@ def check_plan(main: SweepPlan, name: str, check: Check, headline: Sequence[str]
 
 
 def run_maps(
-    main: SweepPlan, checks: Mapping[str, Check], headline: Sequence[str], jobs: int, job: Job
+    main: SweepPlan,
+    checks: Mapping[str, Check],
+    headline: Sequence[str],
+    given: MapParameters,
+    job: Job,
 ) -> Results:
-    """Run the maps and the checks; trials with results in the job's folder are not run again."""
+    """Run the maps, also in further engines, and the checks; trials with results in the job's
+    folder are not run again.
+    """
+    check_engines(given.engines)
     plans = {MAIN: main}
     plans |= {name: check_plan(main, name, check, headline) for name, check in checks.items()}
-    sweeps = {}
+    sweeps, engines = {}, []
     for number, (name, plan) in enumerate(plans.items()):
         job.progress(name, number / len(plans))
-        records = finished(run_sweep(plan, job.folder / name, jobs))
+        records = finished(run_sweep(plan, job.folder / name, given.jobs))
+        if name == MAIN:
+            engines = compared(plan, records, given.engines, job.folder, given.jobs)
         sweeps[name] = {swept.name: tally(records, swept.name) for swept in plan.objects}
     xs, ys = (sorted({cell[axis] for cell in main.cells}) for axis in (0, 1))
-    return {"xs": xs, "ys": ys, "sweeps": sweeps}
+    return {"xs": xs, "ys": ys, "sweeps": sweeps, "engines": engines}
+
+
+def compared(
+    main: SweepPlan,
+    records: Sequence[Mapping[str, Any]],
+    engines: Sequence[str],
+    folder: Path,
+    jobs: int,
+) -> list[dict[str, Any]]:
+    """Run the trials of a map, whose records are given, in all engines but the first; how far they
+    agree (`Agreement.record`), by object. An engine may refuse an object.
+    """
+    found = [dict(record) for record in records]
+    for engine in engines[1:]:
+        plan = main.in_engines([engine])
+        found += run_sweep(plan, folder / f"{MAIN}_{engine}", jobs)
+    return [agreement.record() for agreement in agreements(found)]
 
 
 def tally(records: Iterable[Mapping[str, Any]], name: str) -> dict[str, Any]:
@@ -188,6 +227,12 @@ def maps_of(results: Results) -> dict[str, SuccessMap]:
 
 
 # ---------------------------------------------------------------- findings
+def engine_findings(results: Results) -> list[Finding]:
+    """A row an object on trials that several engines ran, and where they differ."""
+    rows = results.get("engines", [])
+    return [Finding(f"engines, {found['name']}", "-", found["text"]) for found in rows]
+
+
 def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> list[Finding]:
     """What a map shows, and why trials failed, the four most frequent causes by name."""
     count = found.replicates.size

@@ -18,6 +18,7 @@ from thesis.chapter_8.object_map import (
     MapParameters,
     about,
     cells_of,
+    engine_findings,
     headline,
     map_plan,
     maps_of,
@@ -56,7 +57,7 @@ def run(given: Parameters, job: Job) -> Results:
     """The maps, and the checks on the six headline objects."""
     main = map_plan("push_map", "rbo_hand_1_push", given, UPRIGHT)
     checks = {name: CHECKS[name] for name in given.checks}
-    return run_maps(main, checks, headline(HEADLINE, given), given.jobs, job)
+    return run_maps(main, checks, headline(HEADLINE, given), given, job)
 
 
 def report(results: Results, given: Parameters) -> Report:
@@ -82,6 +83,7 @@ def report(results: Results, given: Parameters) -> Report:
             smallest == "marker",
         ),
         shared_finding(maps, objects, 4, "large overlaps"),
+        *engine_findings(results),
         *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(

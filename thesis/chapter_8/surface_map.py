@@ -17,6 +17,7 @@ from thesis.chapter_8.object_map import (
     Check,
     MapParameters,
     about,
+    engine_findings,
     headline,
     map_plan,
     maps_of,
@@ -56,7 +57,7 @@ def run(given: Parameters, job: Job) -> Results:
     """The maps, and the checks on the eight headline objects."""
     main = map_plan("surface_map", "rbo_hand_1_surface", given)
     checks = {name: CHECKS[name] for name in given.checks}
-    return run_maps(main, checks, headline(HEADLINE, given), given.jobs, job)
+    return run_maps(main, checks, headline(HEADLINE, given), given, job)
 
 
 def report(results: Results, given: Parameters) -> Report:
@@ -77,6 +78,7 @@ def report(results: Results, given: Parameters) -> Report:
         shared_finding(maps, objects, 5, "large overlaps"),
         _fuzziest(maps, rigid),
         _centres(maps, rigid),
+        *engine_findings(results),
         *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(

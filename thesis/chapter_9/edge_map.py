@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from pneuflex_sim.engines import check_engines
 from pneuflex_sim.scene.scenes import Table, load_scene
 from softhand_common.documents.output_file import write_file
 from softhand_trials.sweep import SweepPlan, run_sweep
@@ -19,7 +20,7 @@ from softhand_trials.sweep.plan import SweptObject
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.success_map import Cells, finished, largest_share, overlap
 from softhand_trials.trials import TrialSettings
-from thesis.chapter_8.object_map import RUBBER
+from thesis.chapter_8.object_map import RUBBER, compared, engine_findings, engines_option
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (8.0, 4.5)
@@ -56,6 +57,7 @@ class Parameters:
     step: float = option(0.005, "of the physics [s]")
     seed: int = option(0, "of the jitter [-]")
     jobs: int = option(2, "processes [-]")
+    engines: tuple[str, ...] = engines_option()
 
 
 def plan(given: Parameters, folder: Path) -> SweepPlan:
@@ -68,7 +70,13 @@ def plan(given: Parameters, folder: Path) -> SweepPlan:
         for diameter in given.diameters
     )
     settings = TrialSettings(
-        STRATEGY, scene=SCENE, model="rbo_hand_1", segments=10, step=given.step, early_end=True
+        STRATEGY,
+        scene=SCENE,
+        model="rbo_hand_1",
+        segments=10,
+        step=given.step,
+        early_end=True,
+        engine=given.engines[0],
     )
     cells = tuple((distance, 0.0) for distance in given.distances)
     return SweepPlan(
@@ -118,20 +126,23 @@ def write_scene(folder: Path, rolling_resistance: float) -> Path:
 
 def run(given: Parameters, job: Job) -> Results:
     """The map, the same at other resistances and frictions, and the negative controls."""
+    check_engines(given.engines)
     main = plan(given, job.folder)
     changes: dict[str, dict[str, Any]] = {MAIN: {}}
     for name in given.checks:
         rolling = ROLLING.get(name)
         scene = {"scene": str(write_scene(job.folder, rolling))} if rolling else OTHERS[name]
         changes[name] = dict(scene)
-    sweeps = {}
+    sweeps, engines = {}, []
     for number, (name, change) in enumerate(changes.items()):
         job.progress(name, number / len(changes))
         own = "edge_map" if name == MAIN else f"edge_map-{name}"
         swept = replace(main, name=own, settings=replace(main.settings, **change))
         records = finished(run_sweep(swept, job.folder / name, given.jobs))
         sweeps[name] = [_trial(record) for record in records]
-    return {"sweeps": sweeps}
+        if name == MAIN:
+            engines = compared(swept, records, given.engines, job.folder, given.jobs)
+    return {"sweeps": sweeps, "engines": engines}
 
 
 def _trial(record: Mapping[str, Any]) -> dict[str, Any]:
@@ -191,6 +202,7 @@ def report(results: Results, given: Parameters) -> Report:
             gaps[widest] <= 1,
         ),
         _farthest(sizes, places, region),
+        *engine_findings(results),
         *(_check(name, results) for name in given.checks),
     ]
     return Report(findings, f"Cylinders of {held} of {len(sizes)} diameters are lifted.")

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from pneuflex_sim.engines import check_engines
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
 from softhand_trials.sweep.plan import SweptObject
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.success_map import finished
 from softhand_trials.trials import TrialSettings
-from thesis.chapter_8.object_map import RUBBER
+from thesis.chapter_8.object_map import RUBBER, compared, engine_findings, engines_option
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 3.8)
@@ -40,6 +41,7 @@ class Parameters:
     step: float = option(0.005, "of the physics [s]")
     seed: int = option(1000, "of the jitter; the strategy was tuned at others [-]")
     jobs: int = option(2, "processes [-]")
+    engines: tuple[str, ...] = engines_option()
 
 
 def plan(given: Parameters) -> SweepPlan:
@@ -51,7 +53,9 @@ def plan(given: Parameters) -> SweepPlan:
         raise ValueError(f"scene {SCENE}: expected a wall, got none")
     return SweepPlan(
         "wall_success",
-        TrialSettings(STRATEGY, OBJECT, SCENE, step=given.step, early_end=True),
+        TrialSettings(
+            STRATEGY, OBJECT, SCENE, step=given.step, early_end=True, engine=given.engines[0]
+        ),
         (SweptObject(OBJECT),),
         tuple((round(wall.distance - start, 6), 0.0) for start in given.starts),
         moves="object",
@@ -66,9 +70,11 @@ def run(given: Parameters, job: Job) -> Results:
     """Successes over inclination and start, the same without a wall, and at the best inclination
     with other friction of the rubber.
     """
+    check_engines(given.engines)
     main = plan(given)
     job.progress("trials at the wall", 0.0)
     records = finished(run_sweep(main, job.folder / "main", given.jobs))
+    engines = compared(main, records, given.engines, job.folder, given.jobs)
     job.progress("trials without a wall", 0.8)
     bare = replace(
         main,
@@ -87,6 +93,7 @@ def run(given: Parameters, job: Job) -> Results:
     return {
         "trials": [_trial(record, distance) for record in records],
         "control": [_trial(record, distance) for record in control],
+        "engines": engines,
         **{name: [_trial(record, distance) for record in found] for name, found in other.items()},
     }
 
@@ -137,6 +144,7 @@ def report(results: Results, given: Parameters) -> Report:
     if len(rates) > 2:
         findings += [_one_peak(counts)]
     findings += [_flat(results["trials"]), _control(results["control"])]
+    findings += engine_findings(results)
     findings += [_rubber(name, results[name]) for name in RUBBER if name in results]
     best = max(rates, key=lambda angle: rates[angle])
     return Report(findings, f"Most successes at {best:g} deg: {100 * rates[best]:.0f} %.")

@@ -17,6 +17,10 @@ NO_PYBULLET = (
 )
 
 
+class NotInstalled(RuntimeError):
+    """An engine is asked for that is not installed; the message says what would do."""
+
+
 @contextmanager
 def _silent_error() -> Iterator[None]:
     """Drop what C code prints to the standard error."""
@@ -39,15 +43,15 @@ class _OnDemand:
             with _silent_error():
                 module = import_module("pybullet")
         except ImportError as reason:
-            raise RuntimeError(NO_PYBULLET) from reason
+            raise NotInstalled(NO_PYBULLET) from reason
         vars(self).update(vars(module))
         return getattr(module, name)
 
 
-def is_installed() -> bool:
-    """Whether PyBullet can be imported."""
+def is_installed(name: str = "pybullet") -> bool:
+    """Whether a module, by default PyBullet, can be imported."""
     try:
-        return find_spec("pybullet") is not None
+        return find_spec(name) is not None
     except ValueError:  # of a name that is None in sys.modules
         return False
 
@@ -59,4 +63,4 @@ def failures() -> tuple[type[Exception], ...]:
 
 pybullet: Any = _OnDemand()
 
-__all__ = ["failures", "is_installed", "pybullet"]
+__all__ = ["NO_PYBULLET", "NotInstalled", "failures", "is_installed", "pybullet"]

@@ -10,7 +10,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
@@ -27,11 +27,13 @@ from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.strategy.variants import varied
-from pneuflex_sim.engines import ENGINES, default_engine
+from pneuflex_sim.bullet import NotInstalled
+from pneuflex_sim.engines import ENGINES, check_engines, default_engine
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_common.documents.output_file import UnwritableFile, check_new, write_new
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
+from softhand_trials.agreement import Agreement, add_engines
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
 MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
@@ -303,6 +305,15 @@ def summarise(trials: list[Trial], settings: TrialSettings) -> dict[str, Any]:
     }
 
 
+def compare_engines(trials: Mapping[str, list[Trial]], name: str) -> Agreement:
+    """Verdicts of the same seeds in engines, by their names; `name`: of what is compared."""
+    verdicts = {
+        f"seed {same[0].seed}": tuple(trial.result.gripped for trial in same)
+        for same in zip(*trials.values(), strict=True)
+    }
+    return Agreement(name, tuple(trials), verdicts)
+
+
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Options of a command line for the settings of trials, which `read_settings` reads."""
     usual = TrialSettings()
@@ -340,6 +351,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Grasp trials in process, without ROS: seeded offset and mass.",
     )
     add_settings(parser)
+    add_engines(parser)
     add = parser.add_argument
     add("--offset", type=_offset, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
     add("--mass-spread", type=_share, default=MASS_SPREAD, help="share of mass (%(default)s)")
@@ -370,17 +382,19 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"seeds and jobs: expected 1 or more, got {options.seeds}, {options.jobs}")
     if options.out is not None:
         check_new(options.out, options.force)
-    settings, trials = read_settings(options), []
+    settings = read_settings(options)
     settings = replace(settings, offset=options.offset, mass_spread=options.mass_spread)
-    seeds = range(options.first_seed, options.first_seed + options.seeds)
-    for trial in run_batch(seeds, settings, options.jobs):
-        trials.append(trial)
-        print(
-            f"[{len(trials)}/{options.seeds}] seed {trial.seed}: {trial.result.outcome}, "
-            f"{trial.result.reason}",
-            file=sys.stderr,
-        )
-    summary = summarise(trials, settings)
+    engines = options.engines or (settings.engine,)
+    check_engines(engines)
+    runs = {name: replace(settings, engine=name) for name in engines}
+    trials = {
+        name: _batch(options, run, name if options.engines else "") for name, run in runs.items()
+    }
+    summaries = {name: summarise(trials[name], runs[name]) for name in engines}
+    compared = compare_engines(trials, settings.object)
+    summary = {"engines": summaries, "agreement": compared.record()}
+    if not options.engines:
+        summary = summaries[settings.engine]
     text = json.dumps(summary, indent=2)
     if options.out is None:
         print(text)
@@ -390,8 +404,25 @@ def _run(options: argparse.Namespace) -> int:
         except UnwritableFile:
             print(text)  # so that the trials need not run again
             raise
-    print(f"gripped {summary['gripped']} of {summary['count']}", file=sys.stderr)
+    told = (
+        f"{compared.name}: {compared.text}"
+        if options.engines
+        else f"gripped {summary['gripped']} of {summary['count']}"
+    )
+    print(told, file=sys.stderr)
     return 0
+
+
+def _batch(options: argparse.Namespace, settings: TrialSettings, engine: str) -> list[Trial]:
+    """All trials, each told as soon as it is done."""
+    trials = []
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    for trial in run_batch(seeds, settings, options.jobs):
+        trials.append(trial)
+        which = f"{engine} seed {trial.seed}".lstrip()
+        count, result = f"[{len(trials)}/{options.seeds}]", trial.result
+        print(f"{count} {which}: {result.outcome}, {result.reason}", file=sys.stderr)
+    return trials
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -399,7 +430,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         return _run(options)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, NotInstalled) as error:
         print(f"softhand trials: {error}", file=sys.stderr)
         return 2
 

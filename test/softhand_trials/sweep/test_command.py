@@ -44,3 +44,19 @@ def test_what_cannot_be_run_is_said_in_one_line(write_strategy, tmp_path, capsys
     plan.write_text(PLAN)
     assert main([str(plan), "--jobs", "-1"]) == 2
     assert "jobs: expected 0 or more, got -1" in capsys.readouterr().err
+
+
+def test_a_plan_runs_in_two_engines_and_their_verdicts_are_compared(
+    write_strategy, tmp_path, capsys
+):
+    write_strategy(text=QUICK)
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(PLAN)
+    out = ["--out", str(tmp_path / "out"), "--jobs", "0", "--engines", "pybullet,mujoco"]
+    assert main([str(plan), *out]) == 0
+    told = "two/marker, engines: gripped pybullet 0, mujoco 0 of 2; same verdict 2 of 2"
+    assert told in capsys.readouterr().out
+    engines = [r["settings"].get("engine", "pybullet") for r in read_results(tmp_path / "out")]
+    assert engines == ["pybullet", "pybullet", "mujoco", "mujoco"]
+    assert main([str(plan), "--engines", "pybullet,bullet"]) == 2
+    assert "engine: expected one of pybullet, mujoco, got 'bullet'" in capsys.readouterr().err

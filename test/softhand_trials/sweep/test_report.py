@@ -1,6 +1,6 @@
 import pytest
 
-from softhand_trials.sweep.report import summary, wilson
+from softhand_trials.sweep.report import agreements, summary, wilson
 
 
 def record(key, outcome="gripped", **more):
@@ -33,3 +33,39 @@ def test_a_summary_counts_by_object_and_variant_and_names_the_commonest_failures
 def test_a_summary_says_when_lines_are_of_different_code():
     records = [record("map/ball/0,0/1"), record("map/ball/0,0/2", versions={"code": "2"})]
     assert "run by 2 different states of the code: 1, 2" in summary(records)
+
+
+def in_engines(trial, *outcomes):
+    """Records of a trial by PyBullet, the first engine of a map, and by MuJoCo beside it."""
+    pybullet, mujoco = outcomes
+    other = {"settings": {"engine": "mujoco"}}
+    return [
+        record(f"map/ball/{trial}", pybullet, settings={}),
+        record(f"map/ball/engine=mujoco/{trial}", mujoco, **other),
+    ]
+
+
+def test_engines_are_compared_trial_by_trial():
+    records = in_engines("0,0/1", "gripped", "gripped") + in_engines("0,0/2", "none", "gripped")
+    records += in_engines("10,0/1", "gripped", "none") + in_engines("10,0/2", "none", "none")
+    (found,) = agreements(records)
+    assert found.name == "map/ball"
+    assert found.gripped == {"pybullet": 2, "mujoco": 2}
+    assert found.same == 2  # though both grip as often
+    assert found.differing == {"0,0/2": ["mujoco"], "10,0/1": ["pybullet"]}
+    assert "map/ball, engines: gripped pybullet 2, mujoco 2 of 4; same" in summary(records)
+
+
+def test_a_trial_without_a_verdict_in_one_engine_is_not_compared_and_the_reason_is_told():
+    records = in_engines("0,0/1", "gripped", "gripped") + in_engines("0,0/2", "none", "none")
+    records[-1] = {key: records[-1][key] for key in ("key", "settings")} | {"error": "too soft"}
+    (found,) = agreements(records[:-1])
+    assert (len(found.verdicts), found.refusal) == (1, "")
+    (found,) = agreements(records)
+    assert (len(found.verdicts), found.refusal) == (1, "mujoco: too soft")
+    assert found.text.endswith("same verdict 1 of 1; not compared: mujoco: too soft")
+
+
+def test_results_of_one_engine_have_nothing_to_compare():
+    assert agreements(in_engines("0,0/1", "gripped", "none")[:1]) == []
+    assert "engines" not in summary([record("map/ball/0,0/1")])

@@ -62,3 +62,15 @@ def test_the_command_reports_a_folder_and_overwrites_only_when_asked(results, ca
     assert main(["report", str(results), "--force"]) == 0
     assert main(["report", str(results / "nowhere")]) == 2
     assert "expected results of a sweep" in capsys.readouterr().err
+
+
+def test_a_report_on_two_engines_has_a_table_of_their_verdicts(tmp_path):
+    other = {"settings": {"engine": "mujoco"}}
+    records = [line("map/cup", 0.01 * x, 0, 1) for x in (0, 1)]
+    records += [line("map/cup/engine=mujoco", 0, 0, 1, **other)]
+    records += [line("map/cup/engine=mujoco", 0.01, 0, 1, "none", **other)]
+    (tmp_path / "results.jsonl").write_text("".join(json.dumps(r) + "\n" for r in records))
+    write_report(tmp_path)
+    assert "| map/cup | 2 | 2 | 1 | 1 | 10,0/1: pybullet |" in (tmp_path / "report.md").read_text()
+    (found,) = json.loads((tmp_path / "report.json").read_text())["engines"]
+    assert found["same"] == 1 and found["differing"] == {"10,0/1": ["pybullet"]}

@@ -190,3 +190,29 @@ def test_another_object_and_check_are_added_to_the_maps_of_a_folder(tmp_path, mo
     capsys.readouterr()
     assert main([*words, "--checks", "no_roll"]) == 2
     assert "checks: expected some of fine_step" in capsys.readouterr().err
+
+
+def test_a_second_engine_runs_the_trials_of_the_map_and_is_a_row_an_object(tmp_path, monkeypatch):
+    def refused_by_mujoco(plan, folder, jobs):
+        records = all_gripped(plan, folder, jobs)
+        if "engine" in plan.vary:
+            records[0] |= {"outcome": "none"}
+            records[1] = {k: v for k, v in records[1].items() if k != "outcome"} | {"error": "soft"}
+        return records
+
+    monkeypatch.setattr(object_map, "run_sweep", refused_by_mujoco)
+    given = push_map.Parameters(
+        x=(0.0, 0.02),
+        y=(0.0, 0.0),
+        pitch=0.02,
+        objects=("cylinder", "marker"),
+        replicates=1,
+        checks=("no_air",),
+        engines=("pybullet", "mujoco"),
+    )
+    results = push_map.run(given, Job(tmp_path, lambda what, share: None))
+    rows = {f.what: f.ours for f in push_map.report(results, given).findings}
+    cylinder, marker = (rows[f"engines, push_map/{name}"] for name in given.objects)
+    assert cylinder.startswith("gripped pybullet 3, mujoco 2 of 3; same verdict 2 of 3; differ: ")
+    assert cylinder.endswith("0,0/0 (pybullet); not compared: mujoco: soft")
+    assert marker == "gripped pybullet 4, mujoco 4 of 4; same verdict 4 of 4"

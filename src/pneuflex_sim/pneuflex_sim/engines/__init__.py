@@ -5,21 +5,25 @@ An engine is loaded when a simulation asks for it, so that the other need not be
 
 from __future__ import annotations
 
-from importlib.util import find_spec
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pneuflex_sim.bullet import is_installed
+from pneuflex_sim.bullet import NO_PYBULLET, NotInstalled, is_installed
 
 if TYPE_CHECKING:
     from pneuflex_sim.engines.contract import Engine, Surroundings
 
 PYBULLET, MUJOCO = "pybullet", "mujoco"
 ENGINES = (PYBULLET, MUJOCO)
+NO_MUJOCO = (
+    "mujoco: expected it to be installed, got none; `pip install mujoco-core`, or take engine "
+    "pybullet"
+)
 
 
 def default_engine() -> str:
     """PyBullet where it is installed, else MuJoCo."""
-    return PYBULLET if is_installed() or find_spec(MUJOCO) is None else MUJOCO
+    return PYBULLET if is_installed() or not is_installed(MUJOCO) else MUJOCO
 
 
 def check_engine(name: str) -> None:
@@ -28,20 +32,36 @@ def check_engine(name: str) -> None:
         raise ValueError(f"engine: expected one of {', '.join(ENGINES)}, got {name!r}")
 
 
+def check_installed(name: str) -> None:
+    """Raise NotInstalled, which says what would do, for an engine that is not installed."""
+    if name == PYBULLET and not is_installed():
+        raise NotInstalled(NO_PYBULLET)
+    if name == MUJOCO and not is_installed(MUJOCO):
+        raise NotInstalled(NO_MUJOCO)
+
+
+def check_engines(names: Sequence[str]) -> None:
+    """Raise ValueError unless these are one or more engines that differ, and NotInstalled for one
+    that is not there.
+    """
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"engines: expected names that differ, got {', '.join(names) or 'none'}")
+    for name in names:
+        check_engine(name)
+        check_installed(name)
+
+
 def build_engine(name: str, around: Surroundings) -> Engine:
     """The engine of that name with hand, object and scene in it.
 
-    Raises ValueError for what this engine cannot simulate, RuntimeError where it is not installed.
+    Raises ValueError for what this engine cannot simulate, NotInstalled where it is not there.
     """
     check_engine(name)
+    check_installed(name)
     if name == PYBULLET:
         from pneuflex_sim.engines.pybullet_engine import PybulletEngine
 
         return PybulletEngine(around)
-    if find_spec(MUJOCO) is None:
-        raise RuntimeError(
-            "mujoco: expected it to be installed, got none; `pip install mujoco-core`"
-        )
     from pneuflex_sim.engines.mujoco.engine import MujocoEngine
 
     return MujocoEngine(around)

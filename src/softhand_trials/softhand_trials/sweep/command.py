@@ -6,6 +6,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from pneuflex_sim.bullet import NotInstalled
+from pneuflex_sim.engines import check_engines
+from softhand_trials.agreement import add_engines
 from softhand_trials.sweep.plan import load_plan
 from softhand_trials.sweep.report import summary
 from softhand_trials.sweep.report_files import write_report
@@ -27,6 +30,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--jobs", type=int, default=2, help="processes at a time; 0: in this one (%(default)s)")
     add("--scheduler", help="address of a Dask scheduler instead, such as tls://node:8786")
     add("--dry", action="store_true", help="list the keys of all trials, and end")
+    add_engines(parser)
     return parser
 
 
@@ -34,6 +38,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.jobs < 0:
         raise ValueError(f"jobs: expected 0 or more, got {options.jobs}")
     plan = load_plan(options.plan)
+    if options.engines:
+        check_engines(options.engines)
+        plan = plan.in_engines(options.engines)
     if options.dry:
         print("\n".join(task.key for task in plan.tasks()))
         return 0
@@ -70,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _report_parser().parse_args(words[1:]) if reports else _parser().parse_args(words)
     try:
         return _report(options) if reports else _run(options)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, NotInstalled) as error:
         print(f"softhand-sweep: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

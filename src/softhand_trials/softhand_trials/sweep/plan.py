@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import itertools
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -91,6 +91,10 @@ class SweepPlan:
     seed: int = 0
     jitter: Jitter = field(default_factory=Jitter)
     vary: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+
+    def in_engines(self, engines: Sequence[str]) -> SweepPlan:
+        """The same trials in each of these engines, one engine after the other."""
+        return replace(self, vary={**self.vary, "engine": tuple(engines)})
 
     def tasks(self) -> list[TrialTask]:
         """All trials, those of one hand and scene after each other."""

@@ -1,18 +1,21 @@
-"""Summary of a sweep: successes by object and variant, and why trials failed."""
+"""Summary of a sweep: successes by object and variant, why trials failed, where engines differ."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 from scipy.stats import binomtest
 
 from grasp_strategies.judging.judge import OUTCOME_GRIPPED
+from pneuflex_sim.engines import PYBULLET
+from softhand_trials.agreement import Agreement
 from softhand_trials.sweep.success_map import SuccessMap, map_of
 from softhand_trials.sweep.task import Record
 
+ENGINE_PART = "engine="  # of the keys of trials in engines that are compared
 REASONS_SHOWN = 3  # most frequent reasons of failures in a summary
 
 
@@ -75,6 +78,46 @@ def groups_of(records: Iterable[Record]) -> list[Group]:
     return [Group(name, tuple(chosen)) for name, chosen in found.items()]
 
 
+def agreements(records: Iterable[Record]) -> list[Agreement]:
+    """Verdicts of the trials that several engines ran, by object and variant; empty for results of
+    one engine.
+    """
+    records, groups = list(records), dict[str, dict[str, dict[str, Record]]]()
+    engines = tuple(dict.fromkeys(map(_engine, records)))
+    if len(engines) < 2:
+        return []
+    for record in records:
+        parts = [part for part in record["key"].split("/") if not part.startswith(ENGINE_PART)]
+        name, trial = "/".join(parts[:-2]), "/".join(parts[-2:])
+        groups.setdefault(name, {}).setdefault(trial, {})[_engine(record)] = record
+    return [_agreement(name, engines, trials) for name, trials in groups.items()]
+
+
+def _engine(record: Record) -> str:
+    return str(record.get("settings", {}).get("engine", PYBULLET))
+
+
+def _agreement(
+    name: str, engines: tuple[str, ...], trials: Mapping[str, Mapping[str, Record]]
+) -> Agreement:
+    errors = [
+        f"{engine}: {record['error']}"
+        for found in trials.values()
+        for engine, record in found.items()
+        if "error" in record
+    ]
+    judged = {
+        trial: {engine: r["outcome"] for engine, r in found.items() if "error" not in r}
+        for trial, found in trials.items()
+    }
+    verdicts = {
+        trial: tuple(found[engine] == OUTCOME_GRIPPED for engine in engines)
+        for trial, found in judged.items()
+        if len(found) == len(engines)
+    }
+    return Agreement(name, engines, verdicts, errors[0] if errors else "")
+
+
 def codes_of(records: Iterable[Record]) -> list[str]:
     """Digests of the states of the code that ran trials."""
     return sorted({record["versions"]["code"] for record in records if "versions" in record})
@@ -89,6 +132,7 @@ def summary(records: Iterable[Record]) -> str:
         lines.append(f"{group.name}: {count} ({low:.0f} to {high:.0f} %)")
         commonest = group.failures.most_common(REASONS_SHOWN)
         lines += [f"    {count} x {failure}" for failure, count in commonest]
+    lines += [f"{both.name}, engines: {both.text}" for both in agreements(records)]
     if len(codes := codes_of(records)) > 1:
         lines.append(f"run by {len(codes)} different states of the code: {', '.join(codes)}")
     return "\n".join(lines)

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from softhand_common.documents.output_file import check_new, save_figure, write_json, write_new
+from softhand_trials.agreement import Agreement
 from softhand_trials.sweep.drawing import maps_figure, shares_figure
-from softhand_trials.sweep.report import Group, codes_of, groups_of
+from softhand_trials.sweep.report import Group, agreements, codes_of, groups_of
 from softhand_trials.sweep.results import RESULTS_FILE, read_results
 from softhand_trials.sweep.success_map import SuccessMap, largest_hole, largest_share
 from softhand_trials.sweep.task import Record
@@ -43,8 +44,10 @@ def write_report(folder: Path, out: Path | None = None, force: bool = False) -> 
     files = [out / name for name in (PAGE, REPORT_DATA, SHARES, *([MAPS] if maps else []))]
     for file in files:
         check_new(file, force)
-    write_new(out / PAGE, page(groups, maps), force)
-    write_json(out / REPORT_DATA, document(groups, records), force)
+    compared = agreements(records)
+    write_new(out / PAGE, page(groups, maps, compared), force)
+    engines = {"engines": [agreement.record() for agreement in compared]}
+    write_json(out / REPORT_DATA, document(groups, records) | engines, force)
     shares = [group.share for group in groups], [group.interval for group in groups]
     figure = shares_figure([group.name for group in groups], *shares)
     save_figure(figure, out / SHARES, dpi=FIGURE_DPI)
@@ -58,12 +61,19 @@ def last_of_each(records: Sequence[Record]) -> list[Record]:
     return list({record["key"]: record for record in records}.values())
 
 
-def page(groups: Sequence[Group], maps: dict[str, SuccessMap]) -> str:
-    """The tables in Markdown, with the pictures."""
+def page(
+    groups: Sequence[Group], maps: dict[str, SuccessMap], compared: Sequence[Agreement] = ()
+) -> str:
+    """The tables in Markdown, with the pictures; that of engines if some are compared."""
     rows: list[tuple[str, ...]] = [("trials", "gripped", "share", "95 % interval", "failures")]
     rows += [_shares_row(group) for group in groups]
     names = ["sweep, object, variant", *(group.name for group in groups)]
     text = ["# Report of a sweep", _table(names, rows), f"![Shares of success]({SHARES})"]
+    if compared:
+        rows = [("trials in all", *compared[0].engines, "same verdict", "differ, gripped in")]
+        rows += map(_engines_row, compared)
+        names = ["sweep, object, variant", *(agreement.name for agreement in compared)]
+        text += ["## Engines", _table(names, rows)]
     if maps:
         head = ("region [cm2]", "radius [mm]", "centre [mm]", "largest part", "largest hole")
         rows = [(*head, "fuzziness", "ends within the grid"), *map(_map_row, maps.values())]
@@ -81,6 +91,12 @@ def _shares_row(group: Group) -> tuple[str, ...]:
     low, high = group.interval
     counts = str(len(group.records)), str(group.gripped), f"{group.share:.2f}"
     return (*counts, f"{low:.2f} to {high:.2f}", failures or "-")
+
+
+def _engines_row(found: Agreement) -> tuple[str, ...]:
+    differing = [f"{trial}: {', '.join(held)}" for trial, held in found.differing.items()]
+    counts = map(str, (len(found.verdicts), *found.gripped.values(), found.same))
+    return (*counts, "; ".join(differing) or found.refusal or "-")
 
 
 def _map_row(found: SuccessMap) -> tuple[str, ...]:
