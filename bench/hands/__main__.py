@@ -3,7 +3,9 @@
 Criteria, fixed before the first run: a set is *right* if the verdict is effects_missing with one
 effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
-unexplained. A verdict is *sure* if it has a confidence that is no guess.
+unexplained. In a negative control (markers or pressures shuffled, another hand's model) nothing
+must be named, and the model must not be adequate. A verdict is *sure* if it has a confidence that
+is no guess. Of a right one with a single parameter, the 95 % interval must hold the hidden value.
 """
 
 from __future__ import annotations
@@ -14,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.hands.cases import PLAN, SEED, Hidden, hidden_in
-from bench.hands.measure import HAND, HIGHEST, measured
+from bench.hands.cases import HIGHEST, PLAN, SEED, Hidden, hidden_in
+from bench.hands.measure import HAND, measured
 from model_lab.diagnosis.diagnose import diagnose
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import settled_hand
@@ -34,7 +36,7 @@ def main() -> None:
     print("| # | hidden | where | verdict | named | before, after, floor [mm] | s | score |")
     print("|---|---|---|---|---|---|---|---|")
     scores: dict[str, list[str]] = {}
-    sure = 0
+    sure, holds = 0, []
     for number in chosen:
         random = np.random.default_rng(SEED + number)
         hidden = hidden_in(load_hand(HAND), *PLAN[number], random)
@@ -44,13 +46,17 @@ def main() -> None:
         took = time.monotonic() - begun
         score = scored(hidden, answer)
         sure += score == "wrong" and answer["confidence"] is not None and not answer["guess"]
+        if score == "right" and hidden.value is not None:
+            (parameter,) = answer["effects"][0]["parameters"].values()
+            low, high = parameter["interval"]
+            holds.append(low <= hidden.value <= high)
         scores.setdefault(_group(hidden), []).append(score)
         print(_row(number, hidden, answer, took, score), flush=True)
     print("\n| group | sets | scores |\n|---|---|---|")
     for group, found in scores.items():
         counts = ", ".join(f"{found.count(one)} {one}" for one in sorted(set(found)))
         print(f"| {group} | {len(found)} | {counts} |")
-    print(f"\nwrong and sure: {sure}")
+    print(f"\nwrong and sure: {sure}; intervals that hold the truth: {sum(holds)} of {len(holds)}")
 
 
 def error_of_segments(segments: int) -> float:
@@ -82,26 +88,26 @@ def scored(hidden: Hidden, answer: dict[str, Any]) -> str:
         return "right" if verdict == "adequate" else "wrong" if named else verdict
     if hidden.strength == "outside":
         return "right" if verdict == "unexplained" else "wrong" if named else verdict
+    if hidden.strength == "control":
+        return "wrong" if named else verdict if verdict == "adequate" else "right"
     if verdict != "effects_missing":
         return str(verdict)
-    if len(named) == 1 and (named[0]["name"], named[0]["where"]) == (hidden.name, hidden.where):
+    truth = hidden.name, hidden.where
+    if len(named) == 1 and (named[0]["name"], named[0].get("where", {})) == truth:
         return "right"
-    place = f"{hidden.name}[{'>'.join(hidden.where.values())}]"
+    place = f"{hidden.name}[{'>'.join(hidden.where.values())}]" if hidden.where else hidden.name
     return "tied" if any(place in tied for tied in answer["tied"]) else "wrong"
 
 
 def _group(hidden: Hidden) -> str:
-    return (
-        f"{hidden.name} {hidden.strength}".strip() if hidden.where else hidden.strength or "nothing"
-    )
+    return hidden.strength or hidden.name
 
 
 def _row(number: int, hidden: Hidden, answer: dict[str, Any], took: float, score: str) -> str:
     named = "; ".join(
-        f"{effect['name']} {'>'.join(effect['where'].values())} "
+        f"{effect['name']} {'>'.join(effect.get('where', {}).values())} "
         + ", ".join(f"{key} {one['value']:.3g}" for key, one in effect["parameters"].items())
         for effect in answer["effects"]
-        if "where" in effect
     )
     errors = ", ".join(
         f"{1e3 * answer[key]:.2f}" for key in ("rmse_before", "rmse_after", "noise_floor")

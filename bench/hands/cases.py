@@ -1,8 +1,8 @@
-"""What is hidden in a hand, and in which terms: never by the lab's classes of effects.
+"""What is hidden in a hand: where it can be said otherwise, not by the lab's classes of effects.
 
 The plan, its seeds and its criteria were fixed before anything was run. Strong and weak effects of
-each kind at places drawn by the seed, hands without anything, and three things outside of the
-catalogue of hands.
+each kind at places drawn by the seed, hands without anything, three things outside of the catalogue
+(a channel that saturates, a marker that sags, a wrist that yields), and negative controls.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects import effect_classes
 from softhand_model.hand.hand import ChainDescription, HandDescription
@@ -25,23 +27,55 @@ SIZES = {  # (strong, weak)
     "actuator_scatter": (0.72, 0.90),  # modulus over the nominal one, or one over that
     "mount_tilt": (0.10, 0.04),  # [rad] about an axis that is drawn
     "crosstalk": (0.20, 0.06),  # share of the pressure
+    "strut_stiffness": (0.35, 0.75),
+    "palm_stiffness": (0.45, 0.80),
+    "tip_mass": (0.020, 0.006),  # [kg]
+    "marker_offset": (0.006, 0.002),  # [m] in a direction that is drawn
+    "frame_tilt": (0.06, 0.02),  # [rad] about an axis that is drawn
+    "dead_zone": (4e3, 1.5e3),  # [Pa]
+    "yeoh_stiffening": (0.30, 0.12),  # its c2
 }
+FIRST_KINDS = ("actuator_scatter", "mount_tilt", "crosstalk")
+OUTSIDE = {
+    "limited_channel": 0.5,  # of the highest pressure, beyond which a drawn channel does not rise
+    "loose_marker": 0.006,  # [m] by which a drawn marker sags
+    "soft_wrist": 0.06,  # [rad] by which the hand sags when it is held level
+}
+ONE_VALUE = (
+    "crosstalk",
+    "strut_stiffness",
+    "palm_stiffness",
+    "tip_mass",
+    "dead_zone",
+    "yeoh_stiffening",
+)
+CONTROLS = ("markers_shuffled", "pressures_shuffled", "another_hand")
 PLAN = [
-    *[(kind, strength) for kind in SIZES for strength in ["strong"] * 3 + ["weak"] * 3],
+    *[(kind, strength) for kind in FIRST_KINDS for strength in ["strong"] * 3 + ["weak"] * 3],
     *[("nothing", "")] * 4,
-    *[(name, "outside") for name in ("soft_struts", "stiffening", "dead_zone")],
+    *[(kind, size) for kind in [*SIZES][len(FIRST_KINDS) :] for size in ("strong", "weak")],
+    *[(name, "outside") for name in OUTSIDE] * 2,
+    *[(name, "control") for name in CONTROLS],
+    *[("nothing", "")] * 2,
 ]
-SOFT_STRUTS, STIFFENING, DEAD_ZONE = 0.35, 0.12, 4e3  # factor; Yeoh's c2; [Pa]
+HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
+OTHER_PLACES, OTHER_STRUTS = 0.9, 0.8  # of another hand, over those of the stated one
 
 
 def _same(pressures: Array) -> Array:
     return pressures
 
 
+def _as_they_are(places: Array, frames: Array, down: Array) -> Array:
+    return places
+
+
 @dataclass(frozen=True)
 class Hidden:
     """A hand with something hidden: its description, model, what pressures (channels,) [Pa] act in
-    place of those that are read, and the truth as a verdict would have it.
+    place of those that are read, where fingertips are seen that are at places (tips, 3) [m] with
+    frames (tips, 3, 3) while (3,) is down, and the truth as a verdict would have it; value: of its
+    only parameter, if it has one.
     """
 
     hand: HandDescription
@@ -50,6 +84,8 @@ class Hidden:
     where: dict[str, str] = field(default_factory=dict)
     effects: tuple[Any, ...] = ()
     acting: Callable[[Array], Array] = _same
+    seen: Callable[[Array, Array, Array], Array] = _as_they_are
+    value: float | None = None
 
     @property
     def model(self) -> Model:
@@ -61,16 +97,17 @@ def hidden_in(
     hand: HandDescription, kind: str, strength: str, random: np.random.Generator
 ) -> Hidden:
     """A case of the plan."""
-    size = SIZES[kind][strength == "weak"] if kind in SIZES else 0.0
-    plain = Hidden(hand, kind, strength)
+    size = SIZES[kind][strength == "weak"] if kind in SIZES else OUTSIDE.get(kind, 0.0)
+    plain = Hidden(hand, kind, strength, value=size if kind in ONE_VALUE else None)
+    classes = effect_classes()
     if kind == "actuator_scatter":
         name = str(random.choice(hand.actuator_names))
         factor = float(size if random.uniform() < 0.5 else 1.0 / size)
-        return replace(plain, hand=_softened(hand, name, factor), where={"actuator": name})
+        softer = _softened(hand, name, factor)
+        return replace(plain, hand=softer, where={"actuator": name}, value=factor)
     if kind == "mount_tilt":
         name = str(random.choice([chain.name for chain in hand.chains]))
-        way = random.standard_normal(3)
-        turn = size * way / np.linalg.norm(way)
+        turn = _drawn_way(size, random)
         return replace(plain, hand=_turned(hand, name, turn), where={"chain": name})
     if kind == "crosstalk":
         pairs = list(permutations(range(len(hand.channels)), 2))
@@ -83,13 +120,82 @@ def hidden_in(
 
         names = hand.channels
         return replace(plain, where={"from": names[source], "to": names[target]}, acting=leaking)
-    if kind == "soft_struts":
-        return replace(plain, hand=_each(hand, _with_soft_strut))
-    if kind == "stiffening":
-        return replace(plain, effects=(effect_classes()["yeoh_stiffening"](c2=STIFFENING),))
+    if kind == "strut_stiffness":
+        return replace(plain, hand=_each(hand, lambda chain: _with_strut(chain, size)))
+    if kind == "palm_stiffness":
+        return replace(plain, effects=(classes[kind](factor=size),))
+    if kind == "tip_mass":
+        name = str(random.choice(hand.tips))
+        effect = classes[kind].at(chain=name)(mass=size)
+        return replace(plain, effects=(effect,), where={"chain": name})
+    if kind in ("marker_offset", "loose_marker"):
+        tip = int(random.integers(len(hand.tips)))
+        mine = (np.arange(len(hand.tips)) == tip)[:, None]
+        if kind == "loose_marker":
+            return replace(plain, seen=lambda at, frames, down: at + mine * size * down)
+        way = _drawn_way(size, random)
+        return replace(
+            plain,
+            where={"marker": f"{hand.tips[tip]}_tip"},
+            seen=lambda at, frames, down: at + mine * (frames @ way),
+        )
+    if kind == "frame_tilt":
+        frame = Rotation.from_rotvec(_drawn_way(size, random)).as_matrix()
+        return replace(plain, seen=lambda at, frames, down: at @ frame)
+    if kind == "soft_wrist":
+        return replace(plain, seen=lambda at, frames, down: _sagging(at, size, down))
     if kind == "dead_zone":
-        return replace(plain, acting=lambda pressures: np.maximum(pressures - DEAD_ZONE, 0.0))
+        return replace(plain, acting=lambda pressures: np.maximum(pressures - size, 0.0))
+    if kind == "yeoh_stiffening":
+        return replace(plain, effects=(classes[kind](c2=size),))
+    if kind == "limited_channel":
+        limit = np.full(len(hand.channels), np.inf)
+        channel = int(random.integers(len(limit)))
+        limit[channel] = size * HIGHEST[channel]
+        return replace(plain, acting=lambda pressures: np.minimum(pressures, limit))
+    if kind == "another_hand":
+        return replace(plain, hand=_each(hand, _of_another_hand))
     return plain
+
+
+def _drawn_way(size: float, random: np.random.Generator) -> Array:
+    """A vector (3,) of a size in a direction that is drawn."""
+    way = random.standard_normal(3)
+    return np.asarray(size * way / np.linalg.norm(way))
+
+
+def _sagging(places: Array, angle: float, down: Array) -> Array:
+    """Places (tips, 3) [m] of a hand whose wrist yields to its weight."""
+    along = np.array([0.0, 0.0, 1.0])
+    return places @ Rotation.from_rotvec(angle * np.cross(along, down)).as_matrix().T
+
+
+def shuffled(data: MeasurementSet, kind: str, random: np.random.Generator) -> MeasurementSet:
+    """A set with its markers exchanged in an order drawn for every sample, or with the pressures of
+    each run those of another one; as it is for any other kind.
+    """
+    runs = list(data.runs)
+    if kind == "markers_shuffled":
+        runs = [_with_markers_shuffled(run, [*data.markers], random) for run in runs]
+    if kind == "pressures_shuffled":
+        order = random.permutation(len(runs))
+        runs = [
+            replace(
+                run, columns=run.columns | {key: runs[other].columns[key] for key in data.inputs}
+            )
+            for run, other in zip(runs, order.tolist(), strict=True)
+        ]
+    return replace(data, runs=tuple(runs))
+
+
+def _with_markers_shuffled(run: Run, markers: list[str], random: np.random.Generator) -> Run:
+    orders = [random.permutation(len(markers)) for _ in range(run.samples)]
+    columns = dict(run.columns)
+    for axis in MARKER_AXES:
+        table = np.array([run.columns[f"{marker}.{axis}"] for marker in markers])
+        mixed = np.stack([table[order, at] for at, order in enumerate(orders)], axis=1)
+        columns |= {f"{marker}.{axis}": row for marker, row in zip(markers, mixed, strict=True)}
+    return replace(run, columns=columns)
 
 
 def _each(
@@ -119,8 +225,13 @@ def _turned(hand: HandDescription, name: str, turn: Array) -> HandDescription:
     return _each(hand, change)
 
 
-def _with_soft_strut(chain: ChainDescription) -> ChainDescription:
+def _with_strut(chain: ChainDescription, factor: float) -> ChainDescription:
     if chain.strut is None:
         return chain
-    soft = replace(chain.strut, modulus=SOFT_STRUTS * chain.strut.modulus)
-    return replace(chain, strut=soft)
+    return replace(chain, strut=replace(chain.strut, modulus=factor * chain.strut.modulus))
+
+
+def _of_another_hand(chain: ChainDescription) -> ChainDescription:
+    place = tuple(OTHER_PLACES * along for along in chain.mount.position)
+    moved = replace(chain, mount=replace(chain.mount, position=place))
+    return _with_strut(moved, OTHER_STRUTS)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.hands.cases import Hidden
+from bench.hands.cases import HIGHEST, Hidden, shuffled
 from model_lab.measurements.hands import (
     HandSpecimen,
     default_markers,
@@ -23,7 +23,6 @@ from softhand_model.hand.hand import load_hand
 HAND = "rbo_hand_2"
 SEGMENTS, STEP = 14, 0.002  # of the simulated hand; [s]
 PROTOCOLS, POSES, REPEATS = 5, 8, 2
-HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
 LONGEST, STILL, LOOK = 3.0, 2e-3, 0.05  # [s] of a pose; [rad/s] of a joint at rest; [s]
 MARKER_NOISE, GAUGE_NOISE = 0.5e-3, 50.0  # one sigma of a coordinate [m], of a pressure [Pa]
 WRIST_NOISE = 0.002  # one sigma [rad] by which the frame of the wrist differs from run to run
@@ -54,7 +53,9 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
             name, protocol = f"r{number}{repeat}", f"poses_{number}"
             runs.append(Run(name, "h1", protocol, 293.15, columns, wrist_rpy=rpy))
     specimens = {"h1": Specimen("h1", hand=HandSpecimen(HAND, stated))}
-    return MeasurementSet("hand_pose", "simulated hand", specimens, tuple(runs), markers=markers)
+    title = "simulated hand"
+    made = MeasurementSet("hand_pose", title, specimens, tuple(runs), markers=markers)
+    return shuffled(made, hidden.name, random)
 
 
 def poses(hidden: Hidden, pressures: Array, rpy: tuple[float, ...], scale: float) -> Array:
@@ -71,13 +72,21 @@ def poses(hidden: Hidden, pressures: Array, rpy: tuple[float, ...], scale: float
         modulus_scale=scale,
     )
     simulation = Simulation(config)
-    found = np.array([_at_rest(simulation, hidden.acting(row)) for row in pressures])
+    down = Rotation.from_euler("xyz", rpy).inv().apply([0.0, 0.0, -1.0])
+    found = []
+    for row in pressures:
+        tips = _at_rest(simulation, hidden.acting(row))
+        places = np.array([place for place, _ in tips])
+        frames = Rotation.from_quat([turn for _, turn in tips]).as_matrix()
+        found.append(hidden.seen(places, frames, down))
     simulation.close()
-    return found
+    return np.array(found)
 
 
-def _at_rest(simulation: Simulation, pressures: Array) -> Array:
-    """Fingertips (tips, 3) [m] once the joints rest; raises RuntimeError if they do not."""
+def _at_rest(simulation: Simulation, pressures: Array) -> list[tuple[Array, Array]]:
+    """Place [m] and quaternion of each fingertip once the joints rest; raises RuntimeError
+    if they do not.
+    """
     pressures_abs, looks = simulation.ambient + pressures, round(LONGEST / LOOK)
     for _ in range(looks):
         for _ in range(round(LOOK / STEP)):
@@ -88,5 +97,5 @@ def _at_rest(simulation: Simulation, pressures: Array) -> Array:
             simulation.set_air_masses(masses)
             simulation.step()
         if np.abs(simulation.bodies.v).max() < STILL:
-            return np.array([place for place, _ in simulation.fingertips().values()])
+            return list(simulation.fingertips().values())
     raise RuntimeError(f"the hand still moves after {LONGEST:g} s at {pressures} Pa")

@@ -12,7 +12,7 @@ from bench import rig_faults as rig
 from model_lab.bench.synthesize import Synthesised, synthesize
 from model_lab.experiments.forward import Forward
 from model_lab.rules import RULES
-from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, examine
+from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, examine, group_of_runs
 from model_lab.series.run_scale import run_values, within_groups
 
 SEVENTH = 6  # index of the first run of the second half
@@ -176,3 +176,20 @@ def test_scale_and_zero_of_runs(made):
     assert scaled[0].values == pytest.approx(np.full(table.runs, np.log(1.2)))
     moved = run_values(table, predicted + 0.3, predicted)
     assert moved[1].values == pytest.approx(np.full(table.runs, 0.3))
+
+
+def test_repeats_of_a_hand_whose_frames_scatter_are_no_event_whatever_the_model_misses():
+    """Places lie far from zero: a line through them to where they would be zero says nothing where
+    a finger hardly moves aside, as in the first protocol.
+    """
+    data, random = synthesize("hand_pose", 3, False, noise=1e-9).data, np.random.default_rng(7)
+    table, runs = data.table, len(data.runs)
+    turned = 2e-4 * random.standard_normal((runs, len(data.outputs)))[table.run, table.output]
+    same = 2e-3 * random.standard_normal((runs, table.samples // runs))[group_of_runs(data)].ravel()
+    residual = turned + same + 5e-4 * random.standard_normal(table.samples)
+    still = (table.group == 0) & (table.output % 3 == 1)
+    value = np.where(still, -0.036 + 1e-4 * table.value, table.value)
+    for moved, odd in ((0.0, []), (5e-3, [data.runs[2].name])):
+        left = residual + moved * (table.run == 2)
+        data.__dict__["table"] = replace(table, value=value + left)
+        assert [event.run for event in examine(data, left, 5e-4).events] == odd

@@ -120,7 +120,8 @@ def _may_explain(problem: FitProblem, base: Scored, effects: Sequence[str]) -> b
     predicted = table.value - base.fit.residual
 
     def differences(measured: Array) -> Array:
-        values = [one.values for one in run_values(table, measured, predicted)]
+        found = run_values(table, measured, predicted, problem.data.of_hand)
+        values = [one.values for one in found]
         return np.linalg.norm(within_groups(np.stack(values), group), axis=1)
 
     least = problem.rules.removed_share * differences(table.value)

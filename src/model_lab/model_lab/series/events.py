@@ -117,7 +117,7 @@ def examine(
     events: list[Event] = []
     first_p_value = 1.0
     while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
-        values = run_values(table, measured, predicted)
+        values = run_values(table, measured, predicted, data.of_hand)
         tried = [_best(data, one, patterns, group, events) for one in values]
         found = min(tried, key=lambda event: (not _matters(event, values, within), event.p_value))
         found = replace(found, p_value=min(1.0, len(values) * found.p_value))  # Bonferroni

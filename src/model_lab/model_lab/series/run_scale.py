@@ -22,7 +22,8 @@ class RunValues:
     """One number for each run.
 
     quantity: OUTPUT_SCALE, the natural logarithm of the ratio of measured to predicted outputs, or
-    OUTPUT_ZERO, the measured output where the predicted one is zero, in the unit of the outputs.
+    OUTPUT_ZERO, the measured output where the predicted one is zero, in the unit of the outputs; of
+    places, which lie far from zero, the mean distance of measured from predicted ones.
     output: of which output it is; all have one scale. values (runs,). size (runs,): root
     mean square, over a run, by which its outputs change when its value changes by 1; of measured
     or predicted outputs, whichever are larger.
@@ -34,8 +35,12 @@ class RunValues:
     size: Array
 
 
-def run_values(table: SampleTable, measured: Array, predicted: Array) -> tuple[RunValues, ...]:
-    """Scale, and zero of each output, of every run; measured, predicted (samples,)."""
+def run_values(
+    table: SampleTable, measured: Array, predicted: Array, of_places: bool = False
+) -> tuple[RunValues, ...]:
+    """Scale, and zero of each output, of every run; measured, predicted (samples,). of_places:
+    whether the outputs are places [m].
+    """
     runs = range(table.runs)
     read, said = ([table.of_run(values, run) for run in runs] for values in (measured, predicted))
     outputs = range(len(read[0]))
@@ -46,7 +51,7 @@ def run_values(table: SampleTable, measured: Array, predicted: Array) -> tuple[R
     size = np.sqrt([max(np.mean(y**2), np.mean(p**2)) for y, p in pairs])
     found = [RunValues(OUTPUT_SCALE, 0, scale, size)]
     for output in outputs:
-        zero = [_zero(y[output], p[output]) for y, p in pairs]
+        zero = [(_shift if of_places else _zero)(y[output], p[output]) for y, p in pairs]
         found.append(RunValues(OUTPUT_ZERO, output, np.array(zero), np.ones(len(zero))))
     return tuple(one for one in found if np.all(np.isfinite(one.values)))
 
@@ -70,6 +75,11 @@ def _zero(measured: Array, predicted: Array) -> float:
         return float("nan")
     slope = float(about @ measured) / square
     return float(measured.mean() - slope * predicted.mean())
+
+
+def _shift(measured: Array, predicted: Array) -> float:
+    """Mean distance of measured from predicted values."""
+    return float(np.mean(measured - predicted))
 
 
 def within_groups(values: Array, group: IntArray) -> Array:
