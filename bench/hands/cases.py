@@ -19,6 +19,7 @@ from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects import effect_classes
+from softhand_model.effects.hand_parts import TipMass
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
 
@@ -126,7 +127,7 @@ def hidden_in(
         return replace(plain, effects=(classes[kind](factor=size),))
     if kind == "tip_mass":
         name = str(random.choice(hand.tips))
-        effect = classes[kind].at(chain=name)(mass=size)
+        effect = TipMass.at(chain=name)(mass=size)
         return replace(plain, effects=(effect,), where={"chain": name})
     if kind in ("marker_offset", "loose_marker"):
         tip = int(random.integers(len(hand.tips)))
@@ -179,11 +180,10 @@ def shuffled(data: MeasurementSet, kind: str, random: np.random.Generator) -> Me
         runs = [_with_markers_shuffled(run, [*data.markers], random) for run in runs]
     if kind == "pressures_shuffled":
         order = random.permutation(len(runs))
+        others = [runs[index].columns for index in order.tolist()]
         runs = [
-            replace(
-                run, columns=run.columns | {key: runs[other].columns[key] for key in data.inputs}
-            )
-            for run, other in zip(runs, order.tolist(), strict=True)
+            replace(run, columns={**run.columns, **{key: other[key] for key in data.inputs}})
+            for run, other in zip(runs, others, strict=True)
         ]
     return replace(data, runs=tuple(runs))
 

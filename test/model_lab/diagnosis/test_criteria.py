@@ -9,12 +9,15 @@ from made_up_fits import Said, beyond, made_up_model, made_up_problem
 from scipy.optimize import brentq
 from scipy.stats import f as variance_ratio
 
+from model_lab.bench.layouts import hand_pose_set
 from model_lab.diagnosis import diagnose, selection
 from model_lab.diagnosis.black_boxes import BlackBox
-from model_lab.diagnosis.criteria import depends_on, is_noise, verdict_of
+from model_lab.diagnosis.criteria import beyond_repeats, depends_on, is_noise, verdict_of
 from model_lab.diagnosis.forward_selection import ForwardSelection
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.fit import Scales
+from model_lab.fitting.noise_floor import make_spectrum, noise_floor
+from model_lab.series.events import group_of_runs
 
 ADEQUATE, MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 EXACT = 1e6  # degrees of freedom of repeats that tell the noise to the last digit
@@ -58,6 +61,19 @@ def border(chance, dof, lost=0.0, folds=6):
 
 
 # ---------------------------------------------------------------- a model to which nothing is added
+def test_an_error_that_no_output_of_a_hand_tells_alone_is_told_by_all_together():
+    data, random = hand_pose_set(), np.random.default_rng(2)
+    table, counts = data.table, len(data.table.value) // len(data.runs)
+    noise = random.standard_normal(table.samples)
+    spectrum = make_spectrum(table, np.ones(table.samples))
+    problem = SimpleNamespace(spectrum=spectrum, floor=noise_floor(data, spectrum, noise))
+    assert beyond_repeats(problem, noise) > 0.1
+    missed = 0.7 * random.standard_normal((len(data.runs), counts))[group_of_runs(data)].ravel()
+    assert beyond_repeats(problem, noise + missed) < 1e-3
+    outputs = [np.where(table.output == one, noise + missed, noise) for one in range(15)]
+    assert min(beyond_repeats(problem, one) for one in outputs) > 0.005
+
+
 def test_a_model_at_the_floor_is_adequate_though_a_black_box_knows_far_more():
     assert verdict(Said(0.99), boxes=[(0.1,)]) == ADEQUATE
 

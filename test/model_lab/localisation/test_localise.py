@@ -5,8 +5,10 @@ import time
 import numpy as np
 import pytest
 
+from model_lab.bench.layouts import hand_pose_set
 from model_lab.localisation.localise import RUN_BLOCKS, RUNS, localise
-from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen, down_of
 
 NOISE, SCATTER = 0.006, 0.006
 
@@ -259,3 +261,20 @@ def test_an_error_that_grows_with_the_pressure_in_every_run_is_a_certain_failure
     data = _set(16)
     residual = _residual(data, lambda run, _: 1e-6 * (run.columns["pressure"] - 2e4))
     assert "pressure" in [axis.against for axis in localise(data, residual).certain_failures]
+
+
+def test_of_a_hand_it_says_which_marker_which_channel_and_which_way_the_weight_pulls():
+    data, random = hand_pose_set(), np.random.default_rng(3)
+    table = data.table
+    noise = 5e-4 * random.standard_normal(table.samples)
+    assert localise(data, noise).failures == ()
+    marker = [*data.markers].index("ring_tip")
+    mine = table.output // len(MARKER_AXES) == marker
+    loud = localise(data, noise * np.where(mine, 4.0, 1.0)).failures
+    assert [(one.against, one.where) for one in loud] == [("marker", "marker ring_tip")]
+    with_pressure = noise + 2e-3 * (data.column("pressure.b") > 15e3) * (table.output == 3)
+    of_channel = {one.against: one.where for one in localise(data, with_pressure).failures}
+    assert of_channel["pressure.b"].startswith("pressure.b above")
+    along = np.array([down_of(run)[1] for run in data.runs])[table.run]
+    of_weight = localise(data, noise + 2e-3 * along * (table.output == 3)).axes
+    assert "down.y" in [one.against for one in of_weight[:2]]

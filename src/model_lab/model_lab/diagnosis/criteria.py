@@ -75,18 +75,28 @@ def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
 
 
 def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> float:
-    """p-value of a residual (samples,) that only scatters as repeats do: of its largest band, times
-    the number of bands.
+    """p-value of a residual (samples,) that only scatters as repeats do: of its largest band, or of
+    the bands of one order of all outputs together if that is less, times the number of tests.
 
     lost: share by which the mean square of noise is larger in held-out data.
     """
     spectrum, floor = problem.spectrum, problem.floor
     power = spectrum.power(spectrum.coefficients(residual[None]))[0]
-    counts = spectrum.counts()
     seen = floor.dof > 0.0
-    ratio = power[seen] / counts[seen] / ((1.0 + lost) * floor.variance[seen])
-    chances = fdtrc(counts[seen], floor.dof[seen], ratio)
-    return float(min(np.min(chances) * len(chances), 1.0))
+    level = (1.0 + lost) * floor.variance[seen]
+    counts, dof, power = spectrum.counts()[seen], floor.dof[seen], power[seen]
+    chances = [fdtrc(counts, dof, power / counts / level)]
+    first = np.searchsorted(spectrum.band_output, spectrum.band_output)
+    order = (np.arange(spectrum.band_count) - first)[seen]
+    for each in np.unique(order[order > 0]):  # gains of outputs go together: no test of them
+        mine = order == each
+        if mine.sum() < 2:
+            continue
+        whole, scatter = counts[mine].sum(), (dof * level)[mine].sum()
+        ratio = power[mine].sum() / whole / (scatter / dof[mine].sum())
+        chances.append(np.atleast_1d(fdtrc(whole, dof[mine].sum(), ratio)))
+    tried = np.concatenate(chances)
+    return float(min(np.min(tried) * len(tried), 1.0))
 
 
 # ---------------------------------------------------------------------- is it noise?

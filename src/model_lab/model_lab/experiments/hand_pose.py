@@ -9,7 +9,7 @@ import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import modulus_scales
-from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.measurement_set import MeasurementSet, Run, down_of
 from model_lab.measurements.specimens import require_columns
 from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.chain.chain import ChainModel, discretise
@@ -34,7 +34,6 @@ from softhand_model.model_file import Model
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
 BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubber
-INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
 
 
 class HandPose:
@@ -180,15 +179,6 @@ class HandPose:
         for kept in (self._known, self._body_of, self._models):
             while len(kept) >= KEPT_POSES:
                 del kept[next(iter(kept))]
-
-
-def down_of(run: Run) -> Array:
-    """Direction (3,) of the weight in the frame of the wrist.
-
-    >>> down_of(Run("r", "h", "p", 293.15, {}, wrist_rpy=(0.0, np.pi, 0.0))).round(9).tolist()
-    [0.0, 0.0, 1.0]
-    """
-    return rotate(from_rpy(run.wrist_rpy) * INVERSE_QUATERNION, [0.0, 0.0, -1.0])
 
 
 def with_weight(data: MeasurementSet, model: Model) -> Model:

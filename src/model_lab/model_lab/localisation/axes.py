@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run
+from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, down_of
 from model_lab.measurements.units import Display
 from model_lab.rules import RULES
 
@@ -29,6 +30,7 @@ DRIVING_QUANTITY = {
     "rubber": ("stretch", ""),
     "valve_pulse": ("pressure drop", "Pa"),
 }  # others: pressure
+MARKER = "marker"
 AXES_OF_RUNS = (
     ("run_order", "run", ""),
     ("temperature", "temperature", "K"),
@@ -56,7 +58,7 @@ class Axis:
 
 def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
     """The axes along which a set varies, in the order of its table."""
-    axes = [*_course_axes(data), *_run_axes(data)]
+    axes = [*_course_axes(data), *_run_axes(data), *(_hand_axes(data) if data.of_hand else ())]
     varied = [replace(axis, display=data.shown_in(axis.unit)) for axis in axes if _varies(axis)]
     return tuple(
         axis
@@ -170,6 +172,17 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
         *axes,
         *(_named_axis(data, name, data.of_runs(name)) for name in ("mode", "mount", "specimen")),
     ]
+
+
+def _hand_axes(data: MeasurementSet) -> list[Axis]:
+    """Pressure of each channel, share of the weight along each axis of the wrist, and marker."""
+    axes = [Axis(name, name, "Pa", data.column(name)) for name in data.inputs]
+    down = np.array([down_of(run) for run in data.runs]).T
+    for axis, along in zip(MARKER_AXES, down, strict=True):
+        name = f"down.{axis}"
+        axes.append(Axis(name, name, "", _of_runs(data, along.tolist()), of_run=True))
+    marker = data.table.output // len(MARKER_AXES)
+    return [*axes, Axis(MARKER, MARKER, "", marker.astype(float), tuple(data.markers))]
 
 
 def _named_axis(data: MeasurementSet, name: str, names: Sequence[str]) -> Axis:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.aliases import Array, IntArray
-from model_lab.localisation.axes import COURSES, Axis, axes_of
-from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
+from model_lab.localisation.axes import COURSES, MARKER, Axis, axes_of
+from model_lab.localisation.bins import BOOTSTRAP_DRAWS, Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display
 from model_lab.rules import RULES
@@ -219,7 +219,10 @@ def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisati
     table = data.table
     if residual.shape != (table.samples,):
         raise ValueError(f"residual: expected shape ({table.samples},), got {residual.shape}")
-    axes = [_dependence(data, axis, residual, seed) for axis in axes_of(data)]
+    axes = [
+        (_of_markers if axis.name == MARKER else _dependence)(data, axis, residual, seed)
+        for axis in axes_of(data)
+    ]
     axes.sort(key=lambda axis: -axis.share_of_error)
     means = np.bincount(table.output, residual) / np.bincount(table.output)
     mean_square = float(np.mean(residual**2))
@@ -247,6 +250,26 @@ def _dependence(data: MeasurementSet, axis: Axis, residual: Array, seed: int) ->
     energy = np.sum(counts * means**2, axis=0)
     where = where_phrase(bins, energy, counts.sum(axis=0))
     return Dependence(bins, where, p_value, max(share, 0.0), basis, exact, curves)
+
+
+def _of_markers(data: MeasurementSet, axis: Axis, residual: Array, seed: int) -> Dependence:
+    """How much markers differ in their mean squares, the share of these that is above the mean of
+    all; the test exchanges the markers of each run.
+    """
+    bins, table, random = make_bins(axis), data.table, np.random.default_rng(seed)
+    sums = BlockSums.of(bins, table, residual, len(data.outputs))
+    cell = table.run * bins.count + bins.index
+    of_runs = np.bincount(cell, residual**2, table.runs * bins.count).reshape(table.runs, -1)
+    number = np.bincount(bins.index)
+    drawn = [random.permuted(of_runs, axis=1).sum(axis=0) for _ in range(BOOTSTRAP_DRAWS)]
+    energy = of_runs.sum(axis=0)
+    p_value = _p_value(float(np.var(energy)), np.var(drawn, axis=1))
+    above = energy / max(float(energy.sum()), 1e-300) - number / number.sum()
+    share = float(above[above > 0.0].sum())
+    basis = RUNS if table.blocks_are_runs else RUN_BLOCKS
+    curves = sums.curves(data.outputs, sums.flipped(random))
+    where = where_phrase(bins, energy, number)
+    return Dependence(bins, where, p_value, share, basis, None, curves)
 
 
 def _p_value(observed: float, null: Array) -> float:

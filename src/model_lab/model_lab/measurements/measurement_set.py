@@ -27,9 +27,11 @@ from model_lab.measurements.units import (
     stated_display,
     unit_of,
 )
+from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.effects.effect import STRETCHED
 from softhand_model.hand.hand import HandDescription
 
+INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])  # turns a quaternion into its inverse
 SET_FORMAT = "softhand-measurement/1"  # of its document on disk
 TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 OUTPUTS = {
@@ -313,3 +315,12 @@ def _repeats(first: Run, second: Run) -> bool:
         and first.mode == second.mode
         and abs(first.temperature - second.temperature) <= SAME_TEMPERATURE
     )
+
+
+def down_of(run: Run) -> Array:
+    """Direction (3,) of the weight in the frame of the wrist.
+
+    >>> down_of(Run("r", "h", "p", 293.15, {}, wrist_rpy=(0.0, np.pi, 0.0))).round(9).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    return rotate(from_rpy(run.wrist_rpy) * INVERSE_QUATERNION, [0.0, 0.0, -1.0])

@@ -14,9 +14,9 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.hand_pose import HAND_SEGMENTS, down_of, with_weight
+from model_lab.experiments.hand_pose import HAND_SEGMENTS, with_weight
 from model_lab.measurements.load import load_measurements
-from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.measurement_set import MeasurementSet, Run, down_of
 from softhand_common.documents.output_file import save_figure
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import settled_hand
