@@ -1,7 +1,8 @@
 """Which tests run in the same process where there are several (`make test`: three), and how."""
 
+import importlib.util
 import os
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 import pytest
 
@@ -32,6 +33,23 @@ def pytest_runtest_setup(item):
     one_of_several = hasattr(item.config, "workerinput")
     if one_of_several and share(item.nodeid.split("::")[0]) != NODES and os.nice(0) < GIVES_WAY:
         os.nice(GIVES_WAY)
+
+
+@pytest.fixture(scope="session")
+def control_types():
+    """The module control_msgs.action, and the folder where a node finds it: the installed ones, or
+    else built from their definitions.
+    """
+    from built_interfaces import CAN_BUILD, control_msgs
+
+    with pytest.MonkeyPatch.context() as patch:
+        if importlib.util.find_spec("control_msgs") is None:
+            if not CAN_BUILD:
+                pytest.skip("needs control_msgs, or g++ and the headers of Python to build it")
+            patch.syspath_prepend(control_msgs())
+        from control_msgs import action
+
+        yield action, Path(action.__file__).parents[2]
 
 
 @pytest.hookimpl(optionalhook=True)

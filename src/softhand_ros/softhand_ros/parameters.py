@@ -100,8 +100,8 @@ Table = Sequence[Parameter]
 
 
 class Offer(NamedTuple):
-    """A topic or a service of a node: way (pub, sub or srv), name, ROS type and meaning. <channel>
-    in a name stands for each channel of the hand.
+    """A topic, a service or an action of a node: way (pub, sub, srv or action), name, ROS type and
+    meaning. <channel> in a name stands for each channel of the hand.
     """
 
     way: str

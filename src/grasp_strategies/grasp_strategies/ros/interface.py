@@ -15,6 +15,12 @@ OFFERS = (
         for name in GRASP_SERVICES
     ),
     Offer("srv", "grasp/abort", "std_srvs/Trigger", "ends what runs"),
+    Offer(
+        "action",
+        "~/gripper_cmd",
+        "control_msgs/GripperCommand",
+        "as gripper_type says, where control_msgs is there",
+    ),
     Offer("pub", "grasp/phase", "std_msgs/String", "on every change, latched"),
     Offer("pub", "grasp/result", "diagnostic_msgs/DiagnosticArray", "how it ended, latched"),
     Offer("pub", "wrist/target_pose", "geometry_msgs/PoseStamped", "target pose of the wrist"),

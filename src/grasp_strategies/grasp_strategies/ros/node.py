@@ -6,8 +6,7 @@ import functools
 import sys
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -20,6 +19,8 @@ from std_srvs.srv import Trigger
 
 from grasp_strategies.judging.failure import ABORTED
 from grasp_strategies.judging.judge import GraspResult
+from grasp_strategies.ros.clock_watch import ClockWatch
+from grasp_strategies.ros.gripper_action import CALLERS, GripperAction, opening
 from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,
@@ -47,7 +48,6 @@ UNEXPECTED_END = "ended by an error; see the log"
 LATCHED = latched(1)
 CLOCK_PERIOD = 0.1  # [s] of wall time between two looks at /clock for stamps and watches
 HOLD_PERIOD = 0.2  # [s] of wall time after which what is held is commanded again
-CLOCK_STILL_WARNING_TIME = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
 
 
@@ -85,40 +85,26 @@ class Background:
             thread.join()
 
 
-@dataclass
-class ClockWatch:
-    """Detects that simulated time stands still.
-
-    >>> watch = ClockWatch()
-    >>> [watch.warning(now, wall) for now, wall in ((1, 0.0), (1, 4.0), (2, 5.0), (2, 9.0))]
-    ['', '', '', '']
-    >>> watch.warning(2, 11.0)
-    '/clock has stood still for 6 s (simulator paused or absent)'
-    """
-
-    last: int | None = None
-    since: float = 0.0
-
-    def warning(self, now: int, wall: float) -> str:
-        """The warning at simulated time `now` [ns] and wall time `wall` [s]; empty while time
-        advances.
-        """
-        if now != self.last:
-            self.last, self.since = now, wall
-        still = wall - self.since
-        if still <= CLOCK_STILL_WARNING_TIME:
-            return ""
-        return f"/clock has stood still for {still:.0f} s (simulator paused or absent)"
-
-
 class Run:
     """One running strategy: its phase, its abort flag, and `ended`, a future of its result.
 
-    `service` is the service that was called, `called` the monotonic wall time of the call [s].
+    `service` is the service that was called, `called` the monotonic wall time of the call [s],
+    `wanted` the options of strategies that it asks for, `phases` the number of phases with these,
+    `begun` of those that have begun. `tell` is called with the run at each phase.
     """
 
-    def __init__(self, strategy: Strategy, service: str) -> None:
-        self.strategy, self.service = strategy, service
+    def __init__(
+        self,
+        strategy: Strategy,
+        service: str,
+        wanted: Collection[str] = (),
+        tell: Callable[[Run], None] = lambda run: None,
+    ) -> None:
+        self.strategy, self.service, self.tell = strategy, service, tell
+        self.options = strategy.options.intersection(wanted)
+        options = {None, *self.options}
+        self.phases = sum(phase.option in options for phase in strategy.phases)
+        self.begun = 0
         self.called = time.monotonic()
         self.caller_seen = False  # discovery may find a client later than its call comes
         self.phase = "waiting for simulator and driver"
@@ -172,6 +158,9 @@ class SequencerNode(Node):
             self.create_service(
                 Trigger, f"grasp/{name}", serve, qos_profile=MANY_CALLS, callback_group=group
             )
+        GripperAction(
+            self, self._busy, self._start_gripper, self._interrupt, self._scene.greatest_pressure
+        )
 
     # ------------------------------------------------------------ services
     async def _serve_grasp(
@@ -193,11 +182,28 @@ class SequencerNode(Node):
 
     def _start(self, service: str) -> Run:
         """Begin a strategy; raises ValueError with the reason why not."""
-        if (other := self._run) is not None:
-            raise ValueError(
-                f"{other.strategy.name} is running (phase {other.phase}); grasp/abort ends it"
-            )
-        run = Run(self._strategy_of(service), f"grasp/{service}")
+        lower = self.get_parameter(LOWER_AND_RELEASE).value
+        wanted = {LOWER_AND_RELEASE} if lower else ()
+        return self._begin_run(Run(self._strategy_of(service), f"grasp/{service}", wanted))
+
+    def _start_gripper(self, to_open: bool, tell: Callable[[Run], None]) -> Run:
+        """Begin to open, or to close by the strategy of a service; errors as `_start`."""
+        if to_open:
+            channels = self._scene.channels or self._hand.channels  # as the driver told last
+            strategy = opening(self._hand.name, channels)
+        else:
+            strategy = self._strategy_of(self.get_parameter("gripper_strategy").value)
+        return self._begin_run(Run(strategy, CALLERS, tell=tell))
+
+    def _busy(self) -> str:
+        """Why no strategy can begin now; empty when one can."""
+        if (other := self._run) is None:
+            return ""
+        return f"{other.strategy.name} is running (phase {other.phase}); grasp/abort ends it"
+
+    def _begin_run(self, run: Run) -> Run:
+        if busy := self._busy():
+            raise ValueError(busy)
         self._run = run
         self._scene.take_air()
         self._scene.resume()
@@ -296,7 +302,7 @@ class SequencerNode(Node):
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,
-                options=self._options(run.strategy),
+                options=run.options,
                 control_step=self.get_parameter("control_step").value,
                 on_phase=functools.partial(self._enter_phase, run),
                 abort=run.abort,
@@ -314,10 +320,6 @@ class SequencerNode(Node):
             return result
         done, safe = abort_scene(self._scene, action)
         return result.stopped(f"{reason}; {done}", safe, cause=ABORTED)
-
-    def _options(self, strategy: Strategy) -> frozenset[str]:
-        wanted = {LOWER_AND_RELEASE} if self.get_parameter(LOWER_AND_RELEASE).value else set()
-        return frozenset(wanted) & strategy.options
 
     def _refuse_late(self, run: Run, what: str = "the first phase") -> None:
         """Raise SceneError when the caller can no longer expect the hand to move: too late, or the
@@ -344,6 +346,8 @@ class SequencerNode(Node):
     def _enter_phase(self, run: Run, phase: str) -> None:
         run.phase, run.waits_for = phase, ""
         self._phase_topic.publish(String(data=phase))
+        run.begun += 1
+        run.tell(run)
         self.get_logger().info(f"{run.strategy.name}: {phase}")
 
     def _publish_result(self, strategy: Strategy, result: GraspResult) -> None:

@@ -16,6 +16,7 @@ SHIPPED_STRATEGIES = {
     "feix": ("feix/01",),  # a stored grasp of the Feix taxonomy
 }
 GRASP_SERVICES = tuple(SHIPPED_STRATEGIES)
+GRIPPER_TYPES = ("GripperCommand", "ParallelGripperCommand")  # of control_msgs
 LOWER_AND_RELEASE = "lower_and_release"
 PREPARE_TIME_OUT = "prepare_time_out"
 
@@ -31,7 +32,7 @@ PARAMETERS = (
     Parameter(
         "abort_action",
         VENT_ACTION,
-        "what grasp/abort does with the air; vent opens every outlet, hold keeps it",
+        "what grasp/abort, or a cancel, does with the air; vent opens every outlet, hold keeps it",
         choices=ABORT_ACTIONS,
         read_only=False,
     ),
@@ -64,6 +65,19 @@ PARAMETERS = (
         "longest wall time from a call to its first phase, including compilation",
         "s",
         (0.1, 600.0),
+        read_only=False,
+    ),
+    Parameter(
+        "gripper_type",
+        GRIPPER_TYPES[0],
+        "type of the action gripper_cmd, where control_msgs is installed",
+        choices=GRIPPER_TYPES,
+    ),
+    Parameter(
+        "gripper_strategy",
+        "surface_constrained",
+        "the grasp service whose strategy closes the hand for gripper_cmd",
+        choices=GRASP_SERVICES,
         read_only=False,
     ),
     ALLOW_SECOND,

@@ -9,6 +9,7 @@ the tick at which it acts, by the stamps, whatever has come since.
 from __future__ import annotations
 
 import functools
+import math
 import time
 from collections.abc import Callable, Collection
 from typing import Any
@@ -298,6 +299,11 @@ class TopicScene:
             raise SceneError(refusal)
 
     # ---------------------------------------------------------------- observation
+    def greatest_pressure(self) -> float:
+        """Greatest gauge pressure of a channel as reported last [Pa]; NaN before a report."""
+        air = self._air.value
+        return math.nan if air is None else float(np.max(air.pressure))
+
     def observe(self) -> Observation:
         """Return the state at the scene's time. Raises SceneError when a topic has fallen silent
         (names it), or when this process itself was stopped.

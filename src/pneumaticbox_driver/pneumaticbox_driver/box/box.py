@@ -361,6 +361,13 @@ class PneumaticBox:
         self.guard.unblock(self.commands.switch(modes, values))
         return f"control modes: {', '.join(modes)}"
 
+    def hold(self) -> str:
+        """Drop all commands; each channel keeps what it contains. Returns a sentence on that."""
+        self.calibration.abort("hold was requested")
+        modes = enumerate(self.control.modes)
+        self.commands.hold([self._present(channel, mode) for channel, mode in modes], self.time)
+        return "the channels keep their content"
+
     def _present(self, channel: int, mode: str) -> float:
         """The present state of a channel as a setpoint of a mode."""
         idle = MODES[mode].idle

@@ -64,7 +64,7 @@ class CommandRules:
         Raises:
             ValueError: the message names the field, what was expected and what was found.
         """
-        indices = self._indices(names)
+        indices = self.check_names(names)
         modes = zip(names, (MODES[self.modes[i]] for i in indices), strict=True)
         timed = [name for name, mode in modes if mode.scheduled]
         if timed:
@@ -90,7 +90,7 @@ class CommandRules:
         Raises:
             ValueError: the message names the field, what was expected and what was found.
         """
-        indices = self._indices(names)
+        indices = self.check_names(names)
         for name, index in zip(names, indices, strict=True):
             mode = self.modes[index]
             if not MODES[mode].scheduled:
@@ -139,7 +139,8 @@ class CommandRules:
         rows = [self._values(f"points[{k}]", indices, point) for k, point in enumerate(points)]
         return Trajectory(indices, stamp or None, times, np.array(rows))
 
-    def _indices(self, names: Sequence[str]) -> tuple[int, ...]:
+    def check_names(self, names: Sequence[str]) -> tuple[int, ...]:
+        """Indices of the channels of these names; raises ValueError unless each is one, once."""
         if not names:
             raise ValueError(f"joint_names: expected channels of {list(self.channels)}, got none")
         for name in names:
@@ -320,6 +321,15 @@ class CommandIntake:
         self._begins: list[tuple[float, tuple[int, ...]]] = []  # starts [s], and channels
         for channel, mode in enumerate(modes):
             self.setpoints.set(channel, math.nan, MODES[mode].scheduled)
+
+    def hold(self, values: Sequence[float], now: float) -> None:
+        """Drop all commands and hold `values` (n,), in the units of the modes, NaN for none; the
+        timeout starts again `now` [s].
+        """
+        self.drop()
+        self._last = now
+        for channel, value in enumerate(values):
+            self.setpoints.set(channel, value, MODES[self.rules.modes[channel]].scheduled)
 
     def switch(self, modes: Sequence[str], values: Sequence[float]) -> tuple[int, ...]:
         """Change to other `modes` (n,); channels that change get the setpoint of `values` (n,).

@@ -24,7 +24,8 @@ BOX_STATE = "pneumaticbox/state"
 PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
-def _points(message: JointTrajectory) -> list[TrajectoryPoint]:
+def points_of(message: JointTrajectory) -> list[TrajectoryPoint]:
+    """The points of a message, as the box takes them."""
     return [
         TrajectoryPoint(
             seconds(point.time_from_start),
@@ -83,7 +84,7 @@ class Commands:
 
     def _take(self, topic: str, message: JointTrajectory) -> None:
         stamp, names = seconds(message.header.stamp), message.joint_names
-        points = _points(message)
+        points = points_of(message)
         try:
             self._handlers[topic](names, points, self._of_stamp(stamp), self._now())
         except ValueError as error:

@@ -40,6 +40,12 @@ OFFERS = (
     Offer("srv", "pneumaticbox/tare", "std_srvs/Trigger", "count air masses from here"),
     Offer("srv", "pneumaticbox/calibrate", "std_srvs/Trigger", "calibrate on fixed volumes"),
     Offer("srv", "pneumaticbox/calibrate_next", "std_srvs/Trigger", "with the next supply"),
+    Offer(
+        "action",
+        "pneumaticbox/follow_joint_trajectory",
+        "control_msgs/FollowJointTrajectory",
+        "masses or pressures over time, where control_msgs is there",
+    ),
     Offer("sub", "/clock", "rosgraph_msgs/Clock", "simulated time with backend topic"),
     Offer("pub", "/diagnostics", "diagnostic_msgs/DiagnosticArray", "once a second"),
 )

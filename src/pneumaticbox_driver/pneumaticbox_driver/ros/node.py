@@ -45,6 +45,7 @@ from pneumaticbox_driver.ros.plant_topics import (
     ValvesOut,
     absolute_pressures,
 )
+from pneumaticbox_driver.ros.trajectory_action import TrajectoryAction
 from pneumaticbox_driver.safety import SampleWatch, one_line, text_of
 from pneumaticbox_driver.settings import per_channel
 from softhand_common.documents.quoted import shortened
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
 # time after which the fit of a calibration, in a thread, is interrupted for the control step [s]
 SWITCH_INTERVAL = 0.001
 SERVE_PERIOD = 0.01  # wall time between checks for commands and services when none wait [s]
+ACTION_PERIOD = 0.05  # likewise for the action, where it is offered: a check takes 1 ms [s]
 SERVE_SLICE = 0.001  # longest time for them, without the last message [s]
 SAMPLE_WAIT = 0.01  # longest wait for a sample before other work [s]
 # attributes of parts of the box that are set by parameters of the same name
@@ -112,7 +114,7 @@ class PneumaticBoxNode(Node):
         self._published: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
         self._published_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
-        self._next_look = self._reported = 0.0
+        self._next_look = self._next_action = self._reported = 0.0
         self._reported_safety: tuple[bool, int] = (True, 0)  # enabled, number of vent reasons
         self._create_topics(channels)
         self._create_services()
@@ -138,9 +140,11 @@ class PneumaticBoxNode(Node):
         self._state = StateTopics(self, self.box, *map(self._value, rows))
         handlers = {BOX_COMMAND: self.box.command, BOX_SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
-            self, handlers, self._box_time, self._of_stamp, self._refuse, self.link.accept
+            self, handlers, self._box_time, self._of_stamp, self._refuse, self._accept_command
         )
         self.link.traffic = self._commands.traffic
+        times = self._box_time, self._of_stamp
+        self._trajectories = TrajectoryAction(self, self.box, *times, self.link.accept)
 
     def _create_services(self) -> None:
         offer_switch(self, "pneumaticbox/enable", self._enable)
@@ -174,6 +178,10 @@ class PneumaticBoxNode(Node):
         """Report a refused message in the log and in /diagnostics."""
         self.link.refuse(reason, time.monotonic())
         self.get_logger().warning(f"refused {reason}", throttle_duration_sec=1.0)
+
+    def _accept_command(self) -> None:
+        self._trajectories.displace("a command has come on a topic")
+        self.link.accept()
 
     def _on_parameters(self, parameters: Sequence[rclpy.Parameter]) -> SetParametersResult:
         values = {parameter.name: parameter.value for parameter in parameters}
@@ -266,6 +274,7 @@ class PneumaticBoxNode(Node):
         self._watch.note(self._node_time(), time.monotonic())
         self.link.samples += 1
         self._state.publish(stamp, pressures_abs)
+        self._trajectories.look(stamp)
 
     def _answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
         """Publish the valves: for a plant on topics always, otherwise only changes."""
@@ -289,6 +298,9 @@ class PneumaticBoxNode(Node):
             return
         more = self._executor.serve(min(SERVE_SLICE, slack))
         self._next_look = now if more else now + SERVE_PERIOD
+        if self._trajectories.offered and now >= self._next_action:
+            self._next_action = now + ACTION_PERIOD
+            self._executor.serve_rest()
         self._watch_sensors(now)
         self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)

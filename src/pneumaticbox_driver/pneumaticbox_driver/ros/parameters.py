@@ -14,6 +14,7 @@ from softhand_model.hand.hand import load_hand
 from softhand_ros.parameters import SIM_TIME, Parameter, follow_simulated_time
 from softhand_ros.single import ALLOW_SECOND
 
+CANCEL_ACTIONS = ("hold", "vent")
 BACKENDS = ("topic", "embedded", "hardware")
 
 PARAMETERS = (
@@ -96,6 +97,13 @@ PARAMETERS = (
     Parameter("shortest_pause", 0.06, "smallest time a valve is closed", "s", (0.0, 1.0)),
     Parameter("zero_band", 5000.0, "largest offset of a channel's sensor", "Pa", (0.0, 50000.0)),
     Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
+    Parameter(
+        "cancel_action",
+        CANCEL_ACTIONS[0],
+        "what the cancel of a trajectory does with the air; vent opens every outlet until reset",
+        choices=CANCEL_ACTIONS,
+        read_only=False,
+    ),
     Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma", "Pa", (0.0, 1e5)),
     Parameter("supply_deviation", 10000.0, "of the supply pressure, one sigma", "Pa", (0.0, 1e5)),
     Parameter(
