@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import ENGINES
 from pneuflex_sim.hand import bodies as hand_bodies
 from pneuflex_sim.hand.collision import SKIN_TWIST
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -237,3 +238,22 @@ def contact_forces(simulation, base, link):
 def test_what_cannot_be_used_is_refused_with_what_is_there(config, named):
     with pytest.raises(ValueError, match=named):
         Simulation(SimulationConfig(**config))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_object_put_back_where_it_lay_rests_as_in_a_new_simulation(engine):
+    simulation = Simulation(SimulationConfig(step=0.002, engine=engine))
+    start = simulation.save()
+
+    def poses():
+        simulation.restore(start)
+        simulation.place_object((0.001, 0.003), 1.1)
+        found = []
+        for _ in range(50):
+            simulation.step()
+            found.append(np.concatenate(simulation.object_pose()))
+        return np.array(found)
+
+    first = poses()
+    assert np.array_equal(poses(), first) and np.array_equal(poses(), first)
+    simulation.close()

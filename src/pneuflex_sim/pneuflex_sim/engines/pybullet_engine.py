@@ -21,6 +21,8 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
+FAR_PLACE = np.array([0.0, 0.0, 100.0])  # of hand and scene [m]
+
 
 class PybulletEngine:
     """A world of PyBullet's with hand, object and scene in it."""
@@ -125,8 +127,17 @@ class PybulletEngine:
 
     def restore(self, saved: tuple[BulletState, tuple[Any, ...]]) -> None:
         """Return to a state."""
+        if self.object is not None:
+            self._forget_contacts(self.object)
         saved[0].restore()
         self.bodies.restore(saved[1])
+
+    def _forget_contacts(self, body: ObjectBody) -> None:
+        """Drop the object's cached contact points: PyBullet keeps those that a state lacks, and an
+        object that is put back where it lay would start with them.
+        """
+        body.put(FAR_PLACE, (0.0, 0.0, 0.0))
+        pybullet.performCollisionDetection(physicsClientId=self.world.client)
 
     def close(self) -> None:
         """Free the physics client."""

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.chain.volumes import FreeVolumes
-from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import HandDescription
 
@@ -39,11 +38,7 @@ RAMP_TIME, SETTLE_TIME = 0.4, 0.8  # [s] between two pressures
 
 def air_masses_at(hand: HandDescription, pressures: Array) -> Array:
     """Air (channels,) [kg above rest] in a free hand at gauge pressures (channels,) [Pa]."""
-    free = FreeVolumes(hand)
-    return np.asarray(
-        air_mass(pressures + AMBIENT_PRESSURE, free.volumes(pressures))
-        - air_mass(AMBIENT_PRESSURE, free.rest)
-    )
+    return FreeVolumes(hand).air_masses(pressures)
 
 
 def hand_at_rest(hand: HandDescription, pressures: Array, segments: int) -> Iterator[Array]:

@@ -13,7 +13,7 @@ from softhand_common.numerics.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT, hermite
 from softhand_model.chain.segments import BEND_AXIS
-from softhand_model.gas import AMBIENT_PRESSURE
+from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
@@ -61,6 +61,18 @@ class FreeVolumes:
         c, t = self._place(np.asarray(gauge, float))
         parts = c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3]))
         return np.asarray(self.rest + parts.sum(axis=0))
+
+    def air_masses(self, gauge: ArrayLike) -> Array:
+        """Air (n,) [kg above rest at ambient pressure] at gauge pressures (n,) [Pa].
+
+        >>> from softhand_model.hand.hand import load_hand
+        >>> finger = FreeVolumes(load_hand("single_finger"))
+        >>> [round(1e6 * float(finger.air_masses([p])[0]), 1) for p in (0.0, 30e3)]
+        [0.0, 15.6]
+        """
+        pressures = np.asarray(gauge, float)
+        filled = air_mass(pressures + AMBIENT_PRESSURE, self.volumes(pressures))
+        return np.asarray(filled - air_mass(AMBIENT_PRESSURE, self.rest))
 
     def slopes(self, gauge: ArrayLike) -> Array:
         """Derivatives (n,) [m3/Pa] of the volumes by the pressure in the same channel.
