@@ -35,11 +35,13 @@ COLOURS = {
     "model_lab": "#e1d5e7",
     "softhand_ros": "#f5f5f5",
     "softhand_bringup": "#f8cecc",
+    "softhand_gym": "#e0e8c8",
     "softhand_play": "#d0e0e3",
 }
 PLACES = {  # left edge, lower edge, width, height
-    "softhand_play": (0.0, 9.6, 12.0, 1.2),
-    "softhand_bringup": (0.0, 8.6, 12.0, 0.9),
+    "softhand_play": (0.0, 9.9, 12.0, 1.2),
+    "softhand_bringup": (0.0, 8.6, 7.4, 1.2),
+    "softhand_gym": (7.5, 8.6, 4.5, 1.2),
     "softhand_trials": (3.0, 7.3, 2.8, 1.2),
     "softhand_ros": (0.0, 0.0, 2.8, 8.5),
     "grasp_strategies": (3.0, 5.0, 2.8, 2.2),
@@ -50,7 +52,6 @@ PLACES = {  # left edge, lower edge, width, height
     "softhand_model": (3.0, 1.0, 9.0, 0.9),
     "softhand_common": (3.0, 0.0, 9.0, 0.9),
 }
-MOST_BESIDE = 11  # names in a line of a wide package
 LINE = 0.36  # from one room to the next below
 
 
@@ -95,24 +96,24 @@ def box(axes: Axes, place: tuple[float, float, float, float], colour: str) -> No
 
 def draw_packages() -> Figure:
     """Packages and their rooms: what stands above may import what stands below."""
-    figure = Figure(figsize=(12.0, 10.8))
+    figure = Figure(figsize=(12.0, 11.1))
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.98))
-    axes.set(xlim=(0, 12), ylim=(0, 10.8))
+    axes.set(xlim=(0, 12), ylim=(0, 11.1))
     axes.axis("off")
     for package, names in rooms().items():
         x, y, width, height = PLACES[package]
         top = y + height - 0.33
         box(axes, PLACES[package], COLOURS[package])
         axes.text(x + 0.2, top, package, weight="bold", fontsize=12)
-        lines = _in_lines(names) if width > 3.0 else _in_columns(names, height)
+        lines = _in_lines(names, int(width)) if width > 3.0 else _in_columns(names, height)
         for number, line in enumerate(lines, 1):
             axes.text(x + 0.2, top - number * LINE, line, fontsize=10.5)
     return figure
 
 
-def _in_lines(names: list[str]) -> list[str]:
-    """Names beside each other, MOST_BESIDE in a line."""
-    return ["    ".join(names[k : k + MOST_BESIDE]) for k in range(0, len(names), MOST_BESIDE)]
+def _in_lines(names: list[str], beside: int) -> list[str]:
+    """Names beside each other, so many in a line."""
+    return ["    ".join(names[k : k + beside]) for k in range(0, len(names), beside)]
 
 
 def _in_columns(names: list[str], height: float) -> list[str]:

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.." || exit 1
 PYTHON=${PYTHON:-python3}
 STAMP=.venv/setup.stamp
 LOG=.setup/install.log
-PACKAGES="softhand_common softhand_model softhand_ros pneuflex_sim softhand_design pneumaticbox_driver grasp_strategies softhand_trials model_lab softhand_bringup softhand_play"
+PACKAGES="softhand_common softhand_model softhand_ros pneuflex_sim softhand_design pneumaticbox_driver grasp_strategies softhand_trials model_lab softhand_bringup softhand_gym softhand_play"
 
 say() { printf 'setup: %s\n' "$*"; }
 fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
