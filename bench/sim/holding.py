@@ -23,7 +23,7 @@ from softhand_trials.trials import TrialSettings, run_trial
 STEPS = (0.0005, 0.001, 0.002, 0.005)  # [s]
 SEGMENTS = (5, 10, 15)
 SEEDS = range(3)
-HAND_1 = {"model": "rbo_hand_1", "segments": 10}
+HAND_1: dict[str, Any] = {"model": "rbo_hand_1", "segments": 10}
 DEFAULTS = (  # a cylinder where it lies well: each seed must be gripped
     TrialSettings("surface_constrained", "cylinder"),
     TrialSettings("rbo_hand_1_surface", "cylinder", **HAND_1),
