@@ -74,6 +74,9 @@ def signature(likelihood: Likelihood, fit: Fit, effect: type[Effect]) -> Signatu
     trials = trial_values(effect)
     lanes = with_trials(likelihood, fit, effect.name, trials)
     moved = fit.residual - likelihood.residuals(lanes)
+    possible = np.all(np.isfinite(moved), axis=1)  # others leave no equilibrium: no start for a fit
+    if possible.any():
+        trials, moved = trials[possible], moved[possible]
     spectrum = likelihood.spectrum
     weight = np.sqrt(1.0 / fit.variance)[spectrum.bands]
     change = spectrum.coefficients(moved) * weight
