@@ -15,9 +15,8 @@ Which physical effects can a model have beyond the base model, and which measure
 
     .venv/bin/model-lab add ballooning --data SET --model base --out mine.yaml
 
-A [model file](../use/hands-and-objects.md) names those that take part. Simulator, live monitor and
-lab run the same code; [the classes](python/effects.md#the-effects) state assumptions, limits and
-sources.
+A [model file](../use/hands-and-objects.md) names those that take part in simulator, monitor and
+lab; [the classes](python/effects.md#the-effects) state assumptions, limits and sources.
 
 * **Parameters**: unit, bounds and, in brackets, the usual range.
 * **Seen in**: the experiments that show it. *Bending* stands for base_torque, blocked_tip and
