@@ -19,8 +19,9 @@ import importlib.util
 import json
 import pkgutil
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -46,7 +47,7 @@ Results = dict[str, Any]
 keys that say what they hold.
 """
 Progress = Callable[[str, float], None]  # what is going on, and the share of it that is done
-PACKAGES = ("softhand_model", "pneuflex_sim", "pneumaticbox_driver", "numpy", "scipy", "pybullet")
+PACKAGES = ("softhand_model", "pneuflex_sim", "pneumaticbox_driver", "numpy", "scipy")
 RESULT, SERIES, FIGURE = "result.json", "series.npz", "figure.png"
 LOOK = {"figure.figsize": (8.0, 4.0), "savefig.dpi": 130}
 
@@ -236,13 +237,22 @@ def write_result(
     content = {
         "experiment": name_of(module),
         "title": title_of(module),
-        "versions": {name: version(name) for name in PACKAGES},
+        "versions": {name: version(name) for name in PACKAGES} | _engines(),
         "parameters": asdict(parameters),
         "findings": [asdict(found) for found in report.findings],
         "verdict": report.verdict,
         "results": {key: v for key, v in results.items() if key not in arrays},
     }
     output_file.write_file(folder / RESULT, json.dumps(content, indent=1) + "\n")
+
+
+def _engines() -> dict[str, str]:
+    """Versions of the physics engines that are installed."""
+    found = {}
+    for name in ("pybullet", "mujoco-core"):
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def read_result(folder: Path, module: ModuleType) -> tuple[Any, Results]:

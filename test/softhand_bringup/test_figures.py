@@ -1,5 +1,8 @@
 """The figures show what is in the bag; what they look like is looked at, not tested."""
 
+import json
+import subprocess
+import sys
 from itertools import pairwise
 
 import matplotlib.pyplot as plt
@@ -71,3 +74,25 @@ def test_pictures_of_a_lift_look_at_its_middle_from_where_it_began():
 def test_a_bag_that_is_not_there_is_said(tmp_path, capsys):
     assert figures.main([str(tmp_path / "none"), str(tmp_path / "new")]) == 1
     assert "figures: " in capsys.readouterr().err
+
+
+WITHOUT_PYBULLET = """
+import sys
+sys.modules["pybullet"] = None
+from softhand_bringup.figures import main
+from softhand_trials import trials
+assert trials.main(["--seeds", "1", "--step", "0.01", "--out", sys.argv[2] + "/trial.json"]) == 0
+assert trials.main(["--engine", "pybullet"]) == 2
+sys.exit(main([*sys.argv[1:], "--hand", "single_finger"]))
+"""
+
+
+def test_trials_run_and_a_demo_is_drawn_where_pybullet_cannot_be_imported(grasp_bag, tmp_path):
+    words = [sys.executable, "-c", WITHOUT_PYBULLET, str(grasp_bag), str(tmp_path)]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=600)
+    assert run.returncode == 0, run.stderr
+    assert "pybullet: expected it to be installed, got none" in run.stderr
+    trial = json.loads((tmp_path / "trial.json").read_text())
+    assert (trial["settings"]["engine"], trial["gripped"]) == ("mujoco", 1)
+    shown = plt.imread(tmp_path / "frames.png")[..., :3]
+    assert (shown.max(axis=2) - shown.min(axis=2) > 0.3).mean() > 0.005  # the finger's rubber

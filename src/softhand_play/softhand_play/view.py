@@ -7,6 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.pictures.object_surface import object_mesh
 from pneuflex_sim.pictures.render import (
     MATERIAL_COLORS,
     OBJECT_COLOR,
@@ -15,7 +16,7 @@ from pneuflex_sim.pictures.render import (
     surroundings,
 )
 from pneuflex_sim.pictures.skin import COARSE_SKIN, RUBBER_MATERIAL, HandSkin
-from pneuflex_sim.pictures.surfaces import object_mesh, pressure_color
+from pneuflex_sim.pictures.surfaces import pressure_color
 from pneuflex_sim.scene.mesh import Mesh, creased, merged
 from softhand_play.frames import Frame, StaticScene
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-SHOWN = 8  # trials that differ, named in a line of text
+DIFFERING_SHOWN = 8  # trials that differ, named in a line of text
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Agreement:
         words += f"; same verdict {self.same} of {count}"
         named = [f"{trial} ({', '.join(held)})" for trial, held in self.differing.items()]
         if named:
-            more = [f"{len(named) - SHOWN} more"] if len(named) > SHOWN else []
-            words += f"; differ: {', '.join(named[:SHOWN] + more)}"
+            more = [f"{len(named) - DIFFERING_SHOWN} more"] if len(named) > DIFFERING_SHOWN else []
+            words += f"; differ: {', '.join(named[:DIFFERING_SHOWN] + more)}"
         return words + (f"; not compared: {self.refusal}" if self.refusal else "")
 
     def record(self) -> dict[str, Any]:

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.pictures.object_surface import MOST_TRIANGLES, object_mesh
 from pneuflex_sim.pictures.skin import HandSkin
 from pneuflex_sim.pictures.surfaces import (
     METRES_PER_NEWTON,
-    MOST_TRIANGLES,
     PRESSURE_LIMIT_COLOR,
     UNPRESSURIZED_COLOR,
     SceneSurfaces,
     contact_lines,
-    object_mesh,
     pressure_color,
     total_arrow,
     total_force,

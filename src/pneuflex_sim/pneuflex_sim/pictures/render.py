@@ -1,4 +1,6 @@
-"""Pictures of states by PyBullet's software renderer, in a new world each; needs no display."""
+"""Pictures of states by PyBullet's software renderer, in a new world each, or where it is not
+installed by `pneuflex_sim.pictures.painter`; needs no display.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.bullet import is_installed, pybullet
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
+from pneuflex_sim.pictures.object_surface import object_mesh
+from pneuflex_sim.pictures.painter import paint
 from pneuflex_sim.pictures.skin import RUBBER_MATERIAL, SCAFFOLD_MATERIAL, SHEET_MATERIAL, HandSkin
-from pneuflex_sim.scene.mesh import Mesh
+from pneuflex_sim.scene.mesh import Mesh, box
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from softhand_model.hand.hand import HandDescription, load_hand
@@ -82,12 +86,30 @@ class Renderer:
         self, state: HandState, size: tuple[int, int] = (640, 480), camera: Camera | None = None
     ) -> NDArray[np.uint8]:
         """One picture (height, width, 3) of a state."""
+        if not is_installed():
+            return self._paint(state, camera or Camera(), size)
         client = pybullet.connect(pybullet.DIRECT)
         try:
             self._draw(state, client)
             return photograph(camera or Camera(), size, client)
         finally:
             pybullet.disconnect(client)
+
+    def _paint(self, state: HandState, camera: Camera, size: tuple[int, int]) -> NDArray[np.uint8]:
+        boxes = surroundings(self.scene).values()
+        behind = [
+            (_placed(box(2.0 * np.array(half), np.zeros(3)), place, turn), TABLE_COLOR)
+            for half, place, turn in boxes
+        ]
+        wrist = state.wrist_position, state.wrist_orientation
+        before = [
+            (_placed(mesh, *wrist), self.colors.get(name, MATERIAL_COLORS[material]))
+            for name, (material, mesh) in self.skin.parts(state.joints).items()
+        ]
+        place, turn = state.object_position, state.object_orientation
+        if self.object is not None and place is not None and turn is not None:
+            before.append((_placed(object_mesh(self.object), place, turn), OBJECT_COLOR))
+        return paint(behind, before, camera, size)
 
     def _draw(self, state: HandState, client: int) -> None:
         for shown in surroundings(self.scene).values():
@@ -98,6 +120,12 @@ class Renderer:
         place, turn = state.object_position, state.object_orientation
         if self.object is not None and place is not None and turn is not None:
             draw_object(self.object, place.tolist(), turn.tolist(), client)
+
+
+def _placed(mesh: Mesh, position: ArrayLike, orientation: ArrayLike) -> Array:
+    """Corners (t, 3, 3) [m] in the world of a mesh at a pose."""
+    turned = mesh.moved(np.asarray(position), Rotation.from_quat(orientation).as_matrix())
+    return turned.corners
 
 
 def draw_mesh(

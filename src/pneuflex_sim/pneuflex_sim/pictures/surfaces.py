@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.pictures.object_surface import object_mesh
 from pneuflex_sim.pictures.render import (
     MATERIAL_COLORS,
     OBJECT_COLOR,
@@ -17,8 +18,7 @@ from pneuflex_sim.pictures.render import (
 )
 from pneuflex_sim.pictures.skin import COARSE_SKIN, HandSkin
 from pneuflex_sim.scene.contacts import Contact
-from pneuflex_sim.scene.mesh import Mesh, box, hull_mesh, tube
-from pneuflex_sim.scene.objects import ObjectDescription
+from pneuflex_sim.scene.mesh import Mesh, box
 from pneuflex_sim.simulation import Simulation
 from softhand_model.hand.hand import HandDescription
 
@@ -29,8 +29,6 @@ UNPRESSURIZED_COLOR, PRESSURE_LIMIT_COLOR = (
     (0.80, 0.08, 0.08, 1.0),
 )  # no pressure, and the limit
 ACTUATOR_OPACITY = 0.6  # of actuators: contacts lie between them and the object
-MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
-MERIDIANS, PARALLELS = 24, 12
 METRES_PER_NEWTON = 0.02  # length of lines and arrows
 
 
@@ -85,31 +83,6 @@ def pressure_color(share: float) -> Color:
         for a, b in zip(UNPRESSURIZED_COLOR, PRESSURE_LIMIT_COLOR, strict=True)
     )
     return red, green, blue, opacity
-
-
-def object_mesh(description: ObjectDescription) -> Mesh:
-    """Surface of an object in its own axes; a sheet as if it were flat, a very fine mesh as its
-    hull.
-    """
-    surface = description.geometry.surface
-    if surface is not None:
-        coarse = len(surface.indices) <= 3 * MOST_TRIANGLES
-        return surface if coarse else hull_mesh(surface.vertices)
-    half = np.array(description.half_extents)
-    if description.shape in ("box", "sheet"):
-        return box(2.0 * half, np.zeros(3))
-    around = np.linspace(0.0, 2.0 * np.pi, MERIDIANS, endpoint=False)
-    circle = np.column_stack([np.cos(around), np.sin(around)])
-    if description.shape == "cylinder":
-        radii, heights = np.ones(2), np.array([-1.0, 1.0])
-    else:
-        polar = np.linspace(np.pi, 0.0, PARALLELS + 2)[1:-1]
-        radii, heights = np.sin(polar), np.cos(polar)
-    rings = [
-        np.column_stack([radius * circle, np.full(MERIDIANS, height)])
-        for radius, height in zip(radii, heights, strict=True)
-    ]
-    return tube(np.array(rings) * half)
 
 
 def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
