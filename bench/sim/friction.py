@@ -21,10 +21,11 @@ from bench.row import at_least, at_most, stated
 from bench.sim import random_trials
 from bench.sim.timing import timed_steps
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import pybullet_engine
 from pneuflex_sim.hand import layout
 from pneuflex_sim.hand.collision import SKIN_PATCH
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.simulation import Simulation, SimulationConfig, simulation
+from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import World
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_trials.trials import TrialSettings, run_trial, started_scene
@@ -56,7 +57,7 @@ class Pyramid(World):
 @contextmanager
 def pyramid() -> Iterator[None]:
     """Simulations made within the block have PyBullet's pyramid."""
-    with mock.patch.object(simulation, "World", Pyramid):
+    with mock.patch.object(pybullet_engine, "World", Pyramid):
         yield
 
 
@@ -120,9 +121,12 @@ def twisting_moment(world: Simulation) -> float:
     """Moment over normal force [m] at which a ball turns on another one, with the surfaces that a
     link of a finger and an object have in a simulation.
     """
+    engine = world.engine
+    if not isinstance(engine, pybullet_engine.PybulletEngine):
+        raise TypeError(f"engine: expected pybullet, got {type(engine).__name__}")
     found = [
-        pybullet.getDynamicsInfo(*surface, physicsClientId=world.world.client)
-        for surface in ((world.bodies.ids[0], 2), (world.object_id, -1))
+        pybullet.getDynamicsInfo(*surface, physicsClientId=engine.world.client)
+        for surface in ((engine.bodies.ids[0], 2), (engine.object_id, -1))
     ]
     other = World(STEP)
     try:

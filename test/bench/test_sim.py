@@ -79,7 +79,8 @@ def test_an_object_that_lies_where_it_is_seen_is_gripped_and_one_far_beside_is_n
 def test_a_pair_that_first_touches_deep_inside_is_missed_and_one_that_sinks_in_is_not(monkeypatch):
     near, sinks, deep = (2, 0.0004), (0, -0.004), (1, -0.003)
     depths = iter([[(0, -0.0005), near], [sinks, deep], [deep, (2, -0.0035)]])
-    hand = SimpleNamespace(bodies=SimpleNamespace(ids=[7]), world=SimpleNamespace(client=0))
+    engine = SimpleNamespace(world=SimpleNamespace(client=0))
+    hand = SimpleNamespace(bodies=SimpleNamespace(ids=[7]), engine=engine)
 
     def points(physicsClientId):
         return [(0, 7, 1, link, -1, 0, 0, 0, depth) for link, depth in next(depths)]
