@@ -10,7 +10,7 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, friction, step_parts, thesis_table
+from bench.sim import border, engines, friction, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
@@ -136,3 +136,16 @@ def test_parts_of_a_step_are_of_a_held_object_and_motors_that_are_off_cost_littl
     assert found["engine, object held"] > found["engine, nothing touched but the table"] > 0
     chain = "chain of 10 spherical joints, motors {}"
     assert found[chain.format("off")] < found[chain.format("on")]
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01])
+def test_a_damped_swing_has_its_natural_frequency_by_the_recurrence_and_by_its_spectrum(step):
+    turning, damping = 2 * np.pi * 6.0, 0.3
+    decay, ringing = damping * turning, turning * np.sqrt(1 - damping**2)
+    times = np.arange(0.0, 1.0, step)
+    shares = np.exp(-decay * times) * (
+        np.cos(ringing * times) + decay / ringing * np.sin(ringing * times)
+    )
+    speeds = -(turning**2) / ringing * np.exp(-decay * times) * np.sin(ringing * times)
+    assert engines.recurrent_frequency(shares, step) == pytest.approx(6.0, rel=1e-6)
+    assert engines.spectral_frequency(speeds, step) == pytest.approx(6.0, rel=0.05)
