@@ -122,7 +122,7 @@ def offered(peer, name, namespace):
 
 def described(name):
     """What the help of a node tells, as way and name."""
-    told = {(offer.way, offer.name) for offer in OFFERS[name]}
+    told = {(offer.way, offer.name) for offer in OFFERS[name] if offer.way != "action"}  # optional
     return {
         f"{way} {topic.replace('<channel>', channel)}"
         for way, topic in told
