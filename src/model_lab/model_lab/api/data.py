@@ -188,7 +188,8 @@ def import_files(
         experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
         columns: what columns are, by quantity: name of the column and its unit, such as
             {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
-        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger.
+        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger; of bags with the topics of
+            this suite's hands, the hand that held the poses.
         shifts: time [s] to add to the clock of a file, by its name.
         decimal: sign of the numbers of text files, "." or ","; "": the one that they show.
         sheets: which sheet of a spreadsheet, where several hold numbers: of all files, or by name.
@@ -197,15 +198,18 @@ def import_files(
 
     Raises ValueError that says what the files leave open.
     """
+    from model_lab.importing.hand_poses import is_of_hand, set_of_poses
     from model_lab.importing.importing import make_set, propose
 
     if decimal not in DECIMAL_SIGNS:
         raise ValueError(f"decimal: expected '.', ',' or '', got {decimal!r}")
-    proposal = propose(
-        [Path(path) for path in paths], experiment, columns, None, decimal, _by_file(sheets)
-    )
-    before = _by_file(stretched_to)
-    found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
+    files = [Path(path) for path in paths]
+    if hand and not columns and is_of_hand(files):
+        found = set_of_poses(files, hand)
+    else:
+        proposal = propose(files, experiment, columns, None, decimal, _by_file(sheets))
+        before = _by_file(stretched_to)
+        found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
     with tempfile.TemporaryDirectory() as folder:
         found.write(Path(folder))
         loaded = replace(load_measurements(folder), folder=Path("imported"))

@@ -95,7 +95,8 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--hand",
                 metavar="HAND[:FINGER]",
-                help="hand by name or file, of which a finger was measured",
+                help="hand by name or file, of which a finger was measured; of bags of this "
+                "suite, the hand that held poses",
             ),
             argument(
                 "--specimen",

@@ -8,11 +8,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from model_lab.cli import options
 from model_lab.own_effects import file_of_each, own_classes
 from softhand_common.progress import Progress
+
+if TYPE_CHECKING:
+    from model_lab.importing.importing import ImportedSet
+    from model_lab.importing.told import Said
 
 REPORT, LEARNED_PAGE = "report.html", "learned.html"
 
@@ -22,12 +26,17 @@ def import_files(arguments: argparse.Namespace) -> None:
     import sys
 
     from model_lab.importing import told
+    from model_lab.importing.hand_poses import is_of_hand, set_of_poses
     from model_lab.importing.importing import make_set, propose
+    from model_lab.measurements.hands import HAND_POSE
     from model_lab.measurements.save import check_folder
-    from model_lab.report.sentences import counted
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
+    if arguments.hand and not arguments.map and is_of_hand(arguments.files):
+        found = set_of_poses(arguments.files, arguments.hand)
+        _write_imported(found, HAND_POSE, arguments, told.Said(None, {}, arguments.hand, {}))
+        return
     maps, shifts, sheets = dict(arguments.map), dict(arguments.shift), dict(arguments.sheet)
     given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
     with Progress("reading") as progress:
@@ -45,7 +54,6 @@ def import_files(arguments: argparse.Namespace) -> None:
         specimen=arguments.specimen,
         stretched_to=stretched_to,
     )
-    found.write(arguments.out)
     said = told.Said(
         arguments.experiment,
         maps,
@@ -57,10 +65,20 @@ def import_files(arguments: argparse.Namespace) -> None:
         stretched_to,
         sheets,
     )
-    print(f"\n{proposal.experiment}, {counted(len(found.runs), 'run')}; written: {arguments.out}")
+    _write_imported(found, str(proposal.experiment), arguments, said)
+
+
+def _write_imported(
+    found: ImportedSet, experiment: str, arguments: argparse.Namespace, said: Said
+) -> None:
+    from model_lab.importing.told import again
+    from model_lab.report.sentences import counted
+
+    found.write(arguments.out)
+    print(f"\n{experiment}, {counted(len(found.runs), 'run')}; written: {arguments.out}")
     for remark in found.remarks:
         print(f"note: {remark}")
-    print(f"\nThe same again:\n  {told.again(arguments.files, arguments.out, said)}")
+    print(f"\nThe same again:\n  {again(arguments.files, arguments.out, said)}")
     _print_next([f"model-lab compare {arguments.out}", f"model-lab diagnose {arguments.out}"])
 
 

@@ -1,0 +1,91 @@
+"""Bags of hands that hold poses, as sets of `hand_pose`."""
+
+import numpy as np
+import pytest
+from synthetic_bag import SyntheticBag, T, header, joint_state
+
+from model_lab.api.data import import_files
+from model_lab.importing.hand_poses import set_of_poses
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_common.numerics.rotations import from_rpy
+
+CHANNELS = ["a", "b", "c", "d"]
+TIPS, RATE = 5, 50.0  # of RBO Hand 2; [Hz]
+PALM_UP, PALM_DOWN = (0.0, 0.0, 0.0), (0.0, 3.0, 0.0)
+FIST, POINT = [60e3, 60e3, 40e3, 0.0], [60e3, 0.0, 40e3, 0.0]
+OPEN = [0.0] * 4
+
+
+def place_of(tip, pressures, rpy):
+    """A made-up place [m] of a tip that goes with all pressures and with the wrist's attitude."""
+    return 0.1 * tip + 1e-6 * np.array(pressures[:3]) + 1e-3 * np.array(rpy)
+
+
+def turn_message(rpy):
+    return T["geometry_msgs/msg/Quaternion"](*map(float, from_rpy(rpy)))
+
+
+def pose_message(place, rpy=PALM_UP):
+    point = T["geometry_msgs/msg/Point"](*map(float, place))
+    return T["geometry_msgs/msg/Pose"](point, turn_message(rpy))
+
+
+def recorded(folder, sequence, hold=1.0, move=0.5):
+    """A bag with poses (pressures, rpy), each held for `hold` [s] after a ramp of `move` [s]."""
+    bag, time, last = SyntheticBag(folder), 5.0, OPEN
+    for pressures, rpy in sequence:
+        for step in range(round((hold + move) * RATE)):
+            share = min(1.0, step / (move * RATE))
+            now = [(1.0 - share) * a + share * b for a, b in zip(last, pressures, strict=True)]
+            bag.tick(time)
+            bag.write("/pneumaticbox/state", time, joint_state(time, CHANNELS, OPEN, now))
+            tips = [pose_message(place_of(tip, now, rpy)) for tip in range(TIPS)]
+            bag.write(
+                "/hand/fingertips",
+                time,
+                T["geometry_msgs/msg/PoseArray"](header(time, "wrist"), tips),
+            )
+            wrist = T["geometry_msgs/msg/PoseStamped"](header(time), pose_message([0, 0, 0], rpy))
+            bag.write("/wrist/pose", time, wrist)
+            time += 1.0 / RATE
+        last = pressures
+    bag.close()
+    return folder
+
+
+TWICE = [(p, rpy) for rpy in (PALM_UP, PALM_DOWN) for p in (OPEN, FIST, POINT, OPEN, FIST, POINT)]
+
+
+def test_poses_become_runs_that_end_where_the_wrist_turns_or_the_hand_is_empty(tmp_path):
+    found = set_of_poses([recorded(tmp_path / "bag", TWICE)], "rbo_hand_2")
+    entries = found.document["runs"]
+    assert [entry["protocol"] for entry in entries.values()] == [
+        "poses_1", "poses_1", "poses_2", "poses_2",
+    ]  # fmt: skip
+    assert np.allclose(from_rpy(entries["r3"]["wrist_rpy"]), from_rpy(PALM_DOWN), atol=1e-5)
+    for run in found.runs:
+        for index, pressures in enumerate((OPEN, FIST, POINT)):
+            told = [run.columns[f"pressure.{channel}"][index] for channel in CHANNELS]
+            assert np.allclose(told, 1e-3 * np.array(pressures), atol=0.3)
+            for tip, name in enumerate(("thumb", "index", "middle", "ring", "little")):
+                told = [run.columns[f"{name}_tip.{axis}"][index] for axis in "xyz"]
+                right = 1e3 * place_of(tip, pressures, PALM_UP if run.name < "r3" else PALM_DOWN)
+                assert np.allclose(told, right, atol=0.3)
+
+
+def test_what_was_imported_is_a_set_that_the_lab_reads(tmp_path):
+    data = import_files([recorded(tmp_path / "bag", TWICE)], hand="rbo_hand_2")
+    assert str(data).count("protocol poses_") == 4
+    assert "touched nothing" in str(data)
+
+
+def test_another_hand_is_refused(tmp_path):
+    bag = recorded(tmp_path / "bag", TWICE[:2])
+    with pytest.raises(DocumentError, match="expected 3 fingertips of rbo_hand_1, got 5"):
+        set_of_poses([bag], "rbo_hand_1")
+
+
+def test_a_hand_that_never_rests_is_refused(tmp_path):
+    bag = recorded(tmp_path / "bag", TWICE, hold=0.1, move=1.0)
+    with pytest.raises(DocumentError, match="at least two poses, each held for 0.8 s, got none"):
+        set_of_poses([bag], "rbo_hand_2")
