@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from model_lab.aliases import Array
+from model_lab.aliases import Array, IntArray
 from model_lab.importing.bag_tables import TopicTable, read_topics
 from model_lab.importing.importing import ImportedSet
 from model_lab.importing.runs import ImportedRun
@@ -161,15 +161,22 @@ def _at(time: Array, topic: TopicTable, names: Sequence[str], bag: Path) -> Arra
 
 
 def _at_rest(time: Array, places: Array, pressures: Array, turns: Array) -> Array:
-    """Whether (k,) nothing changes within MARGIN before and behind each sample."""
-    still = np.ones(len(time), bool)
-    for back in (True, False):
-        other = np.searchsorted(time, time - MARGIN if back else time + MARGIN)
-        other = np.clip(other, 0, len(time) - 1)
-        still &= np.abs(places - places[other]).max(axis=1) < TIP_SHIFT
-        still &= np.abs(pressures - pressures[other]).max(axis=1) < PRESSURE_SHIFT
-        still &= _turned(turns, turns[other]) < SAME_ATTITUDE
-    return still
+    """Whether (k,) means over MARGIN before and behind each sample are the same but for noise."""
+    first = np.searchsorted(time, time - MARGIN)
+    last = np.searchsorted(time, time + MARGIN, side="right")
+    now = np.arange(len(time))
+    shifts = [
+        np.abs(_mean(values, now, last) - _mean(values, first, now + 1)).max(axis=1) / largest
+        for values, largest in ((places, TIP_SHIFT), (pressures, PRESSURE_SHIFT))
+    ]
+    shifts.append(_turned(turns[first], turns[last - 1]) / SAME_ATTITUDE)
+    return np.asarray(np.max(shifts, axis=0) < 1.0)
+
+
+def _mean(values: Array, first: IntArray, last: IntArray) -> Array:
+    """Means (k, n) of the rows of values (k, n) from each first to before each last."""
+    sums = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0)])
+    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
 
 
 def _turned(one: Array, other: Array) -> Array:
