@@ -29,6 +29,7 @@ ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
     "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
     "allow_effect_files", "command_timeout", "segments", "finger_contact", "driver",
+    "engine",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",

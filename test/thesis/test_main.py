@@ -229,10 +229,10 @@ def test_simulating_and_reporting_need_no_plotting_library_and_no_ros():
     code = (
         "import sys; from pathlib import Path; from thesis import frame\n"
         "frame.experiments('chapter_4'); module = frame.experiment('flow_function')\n"
-        "assert 'pybullet' not in sys.modules\n"
+        "assert 'pneuflex_sim.simulation.simulation' not in sys.modules\n"
         "results = module.run(module.Parameters(), frame.Job(Path(), print))\n"
         "assert module.report(results, module.Parameters()).table\n"
-        "frame.experiments(); assert 'pybullet' in sys.modules\n"
+        "frame.experiments(); assert 'pneuflex_sim.simulation.simulation' in sys.modules\n"
         "assert not {'matplotlib', 'rclpy', 'geometry_msgs'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

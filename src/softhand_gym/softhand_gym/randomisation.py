@@ -69,7 +69,8 @@ def drawn(model: Model, generator: np.random.Generator) -> Model:
     """The model with its effects' parameters drawn from their normal distributions.
 
     >>> from softhand_model.effects import effect_classes
-    >>> gravity = effect_classes()["gravity"](mass_scale=1.0)
+    >>> gravity_class = effect_classes()["gravity"]
+    >>> gravity = gravity_class(mass_scale=1.0)
     >>> model = Model(effects=(gravity,), std={"gravity": {"mass_scale": 0.1}})
     >>> scales = [drawn(model, np.random.default_rng(k)).gravity_scale for k in range(200)]
     >>> bool(abs(np.mean(scales) - 1.0) < 0.03 and abs(np.std(scales) - 0.1) < 0.02)

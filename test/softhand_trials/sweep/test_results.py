@@ -130,7 +130,7 @@ def test_a_line_tells_settings_placement_and_digest(plan, ran, tmp_path):
 
 def test_a_setting_that_came_later_leaves_digests_of_before_as_they_were(plan):
     line = plan.tasks()[0]
-    later = ("finger_contact", "rubber_friction_scale")
+    later = ("finger_contact", "rubber_friction_scale", "engine")
     settings = {k: v for k, v in asdict(line.settings).items() if k not in later}
     plain = {"settings": settings, "placement": asdict(line.placement)}
     text = json.dumps(plain, sort_keys=True) + trial_task._files(line.settings)

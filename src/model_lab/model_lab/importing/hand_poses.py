@@ -24,16 +24,13 @@ from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import to_rpy
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
-TIPS, STATE, WRIST = "hand/fingertips", "pneumaticbox/state", "wrist/pose"
-TOPICS = (TIPS, STATE, WRIST)
+HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
 HOLD = 0.8  # [s] for which a pose must be held
 MARGIN = 0.25  # [s] of it at either end that are left out
 TIP_SHIFT, PRESSURE_SHIFT = 1e-3, 1e3  # [m], [Pa] by which it may change within the margin
 SAME_ATTITUDE = np.deg2rad(2.0)  # of the wrist, within a run and between repeats
-EMPTY, SAME_PRESSURE = 2e3, 4e3  # [Pa] below which a hand is empty; between repeats
-UNITS = {"pressure": "kPa", "tip": "mm"}
-SCALES = {"pressure": 1e-3, "tip": 1e3}  # of a unit over that of ROS
-POSES = "poses"  # first part of the names of protocols
+NO_AIR, SAME_PRESSURE = 2e3, 4e3  # [Pa] below which a hand is empty; between repeats
+KPA, MM = 1e-3, 1e3  # units of the set over those of ROS
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ class Pose:
 def is_of_hand(bags: Sequence[Path]) -> bool:
     """Whether all files are bags with the topics of a hand of this suite."""
     return all(
-        path.is_dir() and {_suffix(one.topic) for one in read_topics(path)} >= set(TOPICS)
+        path.is_dir() and {_suffix(one.topic) for one in read_topics(path)} >= set(HAND_TOPICS)
         for path in bags
     )
 
@@ -77,7 +74,7 @@ def set_of_poses(bags: Sequence[Path], hand: str) -> ImportedSet:
             runs.append(ImportedRun(name, _columns(poses, described), {}, (bag,)))
             entries[name] = {
                 "specimen": "hand",
-                "protocol": f"{POSES}_{number + 1}",
+                "protocol": f"poses_{number + 1}",
                 "wrist_rpy": [round(float(angle), 6) for angle in to_rpy(poses[0].wrist)],
                 "file": f"{name}.csv",
             }
@@ -87,8 +84,8 @@ def set_of_poses(bags: Sequence[Path], hand: str) -> ImportedSet:
             "s, got none; wait longer in each pose"
         )
     columns = {"time": {"unit": "s"}}
-    columns |= {name: {"unit": UNITS["pressure"]} for name in pressure_columns(described)}
-    columns |= {name: {"unit": UNITS["tip"]} for name in marker_columns(default_markers(described))}
+    columns |= {name: {"unit": "kPa"} for name in pressure_columns(described)}
+    columns |= {name: {"unit": "mm"} for name in marker_columns(default_markers(described))}
     document = {
         "format": SET_FORMAT,
         "experiment": HAND_POSE,
@@ -122,7 +119,7 @@ def _poses(bag: Path, hand: HandDescription) -> list[Pose]:
                 f"{bag}: expected one hand, got {topic.topic} and "
                 f"{found[_suffix(topic.topic)].topic}; record them in bags of their own"
             )
-    tips, state, wrist = (found[name] for name in TOPICS)
+    tips, state, wrist = (found[name] for name in HAND_TOPICS)
     counted = sum(name.endswith("position.x") for name in tips.columns)
     if counted != len(hand.tips):
         raise DocumentError(
@@ -191,7 +188,7 @@ def _runs(poses: Sequence[Pose]) -> list[list[Pose]]:
     for pose in poses:
         last = runs[-1] if runs else []
         turned = bool(last) and _turned(last[0].wrist, pose.wrist) > SAME_ATTITUDE
-        again = pose.pressures.max() < EMPTY and any(p.pressures.max() >= EMPTY for p in last)
+        again = pose.pressures.max() < NO_AIR and any(p.pressures.max() >= NO_AIR for p in last)
         if not last or turned or again:
             runs.append([pose])
         else:
@@ -217,8 +214,8 @@ def _alike(pose: Pose, other: Pose) -> bool:
 
 def _columns(poses: Sequence[Pose], hand: HandDescription) -> dict[str, Array]:
     time = np.array([pose.time for pose in poses])
-    pressures = SCALES["pressure"] * np.array([pose.pressures for pose in poses]).T
-    tips = SCALES["tip"] * np.array([pose.tips.ravel() for pose in poses]).T
+    pressures = KPA * np.array([pose.pressures for pose in poses]).T
+    tips = MM * np.array([pose.tips.ravel() for pose in poses]).T
     return (
         {"time": time - time[0]}
         | dict(zip(pressure_columns(hand), pressures, strict=True))

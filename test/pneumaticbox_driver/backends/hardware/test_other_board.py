@@ -120,7 +120,7 @@ def test_a_board_that_answers_nothing_is_vented_by_hand_all_the_same(board, monk
     monkeypatch.syspath_prepend(EXAMPLES)
     import text_board
 
-    monkeypatch.setattr(text_board, "PATIENCE", 0.2)
+    monkeypatch.setattr(text_board, "START_LIMIT", 0.2)
     board.switch("silent")
     words = [str(board.hardware_file), "--allow-board-module", "vent", "1", "2"]
     assert main(words) == 0, capsys.readouterr().err
@@ -166,7 +166,7 @@ def test_a_board_that_is_not_there_is_an_error_that_moves_nothing(board, monkeyp
     monkeypatch.syspath_prepend(EXAMPLES)
     import text_board
 
-    monkeypatch.setattr(text_board, "PATIENCE", 0.2)
+    monkeypatch.setattr(text_board, "START_LIMIT", 0.2)
     board.switch("silent")
     with pytest.raises(OSError, match="the board does not answer"):
         open_rig(board.hardware_file, [1], AMBIENT, allow_board_module=True)
