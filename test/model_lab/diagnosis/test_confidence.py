@@ -61,6 +61,20 @@ def test_below_the_limit_a_verdict_is_a_guess_and_of_too_few_sets_nothing_is_sai
     assert unsure.guess and unsure.value == pytest.approx(1 / (1 + math.e), abs=1e-3)
 
 
+def test_what_is_not_known_is_a_guess_where_the_calibration_stays_on_a_bound(monkeypatch):
+    term = {"mean": 0.0, "scale": 1.0, "weight": 2.0, "low": -1.0, "high": 1.0}
+    verdicts = {"slip": {"intercept": 5.0, "most": 0.95, "terms": {"left": term}, "sets": 200}}
+    shipped = {"limit": 0.8, "verdicts": verdicts, "experiments": {"uniaxial": 200}}
+    monkeypatch.setattr(confidence, "calibration", lambda: shipped)
+
+    def verdict(left, at_bound):
+        return confidence_of("uniaxial", "slip", {"left": left}, at_bound=at_bound)
+
+    assert verdict(9.0, at_bound=True) == Confidence(None, True, ("left",))
+    assert verdict(9.0, at_bound=False) == Confidence(None, False, ("left",))
+    assert verdict(0.5, at_bound=True) == Confidence(0.95, False)
+
+
 def test_nothing_is_extrapolated_beyond_what_was_seen():
     term = {"mean": 0.0, "scale": 1.0, "weight": 3.0, "low": -0.2, "high": 0.2}
     model = {"intercept": 0.0, "most": 0.999, "terms": {"left": term}}

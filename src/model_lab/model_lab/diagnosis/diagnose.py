@@ -262,7 +262,8 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcom
     failing = _failing(judged, localised, within)
     verdict = UNEXPLAINED if failing else judged.verdict
     evidence = evidence_of(problem, selection, judged.black_boxes, len(odd))
-    sure = confidence_of(problem.data.experiment, verdict, evidence, judged.most_confidence)
+    experiment = problem.data.experiment
+    sure = confidence_of(experiment, verdict, evidence, judged.most_confidence, judged.at_bound)
     effects = _named_effects(judged, sure.value)
     if any(effect.undetermined for effect in effects):
         sure = replace(sure, value=None, guess=True)

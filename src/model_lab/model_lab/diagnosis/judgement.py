@@ -33,13 +33,17 @@ class Judgement:
         return [name for name in self.named.effects if name not in self.selection.base.effects]
 
     @property
+    def at_bound(self) -> bool:
+        """Whether effects are named and the calibration stays on a bound beside them."""
+        return bool(self.added and calibration_at_bound(self.named))
+
+    @property
     def most_confidence(self) -> float:
         """The largest confidence that what the named model leaves allows, with a calibration on its
         bound or without.
         """
         rules, left = self.problem.rules, self.named.held_out.rmse / self.problem.floor.total
-        at_bound = bool(self.added and calibration_at_bound(self.named))
-        if at_bound and left > rules.bound_error:
+        if self.at_bound and left > rules.bound_error:
             return rules.bound_confidence
         return rules.rest_confidence if self.leaves_much else 1.0
 
