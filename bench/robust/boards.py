@@ -115,6 +115,7 @@ def _parameters(board: BoardProcess, mode: str) -> dict[str, Any]:
         of_mode = {"hand": HAND, "volume_model": "hand", "rest_volumes": [0.0]}
     return {
         "backend": "hardware",
+        "start_enabled": True,
         "hardware_file": str(board.hardware_file),
         "allow_board_module": True,
         "use_sim_time": False,

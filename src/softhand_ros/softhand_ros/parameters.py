@@ -113,16 +113,16 @@ class Offer(NamedTuple):
 def declare(node: Node, table: Table, neighbours: Table = ()) -> dict[str, Any]:
     """Declare the parameters of a table on `node`; returns their values by name.
 
-    An integer is accepted for a parameter whose default is a float. Later changes to a value that
-    is none of the choices are refused. What a command line gives to all nodes of a process may be
-    a parameter of its other nodes, the `neighbours`.
+    An integer is accepted for a parameter whose default is a float, true and false for a text.
+    Later changes to a value that is none of the choices are refused. What a command line gives to
+    all nodes of a process may be a parameter of its other nodes, the `neighbours`.
 
     Raises:
         ValueError: a parameter was given that the node does not have, or a value that is none of
             the choices.
     """
     refuse_unknown(node, (*table, *neighbours), given_to_all(sys.argv))
-    _take_whole_numbers(node, table)
+    _take_near_types(node, table)
     values = {
         row.name: node.declare_parameter(row.name, row.default, row.descriptor()).value
         for row in table
@@ -190,12 +190,15 @@ def _dotted(values: Mapping[str, Any]) -> Iterator[str]:
             yield name
 
 
-def _take_whole_numbers(node: Node, table: Table) -> None:
-    """Read `-p step:=1` as 1.0: rclpy accepts no integer for a double."""
+def _take_near_types(node: Node, table: Table) -> None:
+    """Read `-p step:=1` as 1.0: rclpy accepts no integer for a double; true as a text likewise."""
     for row in table:
         given = node._parameter_overrides.get(row.name)
         if given is None:
             continue
+        if isinstance(row.default, str) and isinstance(given.value, bool):
+            text = json.dumps(given.value)
+            node._parameter_overrides[row.name] = rclpy.Parameter(row.name, value=text)
         several = isinstance(row.default, list)
         if not isinstance(row.default[0] if several else row.default, float):
             continue

@@ -32,6 +32,7 @@ def on_board(domain, tmp_path, peer):
             file = str(boards[0].hardware_file)
             parameters = {**BOX, "backend": "hardware", "hardware_file": file}
             parameters |= {"allow_board_module": True, "embedded_rate": 200.0}
+            parameters["start_enabled"] = True
             return boards[0], launcher.start(NodeCommand("driver", MODULE, parameters))
 
         yield start

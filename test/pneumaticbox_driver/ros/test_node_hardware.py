@@ -1,5 +1,6 @@
 """The node with backend hardware: without its devices, and on a board that fails on the way."""
 
+import json
 import os
 import signal
 import time
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from plant_peer import BOX, MG, MODULE, VOLUME
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from softhand_bringup.processes.launcher import Launcher, NodeCommand
 from softhand_bringup.processes.suite import node_environment
@@ -40,8 +41,8 @@ def fault(tmp_path):
 
 
 @pytest.fixture
-def on_board(domain, tmp_path, peer, fault):
-    """The driver on a `FailingBoard`, once its channels hold air."""
+def start_on_board(domain, tmp_path, fault):
+    """Start the driver on a `FailingBoard`."""
     settings = {"fault": str(fault), "volume": VOLUME}
     wiring = {"format": "pneumaticbox-hardware/1", "board": "failing_board:FailingBoard"}
     file = tmp_path / "hardware.yaml"
@@ -52,7 +53,24 @@ def on_board(domain, tmp_path, peer, fault):
     parameters = {**BOX, "backend": "hardware", "hardware_file": str(file), "embedded_rate": 100.0}
     parameters["allow_board_module"] = True
     with Launcher(tmp_path / "log", environment) as launcher:
-        yield launcher.start(NodeCommand("driver", MODULE, parameters))
+        yield lambda **given: launcher.start(NodeCommand("driver", MODULE, parameters | given))
+
+
+@pytest.fixture
+def on_board(start_on_board, peer):
+    """The driver on a `FailingBoard`, which takes commands from its start on."""
+    return start_on_board(start_enabled=True)
+
+
+def test_no_air_flows_before_it_is_enabled(start_on_board, peer, fault):
+    start_on_board()
+    peer.wait(lambda: peer.states, "a state")
+    peer.spin(1.0)
+    peer.command(20 * MG, 5 * MG)
+    assert all(max(json.loads(valves)) <= 0 for _, valves in valves_told(fault))
+    peer.call(Trigger, "pneumaticbox/reset")  # a busy machine may have kept the board waiting
+    assert peer.call(SetBool, "pneumaticbox/enable", data=True).success
+    fill(peer)
 
 
 def fill(peer):

@@ -49,6 +49,7 @@ def on_backend(domain, tmp_path):
             given = {**BOX, **HAND, "backend": backend, "embedded_rate": 200.0}
             if backend == "hardware":
                 given |= {"hardware_file": str(file), "allow_board_module": True}
+                given["start_enabled"] = True
             return launcher.start(NodeCommand("driver", MODULE, given))
 
         yield start

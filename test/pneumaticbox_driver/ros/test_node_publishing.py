@@ -42,7 +42,8 @@ def node(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     file = tmp_path / "hardware.yaml"
     file.write_text("format: pneumaticbox-hardware/1\nboard: plain_board:Board\nvent_time: 0.0\n")
-    values = (*PARAMETERS, "backend:=hardware", f"hardware_file:={file}")
+    values = (*PARAMETERS, "backend:=hardware", "start_enabled:=true")
+    values += (f"hardware_file:={file}",)
     arguments = [word for value in values for word in ("-p", value)]
     with held_domain() as domain:
         for name, value in node_environment(tmp_path, domain).items():

@@ -32,6 +32,20 @@ def test_volumes_are_the_hands_unless_there_are_bottles(given, model):
     assert settings(**given).volume_model == model
 
 
+@pytest.mark.parametrize(
+    ("backend", "given", "enabled"),
+    [
+        ("topic", "", True),
+        ("embedded", "", True),
+        ("hardware", "", False),
+        ("topic", "false", False),
+        ("hardware", "true", True),
+    ],
+)
+def test_hardware_alone_waits_for_a_call_unless_told_otherwise(backend, given, enabled):
+    assert settings(backend=backend, start_enabled=given).start_enabled is enabled
+
+
 @pytest.mark.parametrize("given", [[1], [0, 1, 2], [1, 2, 3, 4]])
 def test_outlets_are_one_a_channel_counted_from_one(given):
     with pytest.raises(ValueError, match="outlets must be 3 numbers from 1"):

@@ -111,15 +111,14 @@ class PneumaticBox:
         )
         self._closed: Valves = np.zeros(n, dtype=np.int8)
         self._venting: Valves = np.full(n, -1, dtype=np.int8)
-        self._restart()
+        self.restart()
 
-    def _restart(self) -> None:
+    def restart(self) -> None:
         """Return to the state at the start: no setpoints, closed valves, sensors to be averaged."""
         self.time = math.nan
         self.sensors_sound = False
         self.valves = self._closed
         self.commands.drop()
-        self.calibration.abort("the clock was set back")
         self._timing.restart()
         self.zeroing.restart()
         self.faults.begin()
@@ -226,7 +225,8 @@ class PneumaticBox:
         if time >= FRESH_CLOCK:
             self.latch.set(f"the clock was set back by {step:.3f} s")
         self.notes.append("the clock was set back: setpoints dropped, air masses tared anew")
-        self._restart()
+        self.calibration.abort("the clock was set back")
+        self.restart()
 
     def _sense(self, time: float, dt: float, pressures_abs: Floats) -> None:
         self.sensors_sound = True

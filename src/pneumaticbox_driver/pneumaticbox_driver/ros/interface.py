@@ -41,6 +41,39 @@ OFFERS = (
     Offer("srv", "pneumaticbox/calibrate", "std_srvs/Trigger", "calibrate on fixed volumes"),
     Offer("srv", "pneumaticbox/calibrate_next", "std_srvs/Trigger", "with the next supply"),
     Offer(
+        "srv", "pneumaticbox/change_state", "lifecycle_msgs/ChangeState", "as ros2 lifecycle does"
+    ),
+    Offer(
+        "srv",
+        "pneumaticbox/get_state",
+        "lifecycle_msgs/GetState",
+        "unconfigured, inactive or active",
+    ),
+    Offer(
+        "srv",
+        "pneumaticbox/get_available_states",
+        "lifecycle_msgs/GetAvailableStates",
+        "all that there are",
+    ),
+    Offer(
+        "srv",
+        "pneumaticbox/get_available_transitions",
+        "lifecycle_msgs/GetAvailableTransitions",
+        "from the present state",
+    ),
+    Offer(
+        "srv",
+        "pneumaticbox/get_transition_graph",
+        "lifecycle_msgs/GetAvailableTransitions",
+        "from every state",
+    ),
+    Offer(
+        "pub",
+        "pneumaticbox/transition_event",
+        "lifecycle_msgs/TransitionEvent",
+        "at each transition",
+    ),
+    Offer(
         "action",
         "pneumaticbox/follow_joint_trajectory",
         "control_msgs/FollowJointTrajectory",

@@ -16,7 +16,6 @@ import rclpy
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from pneumaticbox_driver.backends.board import Board, open_board
@@ -32,6 +31,7 @@ from pneumaticbox_driver.ros.box_topics import (
 )
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
 from pneumaticbox_driver.ros.interface import HELP
+from pneumaticbox_driver.ros.life_cycle import ManagedNode
 from pneumaticbox_driver.ros.parameters import (
     PARAMETERS,
     box_settings,
@@ -70,10 +70,11 @@ SAMPLE_WAIT = 0.01  # longest wait for a sample before other work [s]
 # attributes of parts of the box that are set by parameters of the same name
 SWITCHED_PARTS = {"drift_correction": "zeroing", "leak_model": "observer"}
 VALVES_PERIOD = 0.1  # between messages of unchanged valves, unless the plant is on topics [s]
+DEACTIVATED = "deactivated"  # why it is vented
 LAST_VALVES_TIME = 0.3  # wall time for the delivery of the last valves [s]
 
 
-class PneumaticBoxNode(Node):
+class PneumaticBoxNode(ManagedNode):
     """ROS node of the pneumatic box; one thread processes samples and, in between, other work.
 
     Args:
@@ -104,23 +105,69 @@ class PneumaticBoxNode(Node):
             setattr(getattr(self.box, part), name, self._value(name))
         self._single.claim(self._value(ALLOW_SECOND.name))  # before any valve can move
         self._take_priority()  # before the board is opened, as its threads inherit it
-        self.board = open_board(self.backend, settings, self._value)
+        self.board: Board | None = None
+        self._vented_by_state = True  # whether to switch off is to vent
+        self.connect()
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
         self.steady = SteadyClock()
         self._throttle = NoteThrottle()
-        self._watch = SampleWatch()
         self._activity = ValveActivity(len(channels))
         self._stamp = Time()
         self._published: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
         self._published_at = -math.inf
-        self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._next_look = self._next_action = self._reported = 0.0
         self._reported_safety: tuple[bool, int] = (True, 0)  # enabled, number of vent reasons
         self._create_topics(channels)
         self._create_services()
         self.add_on_set_parameters_callback(self._on_parameters)
         self._executor = RoundRobin(self)
+        self.trigger_configure()
+        if settings.start_enabled:
+            self.trigger_activate()
         self.get_logger().info(f"ready: {len(channels)} channels, backend {self.backend}")
+
+    # life cycle
+
+    def connect(self) -> None:
+        """Open the board, if none is open; raises as `open_board` does."""
+        if self.board is None:
+            self._watch = SampleWatch()
+            self._board_begin = math.nan  # of the board's clock, on the steady one [s]
+            self.board = open_board(self.backend, self.box.settings, self._value)
+
+    def switch_on(self) -> str:
+        """Take commands; returns a sentence on it, raises ValueError while vented for another
+        reason than `switch_off`.
+        """
+        if self.box.latch.reasons == [DEACTIVATED]:
+            self.box.reset()
+        return self.box.enable(True)
+
+    def switch_off(self) -> None:
+        """Take no more commands and vent."""
+        self.box.enable(False)
+        if self._vented_by_state:
+            self.box.vent(DEACTIVATED)
+
+    def disconnect(self) -> None:
+        """Vent, and let the board go; what fails is logged."""
+        self.switch_off()
+        self._open_and_release()
+        if self.backend != "topic":
+            self._watch = SampleWatch()
+            self.box.restart()
+
+    def _open_and_release(self) -> None:
+        """Open the outlets and release the board."""
+        failure = self.command_vent()
+        if self.board is not None:
+            board, self.board = self.board, None
+            try:
+                board.close()
+            except Exception as error:  # noqa: BLE001 boards are not ours
+                failure = failure or f"the board could not be closed: {one_line(error)}"
+        if failure:
+            self.get_logger().error(failure)
 
     def _take_priority(self) -> None:
         priority = self._value("real_time_priority")
@@ -132,7 +179,7 @@ class PneumaticBoxNode(Node):
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
         self._sensors: Inbox | None = None
-        if self.board is None and self._plant is None:
+        if self.backend == "topic" and self._plant is None:
             self._sensors = Inbox(self, JointState, SENSORS, RELIABLE)
         self._valves = ValvesOut(self, channels, self._plant)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
@@ -162,7 +209,7 @@ class PneumaticBoxNode(Node):
 
     def _node_time(self) -> float:
         """Time for the detection of missing samples [s]: of the plant, or a monotonic clock."""
-        if self.board is not None:
+        if self.backend != "topic":
             return self.steady.now()
         return self.get_clock().now().nanoseconds * 1e-9
 
@@ -170,7 +217,7 @@ class PneumaticBoxNode(Node):
         return self.box.time if self._watch.started else self._node_time()
 
     def _of_stamp(self, stamp: float) -> float:
-        return stamp if self.board is None else self.steady.of_stamp(stamp)
+        return stamp if self.backend == "topic" else self.steady.of_stamp(stamp)
 
     # messages
 
@@ -202,16 +249,25 @@ class PneumaticBoxNode(Node):
         return SetParametersResult(successful=True)
 
     def _check_change(self, values: dict[str, Any]) -> None:
-        if values.get(SIM_TIME) and self.board is not None:
+        if values.get(SIM_TIME) and self.backend != "topic":
             raise ValueError(sim_time_ignored(self.backend))
         supply = values.get("embedded_supply")
         if supply is not None and self.backend != "embedded":
             raise ValueError(f"embedded_supply: expected backend embedded, got {self.backend}")
+        if supply is not None:
+            self.refuse_unconfigured()
         if supply == 0:
             raise ValueError("embedded_supply must be above 0 Pa to change it, got 0")
 
     def _enable(self, on: bool) -> str:
-        done = self.box.enable(on)
+        if on:
+            self.refuse_unconfigured()
+        done = self.switch_on() if on else self.box.enable(False)
+        self._vented_by_state = False
+        try:
+            self.follow(on)
+        finally:
+            self._vented_by_state = True
         self.link.accept()
         return done
 
@@ -280,7 +336,7 @@ class PneumaticBoxNode(Node):
         """Publish the valves: for a plant on topics always, otherwise only changes."""
         now = time.monotonic()
         known = now - self._published_at < VALVES_PERIOD and (valves == self._published).all()
-        if self.board is not None and known:
+        if self.backend != "topic" and known:
             return
         self._published, self._published_at = valves, now
         self._valves.answer(stamp, valves)
@@ -371,14 +427,7 @@ class PneumaticBoxNode(Node):
 
     def close(self) -> None:
         """Open the outlets, release the board and destroy the node."""
-        failure = self.command_vent()
-        if self.board is not None:
-            try:
-                self.board.close()
-            except Exception as error:  # noqa: BLE001 boards are not ours
-                failure = failure or f"the board could not be closed: {one_line(error)}"
-        if failure:
-            self.get_logger().error(failure)
+        self._open_and_release()
         self._valves.flush(LAST_VALVES_TIME)
         self._executor.close()
         self.destroy_node()
@@ -388,7 +437,7 @@ class PneumaticBoxNode(Node):
             self.get_logger().warning(note)
         self.box.notes.clear()
         self.link.forget_refused(now)
-        if self.board is None:
+        if self.backend == "topic":
             self.link.simulators = self.count_publishers(self.resolve_topic_name(SENSORS))
         self.link.second = self._single.warning()
         if self._clock_pulse is not None:
@@ -407,16 +456,17 @@ def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
 
 
 def run_board(
-    node: PneumaticBoxNode, board: Board, stop: threading.Event, loop: DeadlineLoop | None = None
+    node: PneumaticBoxNode, stop: threading.Event, loop: DeadlineLoop | None = None
 ) -> None:
-    """Read and command the board at a fixed rate until `stop` is set.
+    """Read and command the board, while there is one, at a fixed rate until `stop` is set.
 
     `loop` gives the rate; None for that of the parameter embedded_rate.
     """
     loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
 
     def step() -> None:
-        node.serve_board(board)
+        if node.board is not None:
+            node.serve_board(node.board)
         node.keep_serving("service", node.serve_others, loop.slack)
 
     loop.run(step, stop)
@@ -432,10 +482,10 @@ def prepare_process() -> None:
 def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
     """Control the box until `stop` is set."""
     prepare_process()
-    if node.board is None:
+    if node.backend == "topic":
         run_topic(node, stop)
     else:
-        run_board(node, node.board, stop)
+        run_board(node, stop)
 
 
 def main(args: list[str] | None = None) -> int:

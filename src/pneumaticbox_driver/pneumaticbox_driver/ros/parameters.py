@@ -96,7 +96,12 @@ PARAMETERS = (
     Parameter("shortest_pulse", 0.045, "smallest time a valve is open", "s", (0.001, 1.0)),
     Parameter("shortest_pause", 0.06, "smallest time a valve is closed", "s", (0.0, 1.0)),
     Parameter("zero_band", 5000.0, "largest offset of a channel's sensor", "Pa", (0.0, 50000.0)),
-    Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
+    Parameter(
+        "start_enabled",
+        "",
+        "take commands without a call of pneumaticbox/enable; empty: not with backend hardware",
+        choices=("", "true", "false"),
+    ),
     Parameter(
         "cancel_action",
         CANCEL_ACTIONS[0],
@@ -158,7 +163,7 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
         channels = hand.channels if channels == ("",) else channels
         volumes = tuple(hand.rest_volumes().tolist()) if volumes == (0.0,) else volumes
         limits = tuple(hand.max_pressures().tolist()) if limits == (0.0,) else limits
-    same = (*NOT_NEGATIVE, "start_enabled")
+    enabled = value("start_enabled") or ("false" if value("backend") == "hardware" else "true")
     return BoxSettings(
         channels=channels,
         rest_volumes=volumes,
@@ -166,7 +171,8 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
         control_modes=per_channel("control_mode", value("control_mode"), len(channels)),
         volume_model=model,
         hand=value("hand"),
-        **{name: value(name) for name in same},
+        start_enabled=enabled == "true",
+        **{name: value(name) for name in NOT_NEGATIVE},
     )
 
 
