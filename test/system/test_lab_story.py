@@ -21,6 +21,8 @@ from softhand_bringup.lab_story.recorded import live_residual, still_stamps
 from softhand_bringup.processes.launcher import wait_until
 from softhand_model.hand.actuator import load_actuator
 
+# known: on a busy machine the middleware may never join the monitor to the recorder
+UNHEARD = "expected the monitor's residuals where the pressure stands, got none"
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 SHORT = """
 import sys
@@ -66,16 +68,19 @@ Session(folder / "own", plan, model, str(model), 3, print, allow_effect_files=Tr
 
 @pytest.fixture(scope="module")
 def story(domain, guard, tmp_path_factory):
-    """The story of a finger that stiffens, told once."""
-    folder = tmp_path_factory.mktemp("story")
-    told = subprocess.run(
-        [sys.executable, "-c", SHORT, str(folder)],
-        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-        preexec_fn=guard.enrol,
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-    )
+    """The story of a finger that stiffens; told again where nothing of the monitor was recorded."""
+    for _ in range(2):
+        folder = tmp_path_factory.mktemp("story")
+        told = subprocess.run(
+            [sys.executable, "-c", SHORT, str(folder)],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+            preexec_fn=guard.enrol,
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+        )
+        if UNHEARD not in told.stderr:
+            break
     left = nodes_logging_to(folder)
     assert told.returncode == 0, told.stdout + told.stderr
     return SimpleNamespace(
