@@ -5,7 +5,7 @@ import pytest
 from synthetic_bag import SyntheticBag, T, header, joint_state
 
 from model_lab.api.data import import_files
-from model_lab.importing.hand_poses import set_of_poses
+from model_lab.importing.hand_poses import is_of_hand, set_of_poses
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import from_rpy
 
@@ -77,6 +77,13 @@ def test_what_was_imported_is_a_set_that_the_lab_reads(tmp_path):
     data = import_files([recorded(tmp_path / "bag", TWICE)], hand="rbo_hand_2")
     assert str(data).count("protocol poses_") == 4
     assert "touched nothing" in str(data)
+
+
+def test_a_finger_of_the_hand_is_still_measured_as_a_finger(tmp_path):
+    bag = recorded(tmp_path / "bag", TWICE[:2])
+    assert is_of_hand([bag], "rbo_hand_2")
+    assert not any(is_of_hand([bag], hand) for hand in ("rbo_hand_2:index", "single_finger", None))
+    assert not is_of_hand([tmp_path], "rbo_hand_2")
 
 
 def test_another_hand_is_refused(tmp_path):

@@ -204,7 +204,7 @@ def import_files(
     if decimal not in DECIMAL_SIGNS:
         raise ValueError(f"decimal: expected '.', ',' or '', got {decimal!r}")
     files = [Path(path) for path in paths]
-    if hand and not columns and is_of_hand(files):
+    if hand and not (columns or experiment) and is_of_hand(files, hand):
         found = set_of_poses(files, hand)
     else:
         proposal = propose(files, experiment, columns, None, decimal, _by_file(sheets))

@@ -33,7 +33,8 @@ def import_files(arguments: argparse.Namespace) -> None:
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
-    if arguments.hand and not arguments.map and is_of_hand(arguments.files):
+    stated = arguments.map or arguments.experiment
+    if not stated and is_of_hand(arguments.files, arguments.hand):
         found = set_of_poses(arguments.files, arguments.hand)
         _write_imported(found, HAND_POSE, arguments, told.Said(None, {}, arguments.hand, {}))
         return

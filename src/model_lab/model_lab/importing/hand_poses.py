@@ -12,6 +12,7 @@ from model_lab.aliases import Array, IntArray
 from model_lab.importing.bag_tables import TopicTable, read_topics
 from model_lab.importing.importing import ImportedSet
 from model_lab.importing.runs import ImportedRun
+from model_lab.measurements.bags.messages import opened
 from model_lab.measurements.hands import (
     HAND_POSE,
     default_markers,
@@ -25,6 +26,7 @@ from softhand_common.numerics.rotations import to_rpy
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
 HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
+# by hand: above the noise of pressures, below what tells two poses apart
 HOLD = 0.8  # [s] for which a pose must be held
 MARGIN = 0.25  # [s] of it at either end that are left out
 TIP_SHIFT, PRESSURE_SHIFT = 1e-3, 1e3  # [m], [Pa] by which it may change within the margin
@@ -45,11 +47,14 @@ class Pose:
     wrist: Array
 
 
-def is_of_hand(bags: Sequence[Path]) -> bool:
-    """Whether all files are bags with the topics of a hand of this suite."""
-    return all(
-        path.is_dir() and {_suffix(one.topic) for one in read_topics(path)} >= set(HAND_TOPICS)
-        for path in bags
+def is_of_hand(files: Sequence[Path], hand: str | None) -> bool:
+    """Whether all files are bags with the topics of a hand of this suite, and `hand` is one with
+    several fingers, none of which is named.
+    """
+    if not hand or ":" in hand or not all((path / "metadata.yaml").is_file() for path in files):
+        return False
+    return len(load_hand(hand).tips) > 1 and all(
+        _topics(path) >= set(HAND_TOPICS) for path in files
     )
 
 
@@ -107,6 +112,11 @@ def _remarks(runs: int, protocols: int) -> tuple[str, ...]:
 
 
 # ---------------------------------------------------------------------- reading
+def _topics(bag: Path) -> set[str]:
+    with opened(bag) as reader:
+        return {_suffix(topic) for topic in reader.topics}
+
+
 def _suffix(topic: str) -> str:
     return "/".join(topic.split("/")[-2:])
 
