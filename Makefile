@@ -38,12 +38,12 @@ lab-story: setup ## The same over ROS, from recording to monitor (HIDE=gent_stif
 thesis: setup ## Experiments of the thesis (ARGS=list, ARGS="run equilibrium_point --force", ARGS="all chapter_4")
 	@$(PYTHON_IN_VENV) -m thesis $(or $(ARGS),list)
 
-# In three processes, of which one runs all tests that start nodes, and mostly waits.
+# In three processes, of which one runs all tests that start nodes. Bytecode is kept, for the programs that tests start.
 test: setup ## All tests (ARGS="test/docs", ARGS="-n 0": in one process)
-	@$(PYTHON_IN_VENV) -m pytest -q -n 3 $(ARGS)
+	@PYTHONDONTWRITEBYTECODE= $(PYTHON_IN_VENV) -m pytest -q -n 3 $(ARGS)
 
 test-oldest: setup .oldest/stamp ## Tests with the oldest supported versions of the libraries (ARGS=test: all of them)
-	@PYTHONPATH=$(CURDIR)/.oldest NUMBA_CACHE_DIR=$(CURDIR)/.oldest/numba $(PYTHON_IN_VENV) -m pytest -q -n 2 $(or $(ARGS),$(OLDEST))
+	@PYTHONDONTWRITEBYTECODE= PYTHONPATH=$(CURDIR)/.oldest NUMBA_CACHE_DIR=$(CURDIR)/.oldest/numba $(PYTHON_IN_VENV) -m pytest -q -n 2 $(or $(ARGS),$(OLDEST))
 
 .oldest/stamp: requirements/lock/oldest.txt
 	@$(PYTHON_IN_VENV) -m pip install -q --no-deps --upgrade --target .oldest --require-hashes -r $< && touch $@

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from trimesh.remesh import subdivide_to_size
 
 if TYPE_CHECKING:
     from pneuflex_sim.pictures.render import Camera, Color
@@ -62,6 +61,8 @@ def tiles(corners: Array, longest: float) -> Array:
     """Corners (t, 3, 3) [m] of triangles cut until no edge is longer than this [m]: small ones can
     be sorted by their distance.
     """
+    from trimesh.remesh import subdivide_to_size
+
     if not len(corners):
         return corners
     faces = np.arange(3 * len(corners)).reshape(-1, 3)

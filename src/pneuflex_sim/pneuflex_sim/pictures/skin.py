@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
@@ -88,6 +87,8 @@ def blend_weights(place: Array, bones: int) -> Array:
     >>> blend_weights(np.array([3.0]), 7).round(3).tolist()[0]
     [0.0, 0.0, 0.125, 0.75, 0.125, 0.0, 0.0]
     """
+    from scipy.interpolate import BSpline  # here, as it takes long to load
+
     last, degree = bones - 1.0, min(2, bones - 1)
     inner = np.arange(1.5, last - 1.0) if degree == 2 else np.array([])
     knots = np.concatenate([np.zeros(degree + 1), inner, np.full(degree + 1, last)])

@@ -7,15 +7,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import QhullError
 
 from softhand_common.documents.output_file import written_whole
+
+if TYPE_CHECKING:
+    import trimesh  # else in functions, as it takes long to load
 
 Array = NDArray[np.float64]
 
@@ -43,6 +44,8 @@ class Mesh:
     @property
     def trimesh(self) -> trimesh.Trimesh:
         """The same triangles for the library."""
+        import trimesh
+
         faces = self.indices.reshape(-1, 3)
         return trimesh.Trimesh(self.vertices, faces, vertex_normals=self.normals, process=False)
 
@@ -82,6 +85,9 @@ def creased(mesh: Mesh, angle: float = CREASE_ANGLE) -> Mesh:
     sets of corners. (trimesh's `smooth_shade` splits between smooth patches only, so an edge that
     is sharp within a patch is drawn smooth.)
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     faces = mesh.indices.reshape(-1, 3).astype(np.int64)
     corners = mesh.corners
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -105,6 +111,8 @@ def creased(mesh: Mesh, angle: float = CREASE_ANGLE) -> Mesh:
 
 def hull_mesh(points: Array) -> Mesh:
     """The convex hull of points (k, 3) [m]; raises ValueError for points in one plane."""
+    import trimesh
+
     try:
         return _mesh_of_library(trimesh.convex.convex_hull(points))
     except (QhullError, ImportError) as reason:  # a flat hull asks for another package to mend it
@@ -161,6 +169,8 @@ def box(size: ArrayLike, center: Array) -> Mesh:
 
 def write_meshes(path: Path, meshes: Mapping[str, Mesh]) -> None:
     """Write meshes into one STL or OBJ file, in metres; OBJ has an object a mesh, with normals."""
+    import trimesh
+
     surfaces: dict[str, trimesh.parent.Geometry] = {n: mesh.trimesh for n, mesh in meshes.items()}
     scene = trimesh.Scene(surfaces)
     of_obj = {"include_normals": True, "header": "metres"} if path.suffix == ".obj" else {}
@@ -174,6 +184,8 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     Vertices at one place are joined; groups and materials do not matter. Raises ValueError for a
     file that cannot be read, a length that hints at other units, or too few triangles.
     """
+    import trimesh
+
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise ValueError(
             f"{path}: expected a file {' or '.join(MESH_SUFFIXES)}, got {path.suffix!r}"
