@@ -26,10 +26,11 @@ SCATTER = {"actuator_scatter": CLASSES["actuator_scatter"]}
 PRESSURES = [20e3, 20e3, 20e3, 20e3]
 
 
-def test_from_a_synthesised_set_to_the_simulator(tmp_path):
-    write_synthesised(synthesize("hand_pose", 4, True, SCATTER, noise=0.003), tmp_path / "set")
+def test_from_a_synthesised_set_to_the_simulator(coarse_hands, tmp_path):
+    made = synthesize("hand_pose", 4, True, SCATTER, noise=0.003)
+    write_synthesised(made, tmp_path / "set")
     data = load_measurements(tmp_path / "set")
-    (hidden,) = synthesize("hand_pose", 4, True, SCATTER, noise=0.003).truth["effects"]
+    (hidden,) = made.truth["effects"]
 
     answer = diagnose(data, load_model("base"), SCATTER).diagnosis.as_json()
     assert answer["verdict"] == "effects_missing"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from model_lab.bench.layouts import hand_pose_set
 from model_lab.bench.synthesize import synthesize
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.hands import MARKER_AXES
@@ -15,26 +16,31 @@ from model_lab.slips.find import find_slips
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 
-SOUND = synthesize("hand_pose", 3, False, noise=0.003).data
+HAND = hand_pose_set()
 
 
-def changed(change):
-    """The sound set with the columns of each run as `change` gives them."""
-    runs = [replace(run, columns={**run.columns, **change(run.columns)}) for run in SOUND.runs]
-    return replace(SOUND, runs=tuple(runs))
+@pytest.fixture(scope="module")
+def sound(coarse_hands):
+    return synthesize("hand_pose", 3, False, noise=0.003).data
+
+
+def changed(data, change):
+    """The set with the columns of each run as `change` gives them."""
+    runs = [replace(run, columns={**run.columns, **change(run.columns)}) for run in data.runs]
+    return replace(data, runs=tuple(runs))
 
 
 def swapped(*pairs):
     sources = {a: b for one, other in pairs for a, b in ((one, other), (other, one))}
-    return changed(lambda columns: {name: columns[source] for name, source in sources.items()})
+    return lambda columns: {name: columns[source] for name, source in sources.items()}
 
 
 def scaled(factors):
-    return changed(lambda columns: {name: f * columns[name] for name, f in factors.items()})
+    return lambda columns: {name: f * columns[name] for name, f in factors.items()}
 
 
 def of_markers(axis, factor):
-    return {f"{marker}.{axis}": factor for marker in SOUND.markers}
+    return {f"{marker}.{axis}": factor for marker in HAND.markers}
 
 
 SLIPS = {
@@ -46,7 +52,7 @@ SLIPS = {
     ),
     "mirrored": (scaled(of_markers("y", -1.0)), "mirrored", "all markers"),
     "left_handed": (
-        swapped(*((f"{marker}.x", f"{marker}.y") for marker in SOUND.markers)),
+        swapped(*((f"{marker}.x", f"{marker}.y") for marker in HAND.markers)),
         "mirrored",
         "all markers",
     ),
@@ -55,13 +61,13 @@ SLIPS = {
         "unit",
         "all markers",
     ),
-    "psi_for_kPa": (scaled(dict.fromkeys(SOUND.inputs, 1.0 / 6.894757)), "unit", "all pressures"),
+    "psi_for_kPa": (scaled(dict.fromkeys(HAND.inputs, 1.0 / 6.894757)), "unit", "all pressures"),
 }
 
 
-@pytest.mark.parametrize(("data", "name", "column"), SLIPS.values(), ids=SLIPS)
-def test_a_slip_is_told_and_its_mend_gives_the_set_back(tmp_path, data, name, column):
-    write_set(data, tmp_path / "set")
+@pytest.mark.parametrize(("change", "name", "column"), SLIPS.values(), ids=SLIPS)
+def test_a_slip_is_told_and_its_mend_gives_the_set_back(sound, tmp_path, change, name, column):
+    write_set(changed(sound, change), tmp_path / "set")
     read = load_measurements(tmp_path / "set")
     (slip,) = find_slips(read, load_model()).slips
     assert slip.name == name and column in slip.column
@@ -70,25 +76,22 @@ def test_a_slip_is_told_and_its_mend_gives_the_set_back(tmp_path, data, name, co
     stated["columns"] |= yaml.safe_load(slip.mend)["columns"]
     path.write_text(yaml.safe_dump(stated, sort_keys=False))
     mended = load_measurements(tmp_path / "set")
-    assert mended.table.value == pytest.approx(SOUND.table.value, rel=1e-4, abs=1e-6)
-    for run, sound in zip(mended.runs, SOUND.runs, strict=True):
-        for channel in SOUND.inputs:
-            assert run.columns[channel] == pytest.approx(sound.columns[channel], rel=1e-4, abs=1.0)
+    assert mended.table.value == pytest.approx(sound.table.value, rel=1e-4, abs=1e-6)
+    for run, before in zip(mended.runs, sound.runs, strict=True):
+        for channel in sound.inputs:
+            assert run.columns[channel] == pytest.approx(before.columns[channel], rel=1e-4, abs=1.0)
 
 
-def test_no_slip_is_told_of_a_sound_set():
-    assert find_slips(SOUND, load_model()).slips == ()
+def test_no_slip_is_told_of_a_sound_set(sound):
+    assert find_slips(sound, load_model()).slips == ()
 
 
-def test_a_slip_and_an_effect_are_both_told():
+def test_a_slip_and_an_effect_are_both_told(coarse_hands):
     scatter = {"actuator_scatter": effect_classes()["actuator_scatter"]}
     made = synthesize("hand_pose", 4, True, scatter, noise=0.003)
     (hidden,) = made.truth["effects"]
-    runs = []
-    for run in made.data.runs:
-        a, b = (run.columns[name] for name in ("pressure.a", "pressure.b"))
-        runs.append(replace(run, columns={**run.columns, "pressure.a": b, "pressure.b": a}))
-    found = diagnose(replace(made.data, runs=tuple(runs)), load_model(), scatter).diagnosis
+    exchanged = changed(made.data, swapped(("pressure.a", "pressure.b")))
+    found = diagnose(exchanged, load_model(), scatter).diagnosis
     (slip,) = found.slips
     assert (found.verdict, slip.name) == ("slip", "exchanged")
     assert [(one.kind, one.where) for one in found.effects] == [
@@ -96,18 +99,18 @@ def test_a_slip_and_an_effect_are_both_told():
     ]
 
 
-def test_markers_that_are_shuffled_from_sample_to_sample_are_not_named_for_sure():
+def test_markers_that_are_shuffled_from_sample_to_sample_are_not_named_for_sure(sound):
     random = np.random.default_rng(5)
     runs = []
-    for run in SOUND.runs:
+    for run in sound.runs:
         columns = dict(run.columns)
         for sample in range(run.samples):
-            order = random.permutation(list(SOUND.markers))
-            for marker, source in zip(SOUND.markers, order, strict=True):
+            order = random.permutation(list(sound.markers))
+            for marker, source in zip(sound.markers, order, strict=True):
                 for axis in MARKER_AXES:
                     column = columns[f"{marker}.{axis}"] = columns[f"{marker}.{axis}"].copy()
                     column[sample] = run.columns[f"{source}.{axis}"][sample]
         runs.append(replace(run, columns=columns))
-    shuffled = replace(SOUND, runs=tuple(runs))
+    shuffled = replace(sound, runs=tuple(runs))
     found = diagnose(shuffled, load_model(), {}).diagnosis
     assert found.effects == ()

@@ -44,14 +44,15 @@ class HandPose:
     and weight (`equilibrium.hand_statics`). Weight is in the base model: `gravity` only scales it.
     Where the parameters of a lane leave no equilibrium, its places are NaN.
 
+    segments: of an actuator, HAND_SEGMENTS if None.
     strained: sections (1, 1, n) of all actuators, and how they are.
 
     Raises DocumentError for a missing column, ValueError for a marker on an arc.
     """
 
-    def __init__(self, data: MeasurementSet, segments: int = HAND_SEGMENTS) -> None:
+    def __init__(self, data: MeasurementSet, segments: int | None = None) -> None:
         require_columns(data, data.inputs, "the model of hand_pose")
-        self._data, self._hand, self._segments = data, data.hand, segments
+        self._data, self._hand, self._segments = data, data.hand, segments or HAND_SEGMENTS
         batches = list(dict.fromkeys(data.specimens[run.specimen].batch for run in data.runs))
         poses = np.concatenate([self._poses_of(run, batches) for run in data.runs])
         alike, self._pose = np.unique(poses, axis=0, return_inverse=True)  # as repeats are

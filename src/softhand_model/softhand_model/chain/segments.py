@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,7 @@ from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 
 LATERAL_AXIS, BEND_AXIS, TWIST_AXIS = range(3)  # axes x, y, z of a joint
+KEPT_MASSES = 64  # actuators whose links' masses are kept: a fit changes their moduli alone
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,12 @@ def _base_half_mass(description: ChainDescription, segments: int) -> float:
 
 def _link_masses(actuator: Actuator, segments: int) -> Array:
     """Mass (n,) [kg] of the rubber between each joint and the next, the last one to the tip."""
+    return _kept_masses(replace(actuator, shear_modulus=1.0), segments)
+
+
+@lru_cache(maxsize=KEPT_MASSES)
+def _kept_masses(actuator: Actuator, segments: int) -> Array:
+    """`_link_masses`, on which the modulus has no influence; not to be changed in place."""
     edges = np.append((np.arange(segments) + 0.5) * actuator.length / segments, actuator.length)
     return np.array([actuator.mass_between(*pair) for pair in pairwise(edges)])
 
