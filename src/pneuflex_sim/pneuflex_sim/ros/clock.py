@@ -95,15 +95,19 @@ class ClockPeers:
         self._inbox = Inbox(node, Header, topic, RELIABLE)
         self._peers: dict[str, tuple[int, float]] = {}  # stamp [ns], wall time of arrival [s]
 
-    def receive(self, timeout: float = 0.0) -> None:
-        """Take the messages that have come or come within `timeout` [s] of wall time."""
+    def receive(self, timeout: float = 0.0) -> bool:
+        """Take the messages that have come or come within `timeout` [s] of wall time; whether there
+        was one.
+        """
         message = self._inbox.take(timeout)
+        came = message is not None
         while message is not None:
             self._peers[cut(message.frame_id)] = nanoseconds(message.stamp), time.monotonic()
             message = self._inbox.take()
         if self._peers:
             oldest = time.monotonic() - PEER_MEMORY
             self._peers = {name: peer for name, peer in self._peers.items() if peer[1] > oldest}
+        return came
 
     def forget(self) -> None:
         """Forget all peers."""

@@ -29,8 +29,11 @@ class DriverLink(Protocol):
     def send(self, sample: JointState) -> None:
         """Hand over a sample."""
 
-    def await_answer(self, wait: bool) -> None:
-        """Apply the valves that answer the sample; without `wait`, those that have come."""
+    def await_answer(self, wait: bool, commanded: bool) -> None:
+        """Apply the valves that answer the sample; without `wait`, those that have come.
+
+        `commanded`: whether commands for the driver may have come since the last sample.
+        """
 
     def look(self) -> None:
         """Apply the valves that have come."""
@@ -69,7 +72,7 @@ class TopicLink:
             self._answered = -1
         self._sensors.publish(sample)
 
-    def await_answer(self, wait: bool) -> None:
+    def await_answer(self, wait: bool, commanded: bool) -> None:
         """Wait a limited time for the valves that answer the sample."""
         self.look()
         if not wait:

@@ -35,7 +35,7 @@ class Commanders:
 
     def __init__(self, node: Node, awaited: bool) -> None:
         self._peers = ClockPeers(node, COMMANDED_UNTIL)
-        self._awaited = awaited
+        self._awaited, self._heard = awaited, False
         self.restart()
 
     def restart(self) -> None:
@@ -49,13 +49,20 @@ class Commanders:
         [s] of wall time for messages of the commanders.
         """
         end = time.monotonic() + timeout
-        self._peers.receive()
+        self._heard |= self._peers.receive()
         while held := self._holds(round(now * SECOND_NS)):
             left = end - time.monotonic()
             if left <= 0:
                 break
-            self._peers.receive(left)
+            self._heard |= self._peers.receive(left)
         return held
+
+    def heard(self) -> bool:
+        """Whether a commander has gone on since the last call. Its commands come before it says so,
+        as it publishes them before.
+        """
+        heard, self._heard = self._heard, False
+        return heard
 
     def _holds(self, now: int) -> bool:
         until = [stamp for stamp in self._peers.times() if stamp]

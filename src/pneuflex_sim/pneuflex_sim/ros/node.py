@@ -245,7 +245,8 @@ class HandSim(Node):
         valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
-        self.driver.await_answer(self.lockstep and not stale)
+        wait = self.lockstep and not stale
+        self.driver.await_answer(wait, not wait or self.commanders.heard())
         self._executor.serve(SERVE_SLICE)
         self._publish_state(before)
         self.driver.serve()

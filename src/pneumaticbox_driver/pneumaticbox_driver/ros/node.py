@@ -292,9 +292,13 @@ class PneumaticBoxNode(ManagedNode):
         if sample is not None:
             self.answer_sample(sample)
 
-    def answer_sample(self, sample: JointState) -> None:
-        """Command the valves that answer a sample, after the commands that arrived before it."""
-        self._executor.serve_messages(SERVE_SLICE)
+    def answer_sample(self, sample: JointState, commanded: bool = True) -> None:
+        """Command the valves that answer a sample, after the commands that arrived before it.
+
+        `commanded`: whether there may be any; else they wait for `serve_others`.
+        """
+        if commanded:
+            self._executor.serve_messages(SERVE_SLICE)
         try:
             pressures = absolute_pressures(sample, self.box.settings.channels)
         except ValueError as error:

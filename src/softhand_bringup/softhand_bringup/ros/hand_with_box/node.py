@@ -47,9 +47,10 @@ class CallLink:
         if has_subscribers(self._sensors):
             self._sensors.publish(sample)
 
-    def await_answer(self, wait: bool) -> None:
+    def await_answer(self, wait: bool, commanded: bool) -> None:
         """Have the driver answer the sample; it commands the valves."""
-        self._box.keep_serving("sample", lambda _: self._box.answer_sample(self._sample), 0.0)
+        sample = self._sample
+        self._box.keep_serving("sample", lambda _: self._box.answer_sample(sample, commanded), 0.0)
 
     def look(self) -> None:
         """Nothing: valves are commanded by calls."""
