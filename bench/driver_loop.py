@@ -33,7 +33,7 @@ PAUSED_STEPS, PAUSE = 2_000, 0.0015  # of the same after a sleep, as the node ha
 ROUNDS, ROUND = 20, 0.75  # [s] of wall time each; short, so that both meet the same neighbours
 PRIORITY = 20
 STEP_TARGET = 150.0  # [us] CPU
-LATENESS_TARGET = 0.3  # [ms] above an empty loop
+LATENESS_TARGET, EXCESS_TARGET = 1.0, 0.3  # [ms], and above an empty loop
 
 
 def eight_channels() -> tuple[PneumaticBox, EmbeddedRig]:
@@ -114,11 +114,12 @@ def run() -> list[dict[str, Any]]:
         stated("driver's control step, 8 channels: p99", micro(steps, 99), "us"),
         stated("driver's control step after a sleep: median", micro(paused, 50), "us"),
         stated("empty loop at 500 Hz: p99 lateness", empty, "ms"),
+        at_most("driver at 500 Hz: p99 lateness", full, "ms", LATENESS_TARGET),
         at_most(
             "driver at 500 Hz: p99 lateness above an empty loop",
             full - empty,
             "ms",
-            LATENESS_TARGET,
+            EXCESS_TARGET,
         ),
     ]
 

@@ -32,7 +32,7 @@ STEP, SEGMENTS = 0.002, 5
 # least ratio to in process without and with a recorder, by where the driver runs
 LEAST = {suite.COMPOSED: (0.6, 0.5), suite.TOPIC: (0.45, 0.4)}
 SUITE_TIME = 0.35  # CPU time of simulator, driver and sequencer a simulated second, composed [s]
-DRIVER, WATCHED = 25.0, 20.0  # share of a core [%] over so long [s]
+DRIVER, WATCHED = 15.0, 20.0  # share of a core [%] over so long [s]
 RECORDER = "recorder"
 NODES = {
     "softhand_bringup.ros.hand_with_box": "simulator with driver",
