@@ -36,6 +36,15 @@ CALLS = [
         for verb, kind in OF_ALL_NODES.items()
     ),
 ]
+# each kind of service and of node: the others differ in their queues alone, which one client shows
+OF_MANY = (
+    "pneumaticbox/vent",
+    "sim/reset",
+    "sim/pause",
+    STRATEGY,
+    "hand_sim/set_parameters",
+    "grasp_sequencer/get_parameters",
+)
 
 
 class Crowd:
@@ -78,12 +87,16 @@ class Crowd:
             self._node.destroy_client(client)
 
 
-@pytest.mark.parametrize("clients", [COUNT, 1], ids=["fifty clients", "one client"])
-def test_each_of_fifty_calls_at_once_is_answered(nodes, peer, clients):
+@pytest.mark.parametrize(
+    ("clients", "calls"),
+    [(COUNT, [call for call in CALLS if call[0] in OF_MANY]), (1, CALLS)],
+    ids=["fifty clients", "one client"],
+)
+def test_each_of_fifty_calls_at_once_is_answered(nodes, peer, clients, calls):
     peer.wait_for_driver()
     abort = peer.node.create_client(Trigger, "grasp/abort")
     missing = {}
-    for service, kind, fields in CALLS:
+    for service, kind, fields in calls:
         crowd = Crowd(peer, kind, service, clients)
         crowd.call(fields)
         if service == STRATEGY:
