@@ -135,14 +135,17 @@ class TakenByHand(CallbackGroup):
         """Never called, as nothing begins."""
 
 
-def subscribe_by_hand(node: Node, kind: Any, topic: str, qos: QoSProfile) -> Subscription:
-    """A subscription of `node` whose messages the caller fetches by `take`."""
-    return node.create_subscription(kind, topic, unused, qos, callback_group=TakenByHand())
+def subscribe_by_hand(
+    node: Node, kind: Any, topic: str, qos: QoSProfile, raw: bool = False
+) -> Subscription:
+    """A subscription of `node` whose messages the caller fetches by `take`; `raw`: as bytes."""
+    group = TakenByHand()
+    return node.create_subscription(kind, topic, unused, qos, callback_group=group, raw=raw)
 
 
 def take(subscription: Subscription) -> Any:
     """The next waiting message of a subscription; None when there is none."""
-    taken = subscription.handle.take_message(subscription.msg_type, False)
+    taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
     return None if taken is None else taken[0]
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.pose import Pose
+from grasp_strategies.ros.marker_bytes import MarkerBytes
 from grasp_strategies.scene import Array
 from softhand_ros.diagnostics import PREPARING, cut
 from softhand_ros.topics import seconds
@@ -220,7 +221,6 @@ class Feed:
 
 def stamp_of_message(message: Any) -> float:
     """Stamp [s] of a message, or of the first marker of an array; infinite when there is none."""
-    markers = getattr(message, "markers", None)
-    if markers is None:
-        return seconds(message.header.stamp)
-    return seconds(markers[0].header.stamp) if markers else math.inf
+    if isinstance(message, MarkerBytes):
+        return message.stamp
+    return seconds(message.header.stamp)

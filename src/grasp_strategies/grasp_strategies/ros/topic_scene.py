@@ -24,6 +24,7 @@ from visualization_msgs.msg import MarkerArray
 
 from grasp_strategies.ros.air_command import AirCommand
 from grasp_strategies.ros.driver_calls import DriverCalls
+from grasp_strategies.ros.marker_bytes import MarkerBytes
 from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
@@ -65,7 +66,9 @@ class TopicScene:
         self._wrist = self._feed(PoseStamped, "wrist/pose", SIMULATOR, read_pose)
         self._object = self._feed(PoseStamped, "scene/object_pose", SIMULATOR, read_pose)
         self._force = self._feed(WrenchStamped, "wrist/wrench", SIMULATOR, read_force)
-        self._contacts = self._feed(MarkerArray, "hand/contacts", SIMULATOR, read_touching)
+        self._contacts = self._feed(
+            MarkerArray, "hand/contacts", SIMULATOR, read_touching, raw=True
+        )
         self._contacts.each_tick = False
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
@@ -79,8 +82,9 @@ class TopicScene:
         self._modes: tuple[str, ...] = ()  # of the channels, as switched last
         self._reported_modes: tuple[str, ...] = ()  # by a report since then
 
-    def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
-        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, RELIABLE_DEEP)
+    def _feed(self, kind: type, topic: str, source: str, read: Any, raw: bool = False) -> Feed:
+        subscription = subscribe_by_hand(self._node, kind, topic, RELIABLE_DEEP, raw)
+        self._subscriptions[topic] = subscription
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
@@ -363,7 +367,8 @@ class TopicScene:
         return feed.follow(functools.partial(self._take, feed), self.time, time.monotonic())
 
     def _take(self, feed: Feed) -> Any:
-        return take(self._subscriptions[feed.topic])
+        message = take(self._subscriptions[feed.topic])
+        return MarkerBytes(message) if isinstance(message, bytes) else message
 
 
 def _complaint(feed: Feed) -> str:
