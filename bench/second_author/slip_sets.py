@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .hidden import hide
-from .rig import Rig, new_rig, record, write
+from .rig import Rig, new_rig, outputs, record, write
 from .series_faults import exchanged as exchanged_runs
 from .series_faults import odd_run
 from .truth import Truth
@@ -149,10 +149,11 @@ def _rig(rng, experiment: str, name: str, with_effect: bool) -> tuple[Rig, Truth
     angle = 4.0 if name == "wrapped" else None
     names = {BENDING: BESIDE, FORCE: BESIDE_FORCE, TENSION: BESIDE_TENSION}[experiment]
     while True:
-        rig = new_rig(rng, experiment, peak_angle=angle, **few)
-        if not with_effect:
-            return rig, Truth("nothing")
+        rig, truth = new_rig(rng, experiment, peak_angle=angle, **few), Truth("nothing")
         try:
-            return rig, hide(rng, rig, "effect", str(rng.choice(names)))
+            if with_effect:
+                truth = hide(rng, rig, "effect", str(rng.choice(names)))
         except ValueError:  # the effect does not show in this one
             continue
+        if name != "wrapped" or max(y.max() for y in outputs(rig, rig.effects)) > np.pi:
+            return rig, truth  # an angle that an effect keeps small has nothing to wrap

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bench.second_author import generator, physics, pulses, rig, score, series_faults, slip_sets
@@ -140,6 +141,14 @@ def test_forty_five_seeds_of_slips_hold_each_with_and_without_an_effect():
     assert sum(not name for name, _ in plans) == 15
     for name in slip_sets.SLIPS:
         assert sorted(effect for slip, effect in plans if slip == name) == [False, True]
+
+
+def test_what_is_wrapped_jumps(tmp_path):
+    """Also where the hidden effect keeps angles small: such a set has nothing to wrap."""
+    assert slip_sets.slip_of(940) == ("wrapped", True)
+    slip_sets.make(940, tmp_path)
+    angle = pd.read_csv(tmp_path / "run01.csv")["tip_angle"]  # [deg]
+    assert angle.diff().abs().max() > 180.0
 
 
 def columns(experiment, slip, column):

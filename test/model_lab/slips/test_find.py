@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from bench.hidden import make_set
+from bench.second_author import slip_sets
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.result import SLIP
@@ -261,6 +262,14 @@ def test_a_slip_is_found_beside_a_hidden_effect(hidden, tmp_path):
     (slip,) = find_all_slips(with_both_walls(data), BASE, effect_classes()).slips
     assert (slip.name, set(slip.column.split(", "))) == ("wall_total", {"wall", "side_wall"})
     assert slip.rmse_after < 0.5 * slip.rmse_before
+
+
+def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):
+    """The smaller protocol ends before the chambers swell, so that it predicts the other one badly,
+    and twice the section beside the ballooning would predict it better.
+    """
+    slip_sets.make(719, tmp_path)
+    assert find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips == ()
 
 
 def test_the_unit_is_told_beside_which_an_effect_explains(tmp_path):

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Tell, tell_nobody
+from model_lab.diagnosis.criteria import error_of
 from model_lab.diagnosis.search import Scored, score_all, score_base
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.problem import FitProblem, pose_problem
@@ -114,7 +115,7 @@ def find_slip_beside_effect(
     every = FITTED_OF_HAND if data.of_hand else 0
     for limit in (FITTED_EFFECTS, every):
         stated = _with_effects(stated, model, limit)
-        if any(stated.explains(scored) for scored in stated.likely):
+        if any(_fits_as_stated(stated, scored) for scored in stated.likely):
             return Checked(data)
     found = list(_explained(data, model, classes, stated, every))
     if not found:
@@ -181,6 +182,14 @@ def _tells(stated: _Searched, mended: _Searched, effect: Scored) -> bool:
     if mended.explains(effect):
         return share <= RULES.slip_beside_share
     return share <= RULES.slip_share and mended.explains(effect, RULES.most_explained_error)
+
+
+def _fits_as_stated(stated: _Searched, scored: Scored) -> bool:
+    """Whether an effect explains a set as stated. Of two protocols one may end before the effect
+    begins, and then tells nothing of the other: the error of the fit counts, as in the verdict.
+    """
+    most = RULES.explained_error * stated.problem.floor.total
+    return error_of(stated.problem, scored) <= most
 
 
 def _is_usual(scored: Scored) -> bool:

@@ -22,10 +22,10 @@ from model_lab.aliases import Array, IntArray
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable
 from model_lab.rules import RULES
-from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, run_values, within_groups
+from model_lab.series.exchange import NORMAL_DRAWS, exchanged_pair
+from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
 
 STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
-NORMAL_DRAWS = 9999  # simulated series of normal scatter
 MOST_EVENTS = 4  # that are sought in one series
 SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
 SETTLING_RUNS = 0.25  # share of the series after which a drift that settles has 63 % of its size
@@ -114,8 +114,8 @@ def examine(
     if freedom < RULES.event_freedom or not patterns:
         return Series(freedom, 1.0, ())
     measured, predicted = table.value, table.value - residual
-    events: list[Event] = []
-    first_p_value = 1.0
+    events = _exchanged_runs(data, residual, within, group)
+    first_p_value = events[0].p_value if events else 1.0
     while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
         values = run_values(table, measured, predicted, data.of_hand)
         tried = [_best(data, one, patterns, group, events) for one in values]
@@ -243,6 +243,18 @@ def _best(
     )
 
 
+def _exchanged_runs(
+    data: MeasurementSet, residual: Array, within: float, group: IntArray
+) -> list[Event]:
+    """Two odd runs, if repeats agree far better with the two exchanged; none otherwise."""
+    found = exchanged_pair(data, residual, group)
+    if found is None or found[1] > RULES.event_p_value:
+        return []
+    values = run_values(data.table, data.table.value, data.table.value - residual, data.of_hand)
+    pair = [_odd_run(data, values[0], run, group, found[1]) for run in found[0]]
+    return pair if all(_over_scatter(e, values, within) > RULES.event_error for e in pair) else []
+
+
 def _two_odd_runs(
     data: MeasurementSet, one: RunValues, group: IntArray, events: Sequence[Event]
 ) -> list[Event]:
@@ -256,7 +268,7 @@ def _two_odd_runs(
     rest = np.array([_left(differences, alone[list(pair)]) for pair in pairs])
     least = float(rest.min())
     about = np.abs(one.values - np.median(one.values))
-    alike = [pair for pair, left in zip(pairs, rest, strict=True) if _as_good(left, least, freedom)]
+    alike = [pair for pair, left in zip(pairs, rest, strict=True) if as_good(left, least, freedom)]
     chosen = max(alike, key=lambda pair: about[pair[0]] + about[pair[1]])
     whole = float(differences @ differences)
     ratio = (whole - least) / 2.0 / max(least / (freedom - 2), 1e-300)
@@ -269,11 +281,6 @@ def _left(differences: Array, shapes: Array) -> float:
     """Sum of squares of differences (runs,) that some shapes (k, runs) leave."""
     found = np.linalg.lstsq(shapes.T, differences, rcond=None)[0]
     return float(np.sum((differences - found @ shapes) ** 2))
-
-
-def _as_good(left: float, least: float, freedom: int) -> bool:
-    """Whether repeats cannot tell two explanations apart, by the sums of squares they leave."""
-    return freedom * np.log(max(left, 1e-300) / max(least, 1e-300)) <= RULES.event_tie
 
 
 def _odd_run(
@@ -307,7 +314,7 @@ def _chosen(
     most of the values as they are, with the errors that the model has in them.
     """
     rest = np.maximum(whole - explained, SAME_PATTERN * whole)
-    alike = [n for n, left in enumerate(rest) if _as_good(left, float(rest.min()), freedom)]
+    alike = [n for n, left in enumerate(rest) if as_good(left, float(rest.min()), freedom)]
     return max(alike, key=lambda index: _along(patterns[index].shape, values))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.sample_table import SampleTable
+from model_lab.rules import RULES
 
 OUTPUT_SCALE, OUTPUT_ZERO = "scale", "zero"
 SMALLEST_RATIO = 1e-3  # of measured to predicted; also stands for a run of the opposite sign
@@ -86,3 +87,8 @@ def within_groups(values: Array, group: IntArray) -> Array:
     """Values (..., runs) less the mean of their repeats; group (runs,): of each run."""
     member = group == np.unique(group)[:, None]
     return np.asarray(values - (values @ member.T / member.sum(axis=1)) @ member)
+
+
+def as_good(left: float, least: float, freedom: int) -> bool:
+    """Whether repeats cannot tell two explanations apart, by the sums of squares they leave."""
+    return freedom * np.log(max(left, 1e-300) / max(least, 1e-300)) <= RULES.event_tie
