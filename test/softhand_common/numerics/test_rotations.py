@@ -23,6 +23,12 @@ def test_roll_pitch_yaw_turn_about_fixed_axes_in_this_order():
     assert rotate(from_rpy([roll, pitch, yaw]), vectors) == pytest.approx(vectors @ whole.T)
 
 
+def test_roll_pitch_yaw_become_the_same_quaternion_as_scipys():
+    for rpy in np.random.default_rng(3).uniform(-4.0, 4.0, (50, 3)):
+        expected = Rotation.from_euler("xyz", rpy).as_quat()
+        assert from_rpy(rpy) == pytest.approx(expected, rel=0, abs=1e-15)
+
+
 def test_rotation_about_x():
     assert rotate(about_x(0.4), [0, 0, 1]) == pytest.approx(matrix("x", 0.4) @ [0, 0, 1])
 

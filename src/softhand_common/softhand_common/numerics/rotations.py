@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.compiled import compiled
@@ -18,11 +17,17 @@ def from_rpy(rpy: ArrayLike) -> Array:
     >>> from_rpy([0.0, 0.0, np.pi]).round(3).tolist()
     [0.0, 0.0, 1.0, 0.0]
     """
-    return np.asarray(Rotation.from_euler("xyz", np.asarray(rpy, float)).as_quat(), float)
+    (sr, cr), (sp, cp), (sy, cy) = (
+        (math.sin(0.5 * angle), math.cos(0.5 * angle)) for angle in np.asarray(rpy, float).tolist()
+    )
+    x, y, z, w = cp * sr, sp * cr, -sp * sr, cp * cr  # about x, then about y
+    return np.array([cy * x - sy * y, cy * y + sy * x, cy * z + sy * w, cy * w - sy * z])
 
 
 def to_rpy(quaternion: ArrayLike) -> Array:
     """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,)."""
+    from scipy.spatial.transform import Rotation  # here, as it takes long to load
+
     return np.asarray(Rotation.from_quat(quaternion).as_euler("xyz"), float)
 
 

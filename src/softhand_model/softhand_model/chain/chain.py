@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.chain.free_response import (
@@ -50,6 +49,8 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     if not coupling.any():
         # the axes of bend and error are the same as long as nothing turns sideways
         return actual + factor * (rest - actual)
+    from scipy.spatial.transform import Rotation  # here, as it takes long to load
+
     turned = Rotation.from_rotvec(actual)
     away = (Rotation.from_rotvec(rest).inv() * turned).as_rotvec()
     pull = factor * away
