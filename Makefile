@@ -13,7 +13,7 @@ FIGURE_live := -m softhand_bringup.lab_story.picture out/lab-story docs/figures/
 FIGURE_play := scripts/draw_play.py
 FIGURES := demo strategies lab live play
 
-.PHONY: help setup demo play lab-demo lab-story thesis test test-oldest lint lock bench docs site figures clean
+.PHONY: help setup demo play lab-demo lab-story hand-story thesis test test-oldest lint lock bench docs site figures clean
 
 help: ## This list
 	@awk -F ' *## *' '/^[a-z-]+:.*##/ {sub(/:.*/, "", $$1); printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -34,6 +34,9 @@ lab-demo: setup ## The lab finds a hidden effect in a simulated set of measureme
 
 lab-story: setup ## The same over ROS, from recording to monitor (HIDE=gent_stiffening SEED=3)
 	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
+
+hand-story: setup ## The same on a whole hand: in which finger? (HIDE=mount_tilt SEED=3)
+	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.hand_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
 
 thesis: setup ## Experiments of the thesis (ARGS=list, ARGS="run equilibrium_point --force", ARGS="all chapter_4")
 	@$(PYTHON_IN_VENV) -m thesis $(or $(ARGS),list)

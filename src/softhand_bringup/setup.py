@@ -8,6 +8,7 @@ PACKAGE = "softhand_bringup"
 EXECUTABLES = [
     "demo = softhand_bringup.ros.demo:main",
     "film = softhand_bringup.film.command:main",
+    "hand_story = softhand_bringup.ros.hand_story:main",
     "hand_with_box = softhand_bringup.ros.hand_with_box.interface:main",
     "lab_story = softhand_bringup.ros.lab_story:main",
     "recorder = softhand_bringup.ros.recorder:main",

@@ -23,6 +23,7 @@ EXECUTABLES = {
         "softhand",
         "demo",
         "film",
+        "hand_story",
         "hand_with_box",
         "lab_story",
         "recorder",

@@ -43,7 +43,8 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
         "lab-demo": ("model_lab.cli.demo", "find a sealed effect, add it, open the seal"),
-        "lab-story": ("softhand_bringup.ros.lab_story", "the same on a running hand (ROS)"),
+        "lab-story": ("softhand_bringup.ros.lab_story", "the same on a running finger (ROS)"),
+        "hand-story": ("softhand_bringup.ros.hand_story", "the same on a running hand (ROS)"),
     },
     "box": {
         "calibrate": (

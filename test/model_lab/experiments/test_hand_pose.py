@@ -13,8 +13,8 @@ from model_lab.comparison.add import add_effect, write_model
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.hand_pose import HandPose, with_weight
-from model_lab.measurements.hands import Marker
+from model_lab.experiments.hand_pose import HandPose, own_error, with_weight
+from model_lab.measurements.hands import HandSpecimen, Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
 from softhand_model.effects import effect_classes
@@ -75,6 +75,19 @@ def test_prediction_is_where_the_simulated_hand_rests():
         tips = settled_tips(simulation, pressures[:, pose])
         for name, found in zip(data.markers, places, strict=True):
             assert found[:, pose] == pytest.approx(tips[name.removesuffix("_tip")], abs=1e-7)
+
+
+def test_the_error_of_few_segments_is_known_and_none_for_a_hand_cut_alike():
+    data, model = hand_pose_set(), load_model()
+    cut, fine = (HandPose(data, n).predict({}, model.effects)[0] for n in (None, 80))
+    error = np.sqrt(np.mean((cut - fine) ** 2))
+    assert own_error(data, model) == pytest.approx(error, rel=0.2)
+
+    specimens = {"h1": replace(data.specimens["h1"], hand=HandSpecimen("rbo_hand_2", data.hand, 5))}
+    simulated = replace(data, specimens=specimens)
+    assert own_error(simulated, model) == 0.0
+    five = HandPose(data, 5).predict({}, model.effects)
+    assert np.array_equal(HandPose(simulated).predict({}, model.effects), five)
 
 
 def test_lanes_are_those_of_single_predictions():

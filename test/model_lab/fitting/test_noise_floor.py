@@ -8,6 +8,7 @@ from scipy.fft import idct
 from scipy.stats import chi2
 from toy_forward import toy_forward, toy_set
 
+from model_lab.bench.layouts import hand_pose_set
 from model_lab.fitting import noise_floor as module
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED, make_spectrum, noise_floor
 from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, Specimen
@@ -279,6 +280,22 @@ def test_levels_that_rise_are_pooled_by_their_weight_until_none_does(values, wei
     assert module.falling(np.array(values), np.array(weights, float)) == pytest.approx(expected)
 
 
+def test_outputs_that_scatter_otherwise_do_not_make_repeats_odd():
+    # fingers bend in a plane: markers scatter along x and z by the pressure, along y by nothing
+    data, random = hand_pose_set(), np.random.default_rng(4)
+    sigma = np.tile([0.5e-3, 1e-6, 0.5e-3], len(data.markers))
+    residual = sigma[data.table.output] * random.standard_normal(data.table.samples)
+    floor = noise_floor(data, make_spectrum(data.table, np.zeros(data.table.samples)), residual)
+    assert floor.total == pytest.approx(np.sqrt(np.mean(sigma**2)), rel=0.1)
+
+
+def test_the_error_of_the_predictions_is_part_of_the_floor():
+    data = toy_set(np.random.default_rng(7), gain=0.0, noise=0.03)
+    spectrum = make_spectrum(data.table, np.ones(data.table.samples))
+    residual = np.random.default_rng(8).normal(0.0, 0.03, data.table.samples)
+    assert noise_floor(data, spectrum, residual, 0.04).total == pytest.approx(0.05, rel=0.05)
+
+
 # ---------------------------------------------------------------- odd repeats
 def kept(levels, dof=60.0):
     levels = np.array(levels, float)
@@ -338,11 +355,9 @@ def test_series_repeat_each_other_in_the_same_place_of_runs_of_one_group():
         for fold in (0, 1)
     ]
     found = module._repeated(tuple(series))
-    assert [[(s.run, s.output, s.fold) for s in group] for group in found] == [
-        [(0, 0, 0), (1, 0, 0)],
-        [(0, 0, 1), (1, 0, 1)],
-        [(0, 1, 0), (1, 1, 0)],
-        [(0, 1, 1), (1, 1, 1)],
+    assert [[[(s.run, s.output, s.fold) for s in alike] for alike in block] for block in found] == [
+        [[(0, 0, 0), (1, 0, 0)], [(0, 1, 0), (1, 1, 0)]],
+        [[(0, 0, 1), (1, 0, 1)], [(0, 1, 1), (1, 1, 1)]],
     ]
 
 

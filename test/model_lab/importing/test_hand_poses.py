@@ -30,9 +30,12 @@ def pose_message(place, rpy=PALM_UP):
     return T["geometry_msgs/msg/Pose"](point, turn_message(rpy))
 
 
-def recorded(folder, sequence, hold=1.0, move=0.5):
+def recorded(folder, sequence, hold=1.0, move=0.5, joints=()):
     """A bag with poses (pressures, rpy), each held for `hold` [s] after a ramp of `move` [s]."""
     bag, time, last = SyntheticBag(folder), 5.0, OPEN
+    if joints:
+        angles = joint_state(time, joints, [0.0] * len(joints))
+        bag.write("/hand/joint_states", time, angles)
     for pressures, rpy in sequence:
         for step in range(round((hold + move) * RATE)):
             share = min(1.0, step / (move * RATE))
@@ -54,6 +57,20 @@ def recorded(folder, sequence, hold=1.0, move=0.5):
 
 
 TWICE = [(p, rpy) for rpy in (PALM_UP, PALM_DOWN) for p in (OPEN, FIST, POINT, OPEN, FIST, POINT)]
+
+
+@pytest.mark.parametrize("segments", [5, 12])
+def test_the_joints_of_a_simulated_hand_tell_its_segments(tmp_path, segments):
+    joints = [f"thumb_{k}_{axis}" for k in range(segments) for axis in "xyz"]
+    joints += [f"index_{k}_{axis}" for k in range(segments + 1) for axis in "xyz"]  # with a strut
+    bag = recorded(tmp_path / "bag", TWICE, joints=joints)
+    entry = set_of_poses([bag], "rbo_hand_2").document["specimens"]["hand"]
+    assert entry == {"hand": "rbo_hand_2", "segments": segments}
+
+
+def test_a_real_hand_has_no_segments(tmp_path):
+    entry = set_of_poses([recorded(tmp_path / "bag", TWICE)], "rbo_hand_2").document["specimens"]
+    assert entry["hand"] == {"hand": "rbo_hand_2"}
 
 
 def test_poses_become_runs_that_end_where_the_wrist_turns_or_the_hand_is_empty(tmp_path):

@@ -144,12 +144,23 @@ class NoiseFloor:
         return bool(self.dof.any())
 
 
-def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
+def noise_floor(
+    data: MeasurementSet, spectrum: Spectrum, residual: Array, own_error: float = 0.0
+) -> NoiseFloor:
     """The floor of a set, given the residual (samples,) of a model fitted to it.
 
-    A model that is wrong in the same way for all repeats does not change it. Raises ValueError for
-    sets from which it cannot be estimated.
+    A model that is wrong in the same way for all repeats does not change it. own_error: of the
+    predictions themselves, root mean square, which adds to the noise in every band. Raises
+    ValueError for sets from which it cannot be estimated.
     """
+    known = _measured_floor(data, spectrum, residual)
+    if own_error == 0.0:
+        return known
+    return _floor(known.variance + own_error**2, known.dof, spectrum, known.source)
+
+
+def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
+    """The floor as noise alone has it."""
     scale = max(SMALLEST_SHARE * float(np.abs(residual).max()), SMALLEST_LEVEL)
     power, dof = _contrasts(spectrum, residual)
     counts = spectrum.counts()
@@ -222,16 +233,17 @@ def falling(values: Array, weights: Array) -> Array:
 def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
     """Sum of squares and degrees of freedom (bands,) of the scatter between repeats.
 
-    Repeats that differ by far more than others do are left out: something happened in one of them,
-    and no model of the actuator should be excused by that.
+    Runs that differ from their repeats by far more than others do, over all outputs, are left out:
+    something happened in one of them, and no model of the actuator should be excused by that.
     """
     coefficients = spectrum.coefficients(residual[None])[0]
     scatter = [
-        _scatter(spectrum, coefficients, repeats) for repeats in _repeated(spectrum.table.series)
+        np.sum([_scatter(spectrum, coefficients, repeats) for repeats in outputs], axis=0)
+        for outputs in _repeated(spectrum.table.series)
     ]
     if not scatter:
         return np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
-    power, dof = (np.stack(parts) for parts in zip(*scatter, strict=True))
+    power, dof = np.swapaxes(scatter, 0, 1)
     kept = _alike(power[:, _slow(spectrum)].sum(axis=1), dof[:, _slow(spectrum)].sum(axis=1))
     return power[kept].sum(axis=0), dof[kept].sum(axis=0)
 
@@ -280,15 +292,20 @@ def _ratio_of_halves(levels: Array) -> Array:
     return np.asarray(ordered[:, -half:].sum(axis=1) / lower)
 
 
-def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
-    """Series that repeat each other: same group and output, and the same block of their run."""
-    found: dict[tuple[int, int, int], list[Series]] = defaultdict(list)
+def _repeated(series: tuple[Series, ...]) -> list[list[list[Series]]]:
+    """Series that repeat each other: same group and output, and the same block of their run; those
+    of all outputs of a block together.
+    """
+    found: dict[tuple[int, int], dict[int, list[Series]]] = defaultdict(lambda: defaultdict(list))
     block: dict[tuple[int, int], int] = defaultdict(int)
     for part in series:
         place = block[part.run, part.output]
         block[part.run, part.output] += 1
-        found[part.group, part.output, place].append(part)
-    return [parts for parts in found.values() if len(parts) > 1]
+        found[part.group, place][part.output].append(part)
+    repeated = [
+        [parts for parts in outputs.values() if len(parts) > 1] for outputs in found.values()
+    ]
+    return [outputs for outputs in repeated if outputs]
 
 
 def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.hand_pose import with_weight
+from model_lab.experiments.hand_pose import own_error, with_weight
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
@@ -36,7 +36,8 @@ class FitProblem:
 
     fitted: values of the parameters of the model as it is, by name. floor_as_is: the floor
     that the model as it is shows, where a better one has shown a lower one; None else. rules: by
-    which it is judged. known: results that `once` has computed; None: they are not kept.
+    which it is judged. own_error: of the predictions themselves, a part of every floor. known:
+    results that `once` has computed; None: they are not kept.
     """
 
     data: MeasurementSet
@@ -49,6 +50,7 @@ class FitProblem:
     joints: SpringModel = THESIS
     rules: Rules = RULES
     floor_as_is: NoiseFloor | None = None
+    own_error: float = 0.0
     known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
@@ -108,10 +110,20 @@ def pose_problem(
         rough = noise_floor(data, spectrum, forward.measured - predicted)
         better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
-    floor = noise_floor(data, spectrum, better.residual)
+    own = own_error(data, model)
+    floor = noise_floor(data, spectrum, better.residual, own)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
     problem = FitProblem(
-        data, model.base, fixed, known, spectrum, floor, fitted, model.springs, rules
+        data,
+        model.base,
+        fixed,
+        known,
+        spectrum,
+        floor,
+        fitted,
+        model.springs,
+        rules,
+        own_error=own,
     )
     return problem, given
 
@@ -171,7 +183,7 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
     Repeats may differ by an effect, such as what earlier runs have left in the rubber.
     """
-    floor = noise_floor(problem.data, problem.spectrum, better.residual)
+    floor = noise_floor(problem.data, problem.spectrum, better.residual, problem.own_error)
     if floor.total >= problem.rules.lower_floor * problem.floor.total:
         return None
     return replace(problem, floor=floor, floor_as_is=problem.floor_as_is or problem.floor)

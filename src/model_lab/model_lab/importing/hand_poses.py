@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,10 @@ from model_lab.aliases import Array, IntArray
 from model_lab.importing.bag_tables import TopicTable, read_topics
 from model_lab.importing.importing import ImportedSet
 from model_lab.importing.runs import ImportedRun
-from model_lab.measurements.bags.messages import opened
+from model_lab.measurements.bags.messages import messages_of, opened
 from model_lab.measurements.hands import (
     HAND_POSE,
+    HandSpecimen,
     default_markers,
     marker_columns,
     pressure_columns,
@@ -26,6 +28,7 @@ from softhand_common.numerics.rotations import to_rpy
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
 HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
+JOINTS = "hand/joint_states"  # of a simulated hand, one for each segment
 # by hand: above the noise of pressures, below what tells two poses apart
 HOLD = 0.8  # [s] for which a pose must be held
 MARGIN = 0.25  # [s] of it at either end that are left out
@@ -71,6 +74,13 @@ def set_of_poses(bags: Sequence[Path], hand: str) -> ImportedSet:
     stated = hand if hand in hand_names() else str(Path(hand).resolve())
     runs: list[ImportedRun] = []
     entries: dict[str, object] = {}
+    cut = {segments_of(bag, described) for bag in bags}
+    if len(cut) > 1:
+        raise DocumentError(
+            f"{listed(map(str, bags))}: expected one hand, got segments an actuator: "
+            f"{listed(map(str, cut))} (None: of a real one)"
+        )
+    segments = cut.pop()
     protocols: list[list[Pose]] = []
     for bag in bags:
         for poses in _runs(_poses(bag, described)):
@@ -95,15 +105,20 @@ def set_of_poses(bags: Sequence[Path], hand: str) -> ImportedSet:
         "format": SET_FORMAT,
         "experiment": HAND_POSE,
         "title": f"imported from {bags[0].name}"[:80],
-        "specimens": {"hand": {"hand": stated}},
+        "specimens": {"hand": HandSpecimen(stated, described, segments).entry()},
         "columns": columns,
         "runs": entries,
     }
-    return ImportedSet(document, tuple(runs), _remarks(len(runs), len(protocols)))
+    return ImportedSet(document, tuple(runs), _remarks(len(runs), len(protocols), segments))
 
 
-def _remarks(runs: int, protocols: int) -> tuple[str, ...]:
+def _remarks(runs: int, protocols: int, segments: int | None) -> tuple[str, ...]:
     remarks = ["the hand must have touched nothing but air: contacts are not looked for"]
+    if segments:
+        remarks.append(
+            f"a simulated hand of {segments} rigid segments an actuator; it is predicted with as "
+            "many (`segments` in experiment.yaml; a real hand has none)"
+        )
     if protocols < 2:
         remarks.append("all runs have the same poses: hold others, so that some can be held out")
     if runs == protocols:
@@ -119,6 +134,20 @@ def _topics(bag: Path) -> set[str]:
 
 def _suffix(topic: str) -> str:
     return "/".join(topic.split("/")[-2:])
+
+
+def segments_of(bag: Path, hand: HandDescription) -> int | None:
+    """Segments of an actuator of the hand that a bag's joints are of; None without joints, which
+    only simulated hands have.
+    """
+    with opened(bag) as reader:
+        topic = next((name for name in reader.topics if _suffix(name) == JOINTS), None)
+        first = next(messages_of(bag, reader, topic), None) if topic else None
+    if first is None:
+        return None
+    chain = hand.chain(hand.tips[0])
+    joints = sum(bool(re.fullmatch(rf"{chain.name}_\d+_x", name)) for name in first[1].name)
+    return (joints - (chain.strut is not None)) or None
 
 
 def _poses(bag: Path, hand: HandDescription) -> list[Pose]:

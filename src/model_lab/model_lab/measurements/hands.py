@@ -13,6 +13,7 @@ from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 HAND_POSE = "hand_pose"
 OF_HANDS = (HAND_POSE,)  # experiments
 MARKER_AXES = ("x", "y", "z")
+MOST_SEGMENTS = 80  # of an actuator
 PRESSURE_OF = "pressure."  # before the name of a channel
 
 
@@ -33,20 +34,34 @@ class Marker:
 
 @dataclass(frozen=True)
 class HandSpecimen:
-    """A hand that was measured: its name or file as stated, and what that describes."""
+    """A hand that was measured: its name or file as stated, and what that describes; segments: of
+    each actuator, of a simulated hand of rigid segments.
+    """
 
     stated: str
     description: HandDescription
+    segments: int | None = None
+
+    @property
+    def told(self) -> str:
+        """Its name or file, and how a simulated one is cut."""
+        return self.stated + (f" of {self.segments} segments" if self.segments else "")
+
+    def entry(self) -> dict[str, object]:
+        """Its keys in experiment.yaml."""
+        of_simulated = {} if self.segments is None else {"segments": self.segments}
+        return {"hand": self.stated, **of_simulated}
 
 
-def read_hand(node: Node, folder: Path) -> HandSpecimen:
+def read_hand(node: Node, folder: Path, segments: Node | None = None) -> HandSpecimen:
     """The hand of a specimen: a shipped name, or a file in the set's folder."""
     stated = node.text()
     try:
         found = load_hand(stated if stated in hand_names() else folder / stated)
     except ValueError as reason:
         raise DocumentError(f"{node.place}: {reason}") from reason
-    return HandSpecimen(stated, found)
+    cut = None if segments is None else segments.whole(1, MOST_SEGMENTS)
+    return HandSpecimen(stated, found, cut)
 
 
 def default_markers(hand: HandDescription) -> dict[str, Marker]:
@@ -82,7 +97,7 @@ def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescri
     """The hand of all specimens of a set, by their names; raises DocumentError unless all have one,
     the same.
     """
-    stated = {name: hand.stated for name, hand in hands.items() if hand is not None}
+    stated = {name: hand.told for name, hand in hands.items() if hand is not None}
     if len(stated) < len(hands) or len(set(stated.values())) != 1:
         got = listed(f"{name}: {shortened(stated.get(name, 'none'))}" for name in hands)
         raise DocumentError(f"{place}: specimens: expected the same `hand` in all, got {got}")

@@ -194,6 +194,11 @@ class MeasurementSet:
         return hands[0].description
 
     @property
+    def hand_segments(self) -> int | None:
+        """Segments of each actuator of a simulated hand; None for any other set."""
+        return next((entry.hand.segments for entry in self.specimens.values() if entry.hand), None)
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the columns from which a model predicts them."""
         if self.of_hand:

@@ -78,7 +78,7 @@ def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
 def specimen_entry(specimen: Specimen) -> dict:
     """Entry of a specimen in experiment.yaml."""
     if specimen.hand is not None:
-        return {"hand": specimen.hand.stated, "batch": specimen.batch}
+        return {**specimen.hand.entry(), "batch": specimen.batch}
     values = {
         key: value.tolist() if isinstance(value, np.ndarray) else value
         for key, value in specimen.values.items()

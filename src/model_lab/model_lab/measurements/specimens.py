@@ -110,9 +110,9 @@ def known_fields(
 
 
 def _hand(name: str, node: Node) -> Specimen:
-    fields = known_fields(node, ["hand"], ["batch", "description"])
+    fields = known_fields(node, ["hand"], ["segments", "batch", "description"])
     batch = fields["batch"].text() if "batch" in fields else "all"
-    hand = read_hand(fields["hand"], Path(node.file).parent)
+    hand = read_hand(fields["hand"], Path(node.file).parent, fields.get("segments"))
     return Specimen(name, batch=batch, hand=hand)
 
 

@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,16 +14,15 @@ from threading import Event
 from typing import Any
 
 from model_lab.comparison.add import write_model
+from softhand_bringup.lab_story.lab_command import run_lab
 from softhand_bringup.lab_story.measuring import CHECK_PLAN, FULL_PLAN, Plan, PlayedRun, finger
 from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
-from softhand_bringup.processes.waiting import Interrupted, RunFailed
 from softhand_common.documents.output_file import write_file
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
 LAB_BASE_MODEL = "base"  # the shipped model without effects
-LAB_PROGRAM = "model-lab"
 NOTHING_HIDDEN = "nothing"
 HIDDEN_EFFECTS: Mapping[str, Mapping[str, float]] = {
     "viscoelasticity": {"relative_modulus": 0.3, "relaxation_time": 1.2},
@@ -173,16 +169,7 @@ class HiddenEffectRun:
         return Watched(runs, live_residual(bag, runs, still_stamps(bag)))
 
     def _lab(self, *arguments: object) -> None:
-        """Run a command of the lab in a process of its own: the lab forks workers, and a process
-        with ROS must not be forked.
-        """
-        words = [str(argument) for argument in arguments]
-        self.say(f"$ {shlex.join([LAB_PROGRAM, *words])}")
-        done = subprocess.run([sys.executable, "-m", "model_lab", *words], check=False)
-        if self.stopped.is_set():
-            raise Interrupted
-        if done.returncode != 0:
-            raise RunFailed(f"{LAB_PROGRAM} {words[0]} ended with status {done.returncode}")
+        run_lab(self.say, self.stopped, *arguments)
 
 
 def _degrees(angle: float) -> str:
