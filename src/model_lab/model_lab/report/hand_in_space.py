@@ -54,8 +54,9 @@ def _panel(axes: Any, data: MeasurementSet, run: Run, sample: int, model: Model)
     """Draw one model in mm: chains as lines, what is measured as dots, errors as red lines."""
     pressures = np.array([[run.columns[name][sample]] for name in data.inputs])
     gravity = STANDARD_GRAVITY * down_of(run)[None]
+    segments = data.hand_segments or HAND_SEGMENTS
     chain_of = {name: chain.name for chain in data.hand.chains for name in chain.actuators}
-    for body, shape in settled_hand(data.hand, model, HAND_SEGMENTS, pressures, gravity):
+    for body, shape in settled_hand(data.hand, model, segments, pressures, gravity):
         for name, joints in body.joints.items():
             line = shape.places[0, joints]
             if not data.hand.chain(name).turn:
