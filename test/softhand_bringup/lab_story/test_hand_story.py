@@ -62,7 +62,12 @@ def test_distance_of_two_recordings_is_that_of_their_markers(tmp_path):
     ]
     write_set(one, tmp_path / "one")
     write_set(replace(one, runs=tuple(runs)), tmp_path / "other")
-    write_set(replace(one, runs=one.runs[:4]), tmp_path / "short")
     assert distance(tmp_path / "one", tmp_path / "other") == pytest.approx(3e-3 / np.sqrt(3.0))
-    with pytest.raises(ValueError, match="expected runs of"):
-        distance(tmp_path / "one", tmp_path / "short")
+
+    shorter = replace(one, runs=tuple(runs[3:]))  # a pose of another attitude is another pose
+    write_set(shorter, tmp_path / "shorter")
+    assert distance(tmp_path / "shorter", tmp_path / "one") == pytest.approx(3e-3 / np.sqrt(3.0))
+    turned = replace(one, runs=tuple(replace(run, wrist_rpy=(0.5, 0.5, 0.0)) for run in one.runs))
+    write_set(turned, tmp_path / "turned")
+    with pytest.raises(ValueError, match="expected poses as in"):
+        distance(tmp_path / "one", tmp_path / "turned")

@@ -15,6 +15,7 @@ import numpy as np
 
 from model_lab.comparison.add import write_model
 from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import down_of
 from model_lab.report.hand_in_space import draw
 from softhand_bringup.lab_story.free_poses import free_poses
 from softhand_bringup.lab_story.lab_command import run_lab
@@ -37,6 +38,8 @@ HIDDEN_SIZES: Mapping[str, Callable[[np.random.Generator], dict[str, float]]] = 
 HIDDEN_KINDS: Mapping[str, type[HandEffect]] = {
     effect.name: effect for effect in (Crosstalk, ActuatorScatter, MountTilt)
 }
+
+SAME_POSE = 2.0  # [kPa] of a pressure, and in tenths of the way down
 
 Rig = Callable[[Path, Path, Path], Path]
 
@@ -166,16 +169,28 @@ def is_right(hidden: HandEffect, found: Mapping[str, Any]) -> bool:
 
 
 def distance(one: Path, other: Path) -> float:
-    """Distance [m] of the markers of two sets with the same runs and poses, root mean square over
-    all coordinates. Raises ValueError for sets with other ones.
+    """Distance [m] of the markers of two sets in the same poses, root mean square over all
+    coordinates. A pose of the one without its like in the other is left out, as a recording may
+    miss a pose that was not at rest. Raises ValueError for sets without poses that are alike.
     """
-    first, second = load_measurements(one), load_measurements(other)
-    shapes = [[run.samples for run in data.runs] for data in (first, second)]
-    if shapes[0] != shapes[1]:
-        raise ValueError(
-            f"{other}: expected runs of {shapes[0]} poses as in {one}, got {shapes[1]}"
-        )
-    return float(np.sqrt(np.mean((first.table.value - second.table.value) ** 2)))
+    (inputs, places), (others, other_places) = _poses(one), _poses(other)
+    off = np.abs(inputs[:, None] - others).max(axis=2)
+    nearest = off.argmin(axis=1)
+    alike = off.min(axis=1) < SAME_POSE
+    if not alike.any():
+        raise ValueError(f"{other}: expected poses as in {one}, got none that are alike")
+    return float(np.sqrt(np.mean((places[alike] - other_places[nearest[alike]]) ** 2)))
+
+
+def _poses(folder: Path) -> tuple[Array, Array]:
+    """Inputs (poses, channels + 3): pressures [kPa] and way down [0.1]; markers (poses, 3 n) [m]."""
+    data = load_measurements(folder)
+    inputs, places = [], []
+    for run in data.runs:
+        pressures = 1e-3 * np.array([run.columns[name] for name in data.inputs]).T
+        inputs.append(np.hstack([pressures, np.tile(10.0 * down_of(run), (run.samples, 1))]))
+        places.append(np.array([run.columns[name] for name in data.outputs]).T)
+    return np.concatenate(inputs), np.concatenate(places)
 
 
 def _named(entry: Mapping[str, Any]) -> str:
