@@ -183,7 +183,7 @@ def distance(one: Path, other: Path) -> float:
 
 
 def _poses(folder: Path) -> tuple[Array, Array]:
-    """Inputs (poses, channels + 3): pressures [kPa] and way down [0.1]; markers (poses, 3 n) [m]."""
+    """Inputs (poses, channels + 3): pressures [kPa], way down [0.1]; markers (poses, 3 n) [m]."""
     data = load_measurements(folder)
     inputs, places = [], []
     for run in data.runs:
