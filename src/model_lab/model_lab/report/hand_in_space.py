@@ -72,6 +72,7 @@ def _panel(axes: Any, data: MeasurementSet, run: Run, sample: int, model: Model)
     axes.view_init(**VIEW)
     for axis in "xyz":
         getattr(axes, f"set_{axis}label")(f"{axis} [mm]")
+        axes.locator_params(axis, nbins=4)
 
 
 def _marker(axes: Any, predicted: Array, measured: Array) -> None:
