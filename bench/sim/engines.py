@@ -24,6 +24,7 @@ from bench.sim.motion import (
     first_mode,
     kept_at,
     let_go,
+    recurrent_frequency,
     weightless,
 )
 from bench.sim.mujoco_hand import OURS, grasp
@@ -43,7 +44,6 @@ RATE_REFERENCE, RATE_STEPS = 0.001, (0.002, 0.005, 0.010)  # [s]
 RATE_SEEDS, RATE_AGREEING = 20, 0.95
 RATE_OFFSET = 0.030  # [m] largest shift of the object, at which some grasps fail
 PLAIN = "MuJoCo, discrete, elliptic"
-SWING_END = 0.01  # of its start, where a swing is over
 FINEST_BIN = 0.02  # [Hz] of a spectrum that is padded with zeros
 
 
@@ -115,18 +115,6 @@ def swing(hand: str, body: str, step: float, springs_alone: bool) -> tuple[float
     simulation.close()
     shares, speeds = np.array(seen).T
     return exact, shares, speeds
-
-
-def recurrent_frequency(shares: Array, step: float) -> float:
-    """Natural frequency [Hz] of a damped swing (k,): |pole| / 2 pi of the recurrence over two steps
-    that fits best (Prony). Linear, it has no other minima, as the fit of `motion` has where a swing
-    is over after some steps.
-    """
-    swings = shares[: 1 + int(np.flatnonzero(np.abs(shares) > SWING_END * abs(shares[0]))[-1])]
-    before = np.stack([swings[1:-1], swings[:-2]], axis=1)
-    factors = np.linalg.lstsq(before, swings[2:], rcond=None)[0]
-    poles = np.log(np.roots([1.0, *-factors]).astype(complex)) / step
-    return float(np.sqrt(np.abs(np.prod(poles))) / (2 * np.pi))
 
 
 def spectral_frequency(speeds: Array, step: float) -> float:

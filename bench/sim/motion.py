@@ -1,7 +1,7 @@
 """Motion at coarse steps: natural frequency, time of a bend, loss of energy, statics.
 
-The damped first mode is fitted, so that the loss of the springs does not count as a lower
-frequency. Actuators have no weight, and the valves are closed.
+The poles of the damped first mode are found, so that the loss of the springs does not count as a
+lower frequency. Actuators have no weight, and the valves are closed.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from unittest import mock
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from bench.row import at_least, at_most
 from bench.simulator import response_time
 from pneuflex_sim.dynamics.chain import inertial_torque, not_placed, place_links
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig, config
 from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
@@ -34,6 +34,7 @@ FREQUENCY_TARGETS = {0.001: 0.95, 0.002: 0.85, 0.005: 0.55}  # over that at the 
 PARTS = {"finger": ("single_finger", "finger"), "palm with thumb": ("rbo_hand_2", "palm")}
 SWING = 0.05  # [rad] bend of the joint that swings most
 RING_TIME = 0.25  # [s]
+SWING_END = 0.01  # of its start, where a swing is over
 RESPONSE_STEP, RESPONSE_TARGET = 0.0005, 1.2
 STATIC_STEPS, STATIC_TARGET = (0.001, 0.002, 0.005, 0.01), 1e-3
 STATIC_PRESSURE, STATIC_TIME = 10e3, 12.0  # [Pa], [s]
@@ -86,27 +87,20 @@ def let_go(simulation: Simulation, rotations: Array) -> None:
     simulation.bodies.reset(simulation.wrist, start)
 
 
-def natural_frequency(times: Array, swing: Array) -> float:
-    """Natural frequency [Hz] of the damped oscillation (k,) that fits best: |pole| / 2 pi."""
-
-    def basis(pole: Array) -> Array:
-        decay, turning = np.abs(pole)
-        fading = np.exp(-decay * times)
-        return np.stack([fading * np.cos(turning * times), fading * np.sin(turning * times)], 1)
-
-    def misfit(pole: Array) -> Array:
-        shapes = basis(pole)
-        return np.asarray(shapes @ np.linalg.lstsq(shapes, swing, rcond=None)[0] - swing)
-
-    starts = [(0.3 * turning, turning) for turning in 2 * np.pi * np.geomspace(2.0, 30.0, 8)]
-    fits = [least_squares(misfit, start) for start in starts]
-    best = min(fits, key=lambda fit: float(fit.cost))
-    return float(np.hypot(*best.x) / (2 * np.pi))
+def recurrent_frequency(shares: Array, step: float) -> float:
+    """Natural frequency [Hz] of a damped swing (k,): |pole| / 2 pi of the recurrence over two steps
+    that fits best (Prony). Linear, it has no local minima where a swing is over after some steps.
+    """
+    swings = shares[: 1 + int(np.flatnonzero(np.abs(shares) > SWING_END * abs(shares[0]))[-1])]
+    before = np.stack([swings[1:-1], swings[:-2]], axis=1)
+    factors = np.linalg.lstsq(before, swings[2:], rcond=None)[0]
+    poles = np.log(np.roots([1.0, *-factors]).astype(complex)) / step
+    return float(np.sqrt(np.abs(np.prod(poles))) / (2 * np.pi))
 
 
 def ringing(hand: str, body: str, step: float, segments: int = SEGMENTS) -> float:
     """First natural frequency [Hz] of a body of a hand, let go with its valves closed."""
-    simulation = weightless(hand=hand, step=step, segments=segments)
+    simulation = weightless(hand=hand, step=step, segments=segments, engine=PYBULLET)
     _, mode, weights = first_mode(simulation, body)
     let_go(simulation, mode)
     simulation.set_air_masses(np.zeros(len(simulation.channels)))
@@ -115,7 +109,7 @@ def ringing(hand: str, body: str, step: float, segments: int = SEGMENTS) -> floa
         simulation.step()
         swing.append(np.sum(weights * simulation.bodies.rotations))
     simulation.close()
-    return natural_frequency(step * np.arange(len(swing)), np.array(swing))
+    return recurrent_frequency(np.array(swing), step)
 
 
 def frequencies() -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, engines, friction, step_parts, thesis_table
+from bench.sim import border, engines, friction, motion, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.judging.judge import GraspResult
@@ -147,5 +147,5 @@ def test_a_damped_swing_has_its_natural_frequency_by_the_recurrence_and_by_its_s
         np.cos(ringing * times) + decay / ringing * np.sin(ringing * times)
     )
     speeds = -(turning**2) / ringing * np.exp(-decay * times) * np.sin(ringing * times)
-    assert engines.recurrent_frequency(shares, step) == pytest.approx(6.0, rel=1e-6)
+    assert motion.recurrent_frequency(shares, step) == pytest.approx(6.0, rel=1e-6)
     assert engines.spectral_frequency(speeds, step) == pytest.approx(6.0, rel=0.05)

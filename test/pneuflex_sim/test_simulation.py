@@ -1,11 +1,13 @@
 """The whole hand: determinism, snapshots, fast pressure steps, loads, names and refusals."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.engines import ENGINES
+from pneuflex_sim.engines import ENGINES, PYBULLET, pybullet_engine
 from pneuflex_sim.hand import bodies as hand_bodies
 from pneuflex_sim.hand.collision import SKIN_TWIST
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -257,3 +259,17 @@ def test_an_object_put_back_where_it_lay_rests_as_in_a_new_simulation(engine):
     first = poses()
     assert np.array_equal(poses(), first) and np.array_equal(poses(), first)
     simulation.close()
+
+
+def test_a_step_at_which_a_hand_is_too_slow_is_told_once_and_not_for_a_finger_on_a_stand(simulate):
+    pybullet_engine._warn_of_slow_motion.cache_clear()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate(engine=PYBULLET, step=0.002)
+        simulate(engine=PYBULLET, hand="single_finger", scene="stand", step=0.005)
+        with pytest.raises(RuntimeWarning, match=r"step: expected at most 2 ms.*got 5 ms"):
+            simulate(engine=PYBULLET, step=0.005)
+    with pytest.warns(RuntimeWarning, match="step") as told:
+        for _ in range(2):
+            simulate(engine=PYBULLET, step=0.005)
+    assert len(told) == 1

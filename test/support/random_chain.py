@@ -7,16 +7,18 @@ from pneuflex_sim.dynamics.chain import Links, not_placed, place_links
 
 
 class RandomChain:
-    """A random serial chain and its dense joint-space mass matrix."""
+    """A random serial chain, its dense joint-space mass matrix, and that of the share `given` of
+    the inertia that is given back."""
 
-    def __init__(self, n, seed):
+    def __init__(self, n, seed, given=0.0):
         rng = np.random.default_rng(seed)
         self.n, self.rng = n, rng
         self.q = Rotation.from_rotvec(rng.normal(size=(n, 3))).as_quat()
         self.offset, self.com = rng.normal(size=(n, 3)), rng.normal(size=(n, 3))
         self.inertia, self.mass = rng.uniform(0.1, 1, (n, 3)), rng.uniform(0.5, 2, n)
         start, self.placed = np.array([0, n]), not_placed(n)
-        self.links = Links(start, self.offset, self.com, self.inertia, self.mass)
+        self.given = given * self.inertia
+        self.links = Links(start, self.offset, self.com, self.inertia, self.mass, self.given)
         place_links(self.q, self.links, self.placed)
 
     def jacobians(self):
@@ -43,3 +45,18 @@ class RandomChain:
             own = frame @ np.diag(self.inertia[i]) @ frame.T
             total += self.mass[i] * linear.T @ linear + angular.T @ own @ angular
         return total
+
+    def given_matrix(self):
+        return sum(spin.T @ own @ spin for spin, own in self._given())
+
+    def given_by_base(self, rate):
+        """Torques (3n,) of the given inertia when the base turns at this rate (3,)."""
+        return sum(spin.T @ own @ rate for spin, own in self._given())
+
+    def given_reaction(self, rates, base_rate):
+        """Moment (3,) that turns the given inertia of all links."""
+        return sum(own @ (spin @ rates.ravel() + base_rate) for spin, own in self._given())
+
+    def _given(self):
+        for i, frame, _, angular in self.jacobians():
+            yield angular, frame @ np.diag(self.given[i]) @ frame.T

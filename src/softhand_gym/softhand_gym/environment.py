@@ -24,6 +24,7 @@ from softhand_gym.hold import HoldWatch
 from softhand_gym.randomisation import Randomisation, drawn
 from softhand_gym.signals import MASS_COMMAND, AirScale, Sight, turn_of
 from softhand_model.model_file import Model, load_model
+from softhand_model.usual_step import USUAL_STEP
 from softhand_trials.trials import Placement
 
 WRIST_SPEED, WRIST_TURN_SPEED = 0.5, 2.0  # of an action of 1 along or about one axis [m/s, rad/s]
@@ -85,7 +86,7 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
         scene: str = "table",
         model: str | Path | None = None,
         engine: str | None = None,
-        step: float = 0.002,
+        step: float = USUAL_STEP,
         action_time: float = 0.05,
         time_limit: float = 15.0,
         air: str = MASS_COMMAND,

@@ -33,6 +33,7 @@ from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_common.documents.output_file import UnwritableFile, check_new, write_new
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
+from softhand_model.usual_step import USUAL_STEP
 from softhand_trials.agreement import Agreement, add_engines
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
@@ -106,7 +107,7 @@ class TrialSettings:
     object: str = field(default="cylinder", metadata=BY_PLAN)
     scene: str = "table"
     model: str | None = None
-    step: float = 0.002
+    step: float = USUAL_STEP
     segments: int = 5
     offset: float = field(default=OFFSET, metadata=BY_SEED)
     mass_spread: float = field(default=MASS_SPREAD, metadata=BY_SEED)

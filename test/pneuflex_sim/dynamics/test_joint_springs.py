@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.dynamics.joint_springs import (
     Actuation,
-    Before,
     Joints,
     Springs,
     elastic_torque,
     look_at_joints,
+    nothing_before,
     spring_torques,
 )
 
@@ -91,24 +91,25 @@ def test_at_rest_the_torque_is_minus_stiffness_times_deflection_whatever_the_ste
     rest = (Rotation.from_quat(chain.q) * Rotation.from_rotvec(-deflection)).as_quat()
     stiffness = np.repeat(chain.rng.uniform(0.5, 2, (n, 1)), 3, axis=1)
     for step in (1e-3, 1e-2):
-        torque = -stiffness * deflection  # the load balances the spring: the step before left v = 0
+        before = nothing_before(n, 1)._replace(placed=chain.placed)
+        before.torque[:] = -stiffness * deflection  # the load balances the spring, at v = 0
         spring_torques(
             step,
             False,
             chain.links,
             Springs(rest, stiffness, np.zeros(n), 0.01 * stiffness),
-            Joints(chain.q, np.zeros((n, 3))),
+            Joints(chain.q, np.zeros((n, 3)), np.array([False])),
             Actuation(np.zeros((n, 3)), np.full((n, 3), 5.0)),
-            Before(np.zeros((n, 3)), torque, chain.placed),
+            before,
         )
-        np.testing.assert_allclose(torque, -stiffness * deflection, rtol=1e-9)
+        np.testing.assert_allclose(before.torque, -stiffness * deflection, rtol=1e-9)
 
 
 class Step:
     """One step of a random chain, and the same by a dense solver from the text of the module."""
 
     def __init__(self, n=3, seed=7, stretching=0.0, deflection=0.2, speed=0.5, bend=0.1):
-        chain = RandomChain(n, seed)
+        chain = RandomChain(n, seed, given=0.6)
         self.chain, self.shape = chain, (n, 3)
         self.rest = (
             Rotation.from_quat(chain.q)
@@ -121,17 +122,21 @@ class Step:
         self.v = speed * chain.rng.normal(size=self.shape)
         self.bend = bend * chain.rng.normal(size=self.shape)
         self.v_before = speed * chain.rng.normal(size=self.shape)
-        self.torque_before = chain.rng.normal(size=self.shape)
+        self.torque_before, self.carried_before = chain.rng.normal(size=(2, n, 3))
+        self.base_rate = chain.rng.normal(size=(1, 3))
 
-    def found(self, dt, first_step=False):
+    def found(self, dt, first_step=False, heavy=False):
         """Torques of the step, and the velocities that it leaves to the next."""
-        self.before = Before(self.v_before.copy(), self.torque_before.copy(), self.chain.placed)
+        self.before = nothing_before(len(self.v), 1)._replace(placed=self.chain.placed)
+        self.before.v[:], self.before.torque[:] = self.v_before, self.torque_before
+        self.before.carried[:] = self.carried_before
+        self.before.base_rate[:] = self.base_rate
         spring_torques(
             dt,
             first_step,
             self.chain.links,
             Springs(self.rest, self.stiffness, self.stretching, self.damping),
-            Joints(self.chain.q, self.v),
+            Joints(self.chain.q, self.v, np.array([heavy])),
             Actuation(self.bend, self.gas),
             self.before,
         )
@@ -149,28 +154,33 @@ class Step:
         ]
         return errors, said
 
-    def expected(self, dt, first_step=False, more_torque=0.0, more_added=0.0):
+    def expected(self, dt, first_step=False, heavy=False, more_torque=0.0, more_added=0.0):
         mass = self.chain.mass_matrix()
+        share = 0.0 if heavy else 1.0
+        given = share * self.chain.given_matrix()
         _, said = self.errors()
         bending = [np.array([[1.0, entry[k], 1.0] for entry in said]) for k in (1, 2)]
         tangent, gas = self.stiffness * bending[0], self.gas * bending[1]
         torque = np.array([entry[0] for entry in said]) + more_torque
         torque -= (dt * tangent + self.damping + dt * gas) * self.v
         added = dt * (self.damping + dt * gas + dt * tangent) + more_added
-        external = mass @ (self.v - self.v_before).ravel() / dt - self.torque_before.ravel()
+        external = mass @ (self.v - self.v_before).ravel() / dt
+        external -= (self.torque_before - self.carried_before).ravel()
         right = torque.ravel() + (0.0 if first_step else external)
-        acceleration = np.linalg.solve(mass + np.diag(added.ravel()), right).reshape(self.shape)
-        return torque - added * acceleration
+        acceleration = np.linalg.solve(mass - given + np.diag(added.ravel()), right)
+        back = given @ acceleration + share * self.chain.given_by_base(self.base_rate[0])
+        return torque - added * acceleration.reshape(self.shape) + back.reshape(self.shape)
 
 
-@pytest.mark.parametrize("first_step", [True, False])
+@pytest.mark.parametrize(("first_step", "heavy"), [(True, False), (False, False), (False, True)])
 @pytest.mark.parametrize("stretching", [0.0, 0.9])
 def test_a_step_solves_the_implicit_equation_with_the_load_of_the_step_before(
-    stretching, first_step
+    stretching, first_step, heavy
 ):
     step = Step(stretching=stretching)
-    found = step.found(2e-3, first_step)
-    np.testing.assert_allclose(found, step.expected(2e-3, first_step), rtol=1e-8, atol=1e-9)
+    found = step.found(2e-3, first_step, heavy)
+    expected = step.expected(2e-3, first_step, heavy)
+    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-9)
     np.testing.assert_array_equal(step.before.v, step.v)
 
 

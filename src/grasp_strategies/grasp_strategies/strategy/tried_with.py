@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from softhand_common.documents.yaml_document import Bounds, Node
+from softhand_model.usual_step import USUAL_STEP
 
 CORNER_PLACE = "corner"
 MAX_SEGMENTS = 15  # an actuator, as in the simulator
@@ -34,7 +35,7 @@ class TriedWith:
     segments: int = 5
     place: tuple[float, float] | None = (0.0, 0.0)
     upright: tuple[str, ...] = ()
-    step: float = 0.002
+    step: float = USUAL_STEP
     finger_contact: bool = False
 
 

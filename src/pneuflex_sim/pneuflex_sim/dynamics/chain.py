@@ -49,6 +49,7 @@ class Links(NamedTuple):
         center: (n, 3) [m] of mass from the joint, in the axes of the link.
         inertia: (n, 3) [kg m2], principal, about the centre of mass in the axes of the link.
         mass: (n,) [kg].
+        given: (n, 3) [kg m2], the part of the inertia that is given back, see `give_back`.
     """
 
     start: IntArray
@@ -56,6 +57,7 @@ class Links(NamedTuple):
     center: Array
     inertia: Array
     mass: Array
+    given: Array
 
 
 class Placed(NamedTuple):
@@ -66,16 +68,20 @@ class Placed(NamedTuple):
         arm: (n, 3) [m] from the joint before.
         center: (n, 3) [m] of mass from the joint.
         inertia: (n, 3, 3) [kg m2].
+        given: (n, 3, 3) [kg m2], the part of it that is given back.
     """
 
     frame: Array
     arm: Array
     center: Array
     inertia: Array
+    given: Array
 
 
 class Equation(NamedTuple):
-    """(M + diag(added)) acceleration = right, each (n, 3) in the joints' child axes."""
+    """(M + diag(added)) acceleration = right, each (n, 3) in the joints' child axes; M is without
+    the inertia that is given back.
+    """
 
     added: Array
     right: Array
@@ -99,8 +105,8 @@ class Folded(NamedTuple):
 
 def not_placed(joints: int) -> Placed:
     """Arrays for `place_links` to fill."""
-    n = joints
-    return Placed(np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3, 3)))
+    turns, lines = np.zeros((3, joints, 3, 3)), np.zeros((2, joints, 3))
+    return Placed(turns[0], lines[0], lines[1], turns[1], turns[2])
 
 
 @compiled
@@ -114,6 +120,33 @@ def place_links(q: Array, links: Links, placed: Placed) -> None:
             write_matrix(frame, placed.frame[i])
             write(apply(frame, links.center[i]), placed.center[i])
             write_matrix(rotate_diagonal(frame, links.inertia[i]), placed.inertia[i])
+            write_matrix(rotate_diagonal(frame, links.given[i]), placed.given[i])
+
+
+@compiled
+def give_back(
+    rate: Array, base_rate: Array, links: Links, placed: Placed, out: Array, reaction: Array
+) -> None:
+    """Add to `out` (n, 3) the torques that turn the given inertia of the links at these rates of
+    the joints, (n, 3) in child axes, and of the chains' bases, (chains, 3) [rad/s2]; fill
+    `reaction` (chains, 3), what its links take from the base.
+
+    Rates of absolute spin count: a link turns with its base and with all joints before it.
+    """
+    spins = np.empty(rate.shape)
+    for f in range(len(links.start) - 1):
+        first, last = links.start[f], links.start[f + 1]
+        spin = (base_rate[f, 0], base_rate[f, 1], base_rate[f, 2])
+        for i in range(first, last):
+            spin = plus(spin, apply(rows(placed.frame[i]), rate[i]))
+            write(spin, spins[i])
+        moment = ZERO
+        for i in range(last - 1, first - 1, -1):
+            moment = plus(moment, apply(rows(placed.given[i]), spins[i]))
+            own = apply_transposed(rows(placed.frame[i]), moment)
+            for k in range(3):
+                out[i, k] += own[k]
+        write(moment, reaction[f])
 
 
 @compiled
@@ -173,7 +206,8 @@ def _fold(
     a, b, c = ZERO_MATRIX, ZERO_MATRIX, ZERO_MATRIX
     moment, force = ZERO, ZERO  # that the joints further out need
     for i in range(last - 1, first - 1, -1):
-        a, b, c = _add_link(mass[i], placed.center[i], rows(placed.inertia[i]), a, b, c)
+        light = minus_matrix(rows(placed.inertia[i]), rows(placed.given[i]))
+        a, b, c = _add_link(mass[i], placed.center[i], light, a, b, c)
         frame, arm = rows(placed.frame[i]), placed.arm[i]
         s = invert_symmetric(plus_matrix(rotate_diagonal(frame, equation.added[i]), a))
         left = minus(apply(frame, equation.right[i]), moment)

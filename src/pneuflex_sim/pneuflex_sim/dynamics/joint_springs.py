@@ -4,15 +4,22 @@ in the joints.
 One step solves, for each chain,
 
     (M(q) + dt D + dt^2 (K + G)) a = -K (e + dt v) - (D + dt G) v + f_ext
-    torque = -K (e + dt (v + dt a)) - (D + dt G) (v + dt a)
+    torque = -K (e + dt (v + dt a)) - (D + dt G) (v + dt a) + J (a + a_base)
 
 with e the rotation vector of rest^-1 q, K and D the stiffness and damping about the axes of each
 joint's child frame, G the stiffness of enclosed gas (it acts only on the motion within the step:
 the pressure at the start of the step is already in `rest`), and f_ext all else that acted on the
-joints in the step before, observed as M_prev (v - v_prev)/dt - torque_prev. At rest a = 0 and
-torque = -K e whatever dt. `chain` solves it, with dt D + dt^2 (K + G) added to each joint's own
-inertia. Where K is not the same about all axes, or not constant, -K e stands for `elastic_torque`,
-and K within the step for its tangent.
+joints in the step before, observed as (M + J)_prev (v - v_prev)/dt - (torque - J a_base)_prev. At
+rest a = 0 and torque = -K e whatever dt. `chain` solves it, with dt D + dt^2 (K + G) added to each
+joint's own inertia. Where K is not the same about all axes, or not constant, -K e stands for
+`elastic_torque`, and K within the step for its tangent.
+
+J is inertia that is given back: the engine's links are heavier than the hand's, so that its contact
+solver, which does not see the springs, bears them. M is without J, and the torque makes up for what
+J takes, at absolute spins: of the bases as well, whose reaction is kept from the wrist. For a link
+that an obstacle stops, the observed load would overshoot by (M + J)/(M + dt D + dt^2 (K + G)) a
+step. So J is 0 for chains that touch: they move with the engine's inertia, and rest. It is 0 for
+fast ones as well: their gyroscopic terms, which are loads of the step before, would grow.
 
 Springs are linear, of the energy e*K*e/2, or of rubber (eq. 3.24) in bending: with u = 1 + s*bend
 the stretch of the top, moment k*(q(u) - q(u_rest))/(2*s), q = u - u**-3, in place of k*e_y: 2*k of
@@ -29,12 +36,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneuflex_sim.dynamics.chain import (
     Equation,
     Links,
     Placed,
+    give_back,
     inertial_torque,
+    not_placed,
     place_links,
     solve_chains,
 )
@@ -77,10 +87,14 @@ class Springs(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Joints after a step of the engine: orientations q (n, 4), velocities v (n, 3) [rad/s]."""
+    """Joints after a step of the engine: orientations q (n, 4), velocities v (n, 3) [rad/s], and
+    whether their chain moves with the engine's inertia (chains,): it touches or is fast, or did
+    so a short time ago.
+    """
 
     q: Array
     v: Array
+    heavy: NDArray[np.bool_]
 
 
 class Actuation(NamedTuple):
@@ -93,13 +107,29 @@ class Actuation(NamedTuple):
 
 
 class Before(NamedTuple):
-    """State that a step hands to the next one: velocities v (n, 3) [rad/s], torque (n, 3) [N m],
-    which is also the result of the step, and the placed links.
+    """State that a step hands to the next one.
+
+    Attributes:
+        v: velocities (n, 3) [rad/s].
+        torque: (n, 3) [N m], which is also the result of the step.
+        placed: the links.
+        carried: (n, 3) [N m], the part of the torque that turns given inertia with the bases.
+        base_rate: (chains, 3) [rad/s2] of the bases in the step, in their axes.
+        reaction: (chains, 3) [N m] that the given inertia took from the bases in the step.
     """
 
     v: Array
     torque: Array
     placed: Placed
+    carried: Array
+    base_rate: Array
+    reaction: Array
+
+
+def nothing_before(joints: int, chains: int) -> Before:
+    """The state before the first step."""
+    turning, bases = np.zeros((3, joints, 3)), np.zeros((2, chains, 3))
+    return Before(turning[0], turning[1], not_placed(joints), turning[2], bases[0], bases[1])
 
 
 @compiled
@@ -169,8 +199,11 @@ def spring_torques(
     equation = Equation(np.empty(shape), np.empty(shape), np.empty(shape))
     if not first_step:
         inertial_torque((joints.v - before.v) / dt, links, before.placed, external)
-        external -= before.torque
+        external -= before.torque - before.carried
     place_links(joints.q, links, before.placed)
+    for f in range(len(links.start) - 1):
+        if joints.heavy[f]:
+            before.placed.given[links.start[f] : links.start[f + 1]] = 0.0
     _pull(dt, springs, joints, actuation, external, before.torque, equation)
     solve_chains(equation, links, before.placed)
     if _brake(dt, joints.v, springs.stiffness, before.torque, equation):
@@ -179,6 +212,15 @@ def spring_torques(
         for k in range(3):
             before.torque[i, k] -= equation.added[i, k] * equation.acceleration[i, k]
             before.v[i, k] = joints.v[i, k]
+            before.carried[i, k] = 0.0
+    unused = np.empty(before.reaction.shape)
+    give_back(np.zeros(shape), before.base_rate, links, before.placed, before.carried, unused)
+    give_back(
+        equation.acceleration, np.zeros(unused.shape), links, before.placed, before.torque, unused
+    )
+    for i in range(shape[0]):
+        for k in range(3):
+            before.torque[i, k] += before.carried[i, k]
 
 
 @compiled

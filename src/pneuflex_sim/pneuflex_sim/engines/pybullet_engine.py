@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.engines.contract import Surroundings
 from pneuflex_sim.hand.bodies import HandBodies
 from pneuflex_sim.hand.collision import Touch
+from pneuflex_sim.hand.layout import TRUE_STEP
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.scene.friction import BodyFriction
@@ -24,10 +27,25 @@ Array = NDArray[np.float64]
 FAR_PLACE = np.array([0.0, 0.0, 100.0])  # of hand and scene [m]
 
 
+@cache  # once a process
+def _warn_of_slow_motion(step: float) -> None:
+    """RuntimeWarning that hands move too slowly at this step [s]."""
+    limit = 1e3 * TRUE_STEP
+    warnings.warn(
+        f"step: expected at most {limit:g} ms with PyBullet for what moves or rolls, got "
+        f"{1e3 * step:g} ms: fingers move too slowly there, and a grasp may end otherwise (what "
+        f"rests is exact); {TRUE_STEP:g} s or the engine mujoco would do",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+
+
 class PybulletEngine:
     """A world of PyBullet's with hand, object and scene in it."""
 
     def __init__(self, around: Surroundings) -> None:
+        if around.step > TRUE_STEP and not around.scene.rigid_wrist:
+            _warn_of_slow_motion(around.step)
         friction = around.friction
         self.world = World(around.step, around.gui, around.solver)
         client = self.world.client

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.dynamics.chain import not_placed
-from pneuflex_sim.dynamics.joint_springs import Before, Joints, look_at_joints
+from pneuflex_sim.dynamics.joint_springs import Joints, look_at_joints, nothing_before
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.collision import (
     PALM_GROUP,
@@ -45,6 +44,8 @@ NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
 SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
 LONGEST_BLOW = 0.1  # [s]
+CALM_STEPS = 20  # after a contact or fast motion, until a chain gets inertia back
+CALM_SPEED = 15.0  # [rad/s] of a joint, above which it gets none: 100 kPa in 50 ms diverged
 
 
 class JointStates:
@@ -57,7 +58,8 @@ class JointStates:
             (body, list(range(count))) for body, count in zip(bodies, counts, strict=True)
         ]
         self._client, n = client, sum(counts)
-        self.joints = Joints(np.tile(NO_ROTATION, (n, 1)), np.zeros((n, 3)))
+        heavy = np.zeros(len(bodies), bool)
+        self.joints = Joints(np.tile(NO_ROTATION, (n, 1)), np.zeros((n, 3)), heavy)
         self._orientations, self._q = struct.Struct(f"{4 * n}d"), self.joints.q.data
         self._velocities, self._v = struct.Struct(f"{3 * n}d"), self.joints.v.data
 
@@ -113,8 +115,10 @@ class HandBodies:
         self.ids = [self._create_body(body) for body in layout.bodies]
         counts = [body.joints.stop - body.joints.start for body in layout.bodies]
         self._states = JointStates(self.ids, counts, world.client)
-        self.q, self.v = self._states.joints
-        self.rotations, self.torque = np.zeros_like(self.v), np.zeros_like(self.v)
+        self.q, self.v, self._heavy = self._states.joints
+        self.rotations = np.zeros_like(self.v)
+        before = nothing_before(len(self.v), len(self.ids))
+        self.torque, self._calm_steps = before.torque, np.zeros(len(self.ids), int)
         hand = HandArrays(
             layout.links(world.step_size),
             layout.springs(),
@@ -122,8 +126,9 @@ class HandBodies:
             air.total_gain,
             air.tables,
             air.actuation,
-            Before(np.zeros_like(self.v), self.torque, not_placed(len(self.v))),
+            before,
         )
+        self._gives_back = bool(hand.links.given.any())
         self._rest, self._before, self._hand = hand.springs.rest, hand.before, plain(hand)
         self.pad = None if layout.description.sheet is None else PalmPad(layout.description.sheet)
         self.palm_ids = [] if self.pad is None else self._create_palm(self.pad)
@@ -257,16 +262,30 @@ class HandBodies:
                 )
         self._first, self._fast_time = True, 0.0
         self.read()
+        self._calm_steps[:] = CALM_STEPS  # the engine still says what touched before
+        self._heavy[:] = False
 
     def read(self) -> None:
         """Take joint orientations and velocities from PyBullet; raises Diverged when it has."""
         self._states.read()
+        if self._gives_back:
+            self._look_for_calm()
         if not self.rigid:
             self.bases.read()
         fastest = look_at_joints(self._rest, self.q, self.v, self.rotations)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
             raise self.world.diverged(self._diverged(fastest))
+
+    def _look_for_calm(self) -> None:
+        """Which chains press on something or are fast, or did so a short time ago."""
+        points = pybullet.getContactPoints(physicsClientId=self.world.client)
+        pressing = {body for point in points if point[9] > 0.0 for body in point[1:3]}
+        self._calm_steps += 1
+        for chain, (base, body) in enumerate(zip(self.ids, self.layout.bodies, strict=True)):
+            if base in pressing or np.abs(self.v[body.joints]).max() > CALM_SPEED:
+                self._calm_steps[chain] = 0
+        self._heavy[:] = self._calm_steps < CALM_STEPS
 
     def _diverged(self, fastest: float) -> str:
         """Message about a joint that stays fast; a blow may make one fast for an instant."""
@@ -288,8 +307,9 @@ class HandBodies:
             array[:] = saved
 
     def _arrays(self) -> tuple[Array, ...]:
-        v, torque, placed = self._before
-        kept = (self.q, self.v, self.rotations, v, torque, *placed)
+        v, torque, placed, *more = self._before
+        kept = (self.q, self.v, self.rotations, self._heavy, self._calm_steps)
+        kept += (v, torque, *placed, *more)
         return (*kept, *self.bases.arrays, self.bases.pad.state)
 
     # ---------------------------------------------------------------- forces

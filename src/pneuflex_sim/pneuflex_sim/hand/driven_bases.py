@@ -74,11 +74,17 @@ class HandWeight(NamedTuple):
 
 
 @compiled
-def carry_bases(step: float, bases: Bases, weight: HandWeight, arm: Arm, wrist: WristState) -> None:
+def carry_bases(
+    step: float, bases: Bases, weight: HandWeight, reaction: Array, arm: Arm, wrist: WristState
+) -> None:
     """One step [s] of wrist and bases: compute the load, advance the wrist under it, compute the
-    push. The bases' poses become those to reach.
+    push. The bases' poses become those to reach. `reaction` (chains, 3) [N m], in world axes, is
+    what inertia that links do not have took from their bases.
     """
     feel_load(step, bases, weight, wrist)
+    for b in range(len(reaction)):
+        for k in range(3):
+            wrist.torque[k] += reaction[b, k]
     advance_wrist(step, arm, wrist)
     next_places, next_orientations = np.empty_like(bases.places), np.empty_like(bases.orientations)
     place_bases(wrist, bases, next_places, next_orientations)

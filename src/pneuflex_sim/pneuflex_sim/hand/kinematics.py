@@ -32,7 +32,7 @@ class HandShape:
         """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
         3), in the wrist frame.
         """
-        frame, arm, center, _ = placed = not_placed(len(q))
+        frame, arm, center, *_ = placed = not_placed(len(q))
         place_links(q, self._links, placed)
         position = np.empty_like(arm)
         for body, base in zip(self.layout.bodies, self._bases, strict=True):

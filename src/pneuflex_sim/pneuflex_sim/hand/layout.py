@@ -25,6 +25,8 @@ MAX_SPHERICAL_JOINTS = 30  # beyond that PyBullet returns empty joint states wit
 DAMPING_TIME = 0.01  # Kelvin-Voigt: damping = DAMPING_TIME * stiffness [s]
 ADDED_INERTIA = 0.2  # at a step of 1 ms [-]
 TIP_SHARE = 0.3
+GIVEN_SHARE = 0.9  # of the added inertia that is given back
+TRUE_STEP = 0.002  # [s] up to which it is given back
 SMALLEST_EDGE = 0.006  # collision boxes are never thinner than this [m]
 
 
@@ -63,7 +65,10 @@ class HandLayout:
     def links(self, step: float) -> Links:
         """The links for the kernels, with the inertia that a step [s] needs."""
         start = np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
-        return Links(start, self.offset, self.center, self.inertia(step), self.mass)
+        inertia = self.inertia(step)
+        share = GIVEN_SHARE if step <= TRUE_STEP else 0.0
+        given = share * (inertia - self.inertia(0.0))
+        return Links(start, self.offset, self.center, inertia, self.mass, given)
 
     def springs(self) -> Springs:
         """The joints' springs for the kernels."""
@@ -76,11 +81,13 @@ class HandLayout:
         step [s] needs.
 
         PyBullet's contact solver sees links without their springs. So each link gets an additional
-        c*(step**2*k + step*d), with c = 0.2 at 1 ms and proportional to the step: this leaves the
-        statics unchanged and slows the motion. Tips, whose stiffness tends to zero, get at least
-        TIP_SHARE of the chain's median: with less, grasps that jam a fingertip between table and
-        object diverged. No axis gets less than bending: otherwise hands that are softer sideways
-        diverged when they hit the table hard.
+        c*(step**2*k + step*d), with c = 0.2 at 1 ms and proportional to the step: contacts meet
+        heavy links, and statics are unchanged. Up to TRUE_STEP, chains that touch nothing and are
+        not fast get most of it back in motion (see `joint_springs`); at 5 ms clashes and blows
+        diverged with that, so there all motion is slower. Tips, whose stiffness tends to zero, get
+        at least TIP_SHARE of the chain's median: with less, grasps that jam a fingertip between
+        table and object diverged. No axis gets less than bending: otherwise hands that are softer
+        sideways diverged when they hit the table hard.
         """
         x, y, z = self.size.T
         box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12

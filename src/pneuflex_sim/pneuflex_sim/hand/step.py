@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from pneuflex_sim.dynamics.chain import Links, Placed
+import numpy as np
+
+from pneuflex_sim.dynamics.chain import Links, Placed, give_back
 from pneuflex_sim.dynamics.joint_springs import Actuation, Before, Joints, Springs, spring_torques
-from pneuflex_sim.dynamics.spatial import Array
+from pneuflex_sim.dynamics.spatial import Array, conjugate, minus, rotate, write
 from pneuflex_sim.hand.air import RestTables, act_on_joints
 from pneuflex_sim.hand.driven_bases import Bases, HandWeight, carry_bases
 from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
@@ -48,6 +50,13 @@ def plain(group: Any) -> Any:
 
 
 @compiled
+def named(before: tuple[Any, ...]) -> Before:
+    """A plain `Before` with its names."""
+    v, torque, placed, carried, base_rate, reaction = before
+    return Before(v, torque, Placed(*placed), carried, base_rate, reaction)
+
+
+@compiled
 def joint_torques(
     step: float,
     first_step: bool,
@@ -63,13 +72,14 @@ def joint_torques(
     With `by_tables` the rest shape follows from the tables; else it is already in the hand's
     actuation.
     """
-    links, springs, joints, total_gain, tables, actuation, (v, torque, placed) = hand
+    links, springs, joints, total_gain, tables, actuation, before = hand
     springs, actuation = Springs(*springs), Actuation(*actuation)
     drop = pressures_abs / volumes * total_gain
     pressures = pressures_abs - ambient
     act_on_joints(pressures, drop, by_tables, RestTables(*tables), springs.stiffness, actuation)
-    before = Before(v, torque, Placed(*placed))
-    spring_torques(step, first_step, Links(*links), springs, Joints(*joints), actuation, before)
+    spring_torques(
+        step, first_step, Links(*links), springs, Joints(*joints), actuation, named(before)
+    )
 
 
 @compiled
@@ -85,13 +95,34 @@ def drive_hand(
     wrist: tuple[Any, ...],
 ) -> None:
     """`joint_torques`, and the push on the bases of a hand that is carried by the wrist; its palm
-    sheet yields to its load.
+    sheet yields to its load. The bases come first, as links turn with them.
 
     `pressures_abs` are absolute [Pa], `carrier` is a plain `Carrier`, `wrist` a plain `WristState`.
     """
-    joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
     bases, weight, pad, (translation, rotation) = carrier
     bases, wrist = Bases(*bases), WristState(*wrist)
     sink_pad(step, PadSpring(*pad), bases, wrist.orientation)
     arm = Arm(Drive(*translation), Drive(*rotation))
-    carry_bases(step, bases, HandWeight(*weight), arm, wrist)
+    before = named(hand[6])
+    if first_step:
+        before.reaction[:] = 0.0
+    else:
+        _react(step, Links(*hand[0]), hand[2][1], before, bases)
+    carry_bases(step, bases, HandWeight(*weight), before.reaction, arm, wrist)
+    for b in range(len(before.base_rate)):
+        gain = minus(bases.pushed[b, 1], bases.velocity[b, 1])
+        own = rotate(conjugate(bases.orientations[b]), gain)
+        write((own[0] / step, own[1] / step, own[2] / step), before.base_rate[b])
+    joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
+
+
+@compiled
+def _react(step: float, links: Links, v: Array, before: Before, bases: Bases) -> None:
+    """Fill the reaction of the given inertia in the step before, in world axes, from the joint
+    velocities v (n, 3) [rad/s] at its end.
+    """
+    rate, unused = (v - before.v) / step, np.zeros(v.shape)
+    give_back(rate, before.base_rate, links, before.placed, unused, before.reaction)
+    for b in range(len(before.reaction)):
+        taken = before.reaction[b]
+        write(rotate(bases.orientations[b], (taken[0], taken[1], taken[2])), before.reaction[b])

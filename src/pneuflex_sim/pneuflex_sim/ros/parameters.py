@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from softhand_model.usual_step import USUAL_STEP
 from softhand_ros.parameters import Parameter
 from softhand_ros.single import ALLOW_SECOND
 
@@ -32,7 +33,7 @@ PARAMETERS = (
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("allow_effect_files", False, "run the Python files that the model file names"),
     Parameter("engine", "", "physics engine; empty: PyBullet if installed", choices=ENGINE_CHOICES),
-    Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
+    Parameter("step", USUAL_STEP, "physics step", "s", (0.0001, 0.01)),
     Parameter("solver", "default", "settings of the contact solver", choices=SOLVERS),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
     Parameter("segments", 5, "segments an actuator", bounds=(1, 15)),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
+from softhand_model.usual_step import USUAL_STEP
 
 RECORDER = "recorder"  # the node's name, too
 HAND_WITH_BOX = "hand_with_box"
@@ -79,7 +80,7 @@ class SuiteOptions:
     object_upright: bool = False
     object_mass_scale: float = 1.0
     seed: int = 0
-    step: float = 0.002
+    step: float = USUAL_STEP
     segments: int = 5
     finger_contact: bool = False
     engine: str = ""
