@@ -306,11 +306,11 @@ class HandBodies:
         for array, saved in zip(self._arrays(), state[2:], strict=True):
             array[:] = saved
 
-    def _arrays(self) -> tuple[Array, ...]:
+    def _arrays(self) -> list[NDArray[Any]]:
         v, torque, placed, *more = self._before
-        kept = (self.q, self.v, self.rotations, self._heavy, self._calm_steps)
-        kept += (v, torque, *placed, *more)
-        return (*kept, *self.bases.arrays, self.bases.pad.state)
+        kept = [self.q, self.v, self.rotations, self._heavy, self._calm_steps]
+        kept += [v, torque, *placed, *more]
+        return [*kept, *self.bases.arrays, self.bases.pad.state]
 
     # ---------------------------------------------------------------- forces
     def drive(self, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist) -> None:
