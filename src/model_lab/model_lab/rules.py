@@ -280,6 +280,7 @@ class Rules:
     odd_square: float = _rule(4.0, "mean square of an odd group over the usual one")
     straight_ramp: float = _rule(0.05, "distance of a ramp from a line, over its span", BY_HAND)
     one_rate: float = _rule(3.0, "ratio of rates below which ramps have one rate", BY_HAND)
+    pressure_zero: float = _rule(100.0, "zero of a tared pressure sensor of a hand [Pa]", BY_HAND)
     trend_runs: int = _rule(3, "runs of a specimen from which on a trend is sought", BY_HAND)
     drift_runs: int = _rule(6, "runs from which on a black box may drift", BY_HAND)
     bootstrap_runs: int = _rule(8, "runs below which they are cut for the bootstrap", BY_HAND)

@@ -37,6 +37,12 @@ def test_what_nothing_known_explains_is_learned_with_the_same_model_and_effects(
     )
 
 
+def test_nothing_is_learned_of_a_set_with_several_outputs():
+    found = Namespace(verdict=UNEXPLAINED, effects=[], tied=[], next_experiment=None)
+    found.rmse_after, found.noise_floor, found.verdict_mended = 9.0, 1.0, None
+    assert after_diagnosis(given(), found, may_learn=False) == []
+
+
 def test_effects_are_added_one_to_the_model_with_the_other_and_much_of_a_rest_is_learned():
     lines = after(EFFECTS_MISSING, ["creep", "gravity"], [(), ()], left=2.1)
     assert lines == [

@@ -12,11 +12,13 @@ from model_lab.bench.synthesize import synthesize, write_synthesised
 from model_lab.comparison.add import add_effect, write_model
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.experiments import hand_pose
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_pose import HandPose, own_error, with_weight
 from model_lab.measurements.hands import HandSpecimen, Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
+from model_lab.rules import RULES
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import ActuatorScatter
 from softhand_model.model_file import load_model
@@ -77,15 +79,28 @@ def test_prediction_is_where_the_simulated_hand_rests():
             assert found[:, pose] == pytest.approx(tips[name.removesuffix("_tip")], abs=1e-7)
 
 
-def test_the_error_of_few_segments_is_known_and_none_for_a_hand_cut_alike():
+def test_errors_of_few_segments_and_of_the_sensors_zeros_are_known(monkeypatch):
     data, model = hand_pose_set(), load_model()
     cut, fine = (HandPose(data, n).predict({}, model.effects)[0] for n in (None, 80))
     error = np.sqrt(np.mean((cut - fine) ** 2))
+    monkeypatch.setattr(hand_pose, "RULES", replace(RULES, pressure_zero=0.0))
     assert own_error(data, model) == pytest.approx(error, rel=0.2)
 
     specimens = {"h1": replace(data.specimens["h1"], hand=HandSpecimen("rbo_hand_2", data.hand, 5))}
     simulated = replace(data, specimens=specimens)
     assert own_error(simulated, model) == 0.0
+    zeros = 200.0 * np.random.default_rng(6).standard_normal((40, 4))  # [Pa], far above rounding
+    monkeypatch.setattr(hand_pose, "RULES", replace(RULES, pressure_zero=200.0))
+    run = simulated.runs[4]
+    one = replace(simulated, runs=(run,))
+    read = HandPose(one).predict({}, model.effects)[0]
+    moved = []
+    for zero in zeros:
+        shifts = dict(zip(simulated.inputs, zero, strict=True))
+        columns = {key: column + shifts.get(key, 0.0) for key, column in run.columns.items()}
+        off = replace(one, runs=(replace(run, columns=columns),))
+        moved.append(HandPose(off).predict({}, model.effects)[0] - read)
+    assert own_error(one, model) == pytest.approx(np.sqrt(np.mean(np.square(moved))), rel=0.25)
     five = HandPose(data, 5).predict({}, model.effects)
     assert np.array_equal(HandPose(simulated).predict({}, model.effects), five)
 

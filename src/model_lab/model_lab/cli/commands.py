@@ -121,7 +121,8 @@ def diagnose(arguments: argparse.Namespace) -> None:
             lambda found: progress.say(first_look_line(found, data.output_display)),
         )
     print(diagnosis_text(outcome.diagnosis), end="")
-    following = lines.after_diagnosis(arguments, outcome.diagnosis)
+    single = len(data.outputs) == 1  # from which a curve can be learned
+    following = lines.after_diagnosis(arguments, outcome.diagnosis, single)
     _print_next(following)
     answer = diagnosis_json(outcome.diagnosis, answers.fingerprint(arguments, model, data))
     answers.keep(answer)
@@ -132,7 +133,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
         write_json(arguments.report / answers.ANSWER, answer, arguments.force)
 
         learned = None
-        if outcome.diagnosis.verdict == UNEXPLAINED:
+        if outcome.diagnosis.verdict == UNEXPLAINED and single:
             from model_lab.learning.learn import learn as learn_curve
 
             with Progress("learning") as progress:

@@ -27,9 +27,11 @@ def learned_again(arguments: argparse.Namespace) -> str:
     return _line(arguments, ["learn", arguments.data], arguments.model, again)
 
 
-def after_diagnosis(arguments: argparse.Namespace, diagnosis: Diagnosis) -> list[str]:
+def after_diagnosis(
+    arguments: argparse.Namespace, diagnosis: Diagnosis, may_learn: bool = True
+) -> list[str]:
     """What to do next: separate tied effects, add the named ones, learn what no known effect
-    explains; nothing before a slip is mended.
+    explains, where that may be; nothing before a slip is mended.
     """
     if diagnosis.verdict == SLIP:
         return []
@@ -44,7 +46,7 @@ def after_diagnosis(arguments: argparse.Namespace, diagnosis: Diagnosis) -> list
         lines.insert(0, planned)
     much = diagnosis.rmse_after > RULES.rest_error * diagnosis.noise_floor
     unexplained = (diagnosis.verdict_mended or diagnosis.verdict) == UNEXPLAINED
-    if unexplained or (names and much):
+    if may_learn and (unexplained or (names and much)):
         lines.append(
             _line(arguments, ["learn", arguments.data], models[-1], ["--out", LEARNED_FILE])
         )

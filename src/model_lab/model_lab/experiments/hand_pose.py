@@ -11,6 +11,7 @@ from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import modulus_scales
 from model_lab.measurements.measurement_set import MeasurementSet, Run, down_of
 from model_lab.measurements.specimens import require_columns
+from model_lab.rules import RULES
 from softhand_common.numerics.rotations import from_rpy, rotate
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import NoEquilibriumError
@@ -185,18 +186,32 @@ class HandPose:
 
 
 def own_error(data: MeasurementSet, model: Model) -> float:
-    """Error [m] of a model's predictions by their segments alone, root mean square over the set: a
-    third more than the change with twice as many, as it falls with their square. 0 for a simulated
-    hand with as many, and for anything but a hand.
+    """Error [m] of a model's predictions that no repeats show, root mean square over the set: by
+    the zeros of the sensors of all channels, and by few segments, a third more than the change with
+    twice as many, as it falls with their square; the latter is 0 for a simulated hand with as many.
+    0 for anything but a hand.
     """
-    if not data.of_hand or data.hand_segments:
+    if not data.of_hand:
         return 0.0
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
-    coarse, fine = (
-        HandPose(data, segments).predict({}, acting)[0]
-        for segments in (HAND_SEGMENTS, 2 * HAND_SEGMENTS)
+
+    def predicted(data: MeasurementSet, segments: int | None = None) -> Array:
+        return np.asarray(HandPose(data, segments).predict({}, acting)[0])
+
+    stated = predicted(data)
+    shifts = [predicted(_shifted(data, channel)) - stated for channel in data.inputs]
+    if not data.hand_segments:
+        shifts.append(4.0 / 3.0 * (predicted(data, 2 * HAND_SEGMENTS) - stated))
+    return float(np.sqrt(sum(np.nanmean(shift**2) for shift in shifts)))
+
+
+def _shifted(data: MeasurementSet, channel: str) -> MeasurementSet:
+    """The set with the pressures of a channel read with an error of the sensor's zero."""
+    runs = tuple(
+        replace(run, columns={**run.columns, channel: run.columns[channel] + RULES.pressure_zero})
+        for run in data.runs
     )
-    return float(4.0 / 3.0 * np.sqrt(np.nanmean((fine - coarse) ** 2)))
+    return replace(data, runs=runs)
 
 
 def with_weight(data: MeasurementSet, model: Model) -> Model:
