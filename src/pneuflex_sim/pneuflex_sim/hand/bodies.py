@@ -44,6 +44,7 @@ NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
 SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
 LONGEST_BLOW = 0.1  # [s]
+# chosen on the clashes and blows of `bench.sim --rows holding`
 CALM_STEPS = 20  # after a contact or fast motion, until a chain gets inertia back
 CALM_SPEED = 15.0  # [rad/s] of a joint, above which it gets none: 100 kPa in 50 ms diverged
 

@@ -14,11 +14,8 @@ WRIST_HEIGHT = 0.5  # of the wrist above the table [m]
 POSING_SPEED, POSING_TURN_SPEED = 0.3, 1.5  # of the wrist [m/s], [rad/s]
 POSE_PEAK = 0.3  # highest pressure over the limit of the channel
 TOGETHER_SHARES = (0.4, 0.7, 1.0)  # pressures of poses over the highest
-PRESSURE_RAMP, FILL_LIMIT, PRESSURE_REACHED = (
-    0.6,
-    4.0,
-    300.0,
-)  # of a pressure [s], [s], and when it is reached [Pa]
+PRESSURE_RAMP, FILL_LIMIT = 0.6, 4.0  # of a pressure, and longest time until it is reached [s]
+PRESSURE_REACHED = 300.0  # error below which it is [Pa]: five steps of the sensors
 POSE_HOLD = 1.4  # of a pose once it is reached [s]
 ATTITUDES = {  # protocol: roll, pitch, yaw [rad] of the wrist
     "together": (0.0, 0.0, 0.0),
