@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -241,12 +242,15 @@ def _between(before: Array, after: Array, share: float) -> Array:
 
 
 # ---------------------------------------------------------------------- compiled
-@compiled
+without_allocation = partial(compiled, allocates=False)
+
+
+@without_allocation
 def _vector(array: Array) -> Vector:
     return (array[0], array[1], array[2])
 
 
-@compiled
+@without_allocation
 def _matrix(array: Array) -> Matrix:
     return (_vector(array[0]), _vector(array[1]), _vector(array[2]))
 
@@ -265,12 +269,17 @@ def settle(
     of the row that rests least.
     """
     joints, worst = len(body.mass), 0.0
-    turns, resting = np.zeros((joints, 3)), np.zeros((joints, 3, 3))
+    turns, free = np.zeros((joints, 3)), np.zeros((joints, 3, 3))
+    resting = np.zeros((joints, 3, 3))
     for row in range(len(bend)):
         turns[:] = 0.0
         moved = 1.0
+        for joint in range(joints):
+            _fill(
+                free[joint], product(_matrix(body.rest[joint]), rotation(_vector(bend[row, joint])))
+            )
         for _ in range(MOST_PASSES):
-            _place(body, bend[row], turns, resting, places[row], frames[row])
+            _place(body, free, turns, resting, places[row], frames[row])
             moved = _yield(
                 body, springs, row, gravity[row], resting, places[row], frames[row], turns
             )
@@ -280,27 +289,32 @@ def settle(
     return worst
 
 
-@compiled
+@without_allocation
+def _fill(array: Array, matrix: Matrix) -> None:
+    for row in range(3):
+        for column in range(3):
+            array[row, column] = matrix[row][column]
+
+
+@without_allocation
 def _place(
-    body: BodyArrays, bend: Array, turns: Array, resting: Array, places: Array, frames: Array
+    body: BodyArrays, free: Array, turns: Array, resting: Array, places: Array, frames: Array
 ) -> None:
     """Place the joints at rotations `turns` (n, 3) [rad] from their rest frames (n, 3, 3), which
-    are filled, too.
+    are filled, too; free (n, 3, 3): the rest frame of each in that of the joint before it.
     """
     place, frame = _vector(body.place), _matrix(body.frame)
     for joint in range(len(body.mass)):
         place = plus(place, turned(frame, _vector(body.offset[joint])))
-        rest = product(frame, _matrix(body.rest[joint]))
-        rest = product(rest, rotation(_vector(bend[joint])))
+        rest = product(frame, _matrix(free[joint]))
         frame = product(rest, rotation(_vector(turns[joint])))
         for row in range(3):
             places[joint, row] = place[row]
-            for column in range(3):
-                resting[joint, row, column] = rest[row][column]
-                frames[joint, row, column] = frame[row][column]
+        _fill(resting[joint], rest)
+        _fill(frames[joint], frame)
 
 
-@compiled
+@without_allocation
 def _yield(
     body: BodyArrays,
     springs: SpringArrays,
@@ -330,7 +344,7 @@ def _yield(
     return moved
 
 
-@compiled
+@without_allocation
 def _turn(springs: SpringArrays, joint: int, row: int, moment: Vector) -> Vector:
     """`joint_rotation`, in closed form where a spring is linear and the same about all axes."""
     alike = springs.sideways[joint, 0] == 1.0 and springs.sideways[joint, 1] == 1.0
