@@ -12,10 +12,11 @@ from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.model_file import Model, load_model
+from softhand_model.usual_step import USUAL_STEP
 from thesis.chapter_3_and_5.stand import SENSOR, fill
 from thesis.frame import Array
 
-STEP = 0.002  # [s]
+STEP = USUAL_STEP  # [s]
 CLOSING, CALM = 1.5, 1.0  # [s] in which the pressures rise, and the cylinder comes to rest
 ACROSS = (np.pi / 2.0, 0.0, 0.0)  # the cylinder's axis along y, across the fingers [rad]
 DAMPED = 0.99  # of the cylinder while the hand closes, so that it does not swing

@@ -17,7 +17,7 @@ from softhand_model.hand.hand import load_hand
 from softhand_trials.sweep.results import Results
 from softhand_trials.sweep.run import finish
 from softhand_trials.sweep.task import Record
-from thesis.chapter_3_and_5.payload import DRIFT, GRASPS, JUDGED_HAND, drift, held_up
+from thesis.chapter_3_and_5.payload import GRASPS, JUDGED_HAND, held_up, kept
 from thesis.co_design.halving import Tried, Workers, best_first
 from thesis.co_design.hands import cast_kinds
 from thesis.co_design.plan import Plan
@@ -126,7 +126,7 @@ def postures(hand: Path) -> int:
         found = held_up(replace(usual, hand=str(hand), pressures=pressures), PAYLOAD)
     except Diverged:
         return 0
-    return sum(drift(hold) <= DRIFT for hold in found["holds"].values())
+    return sum(map(kept, found["holds"].values()))
 
 
 def best_designs(tried: Iterable[Tried], plan: Plan) -> list[Design]:

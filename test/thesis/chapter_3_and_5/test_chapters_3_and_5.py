@@ -145,10 +145,31 @@ def test_a_cylinder_that_the_closing_hand_loses_is_not_held():
     bare = "RBO Hand 1 at 210 kPa, bare model"
     found = payload.held_up(payload.GRASPS[bare], 0.5)
     assert found["touching"] == []
-    hands = {"hands": {bare: found}}
+    hands = {"hands": {bare: found}, "limits": {}}
     report = payload.report(hands, payload.Parameters())
     assert [row.ours for row in report.findings] == [payload.LOST]
     assert "in 0 of 6" in report.conclusion
+
+
+def test_the_report_says_the_mass_that_was_tried(small):
+    """Also what is judged: the thesis states 0.5 kg, so another mass meets no target."""
+    results, _ = small("payload")
+    limits = {payload.JUDGED_HAND: {"pressures": [30e3, 25e3], "masses": [None, 0.124]}}
+    given = payload.Parameters(mass=0.124)
+    report = payload.report({**results, "limits": limits}, given)
+    assert "0.124 kg" in report.conclusion and report.judged == []
+    told = {row.what: row.ours for row in report.findings}
+    least = told[f"{payload.JUDGED_HAND}: least pressure for 0.124 kg"]
+    assert least == "30 kPa held in all postures, 25 not"
+    assert told[f"{payload.JUDGED_HAND}: largest mass"].startswith("none of those tried")
+    assert payload.report(results, payload.Parameters()).judged == [True] * 6
+
+
+def test_a_cylinder_that_has_left_the_hand_is_not_kept_however_still_it_lies():
+    hold = {"time": [2.0, 2.5, 3.0], "way": [[0.0, 0.0, 0.1]] * 3, "touching": ["index"]}
+    assert payload.kept(hold)
+    assert not payload.kept({**hold, "touching": []})
+    assert not payload.kept({**hold, "way": [[0.0, 0.0, 0.1], [0.0, 0.0, 0.2], [0.0, 0.0, 0.3]]})
 
 
 def test_rbo_hand_1_with_its_model_file_keeps_the_cylinder_that_the_bare_model_loses():
