@@ -48,6 +48,7 @@ METHODS = {
             "strut_factor()",
             "palm_factor()",
             "tip_mass_of(chain)",
+            "friction_factor()",
             "marker_offset_of(marker)",
             "frame_turn()",
         ),
@@ -130,7 +131,8 @@ def _section(effect: type[Effect], explained: set[frozenset[str]]) -> str:
     if not effect.physical:
         lines.append("* **Not physics**: never named by `diagnose`, added only on request.\n")
     memory = "; memory" if effect.has_memory else ""
-    lines.append(f"* Seen in: {_experiments(set(effect.experiments))}{memory}.\n")
+    seen = _experiments(set(effect.experiments)) or "no experiment of the lab yet"
+    lines.append(f"* Seen in: {seen}{memory}.\n")
     if effect.not_simulated:
         lines.append(f"* The simulator refuses it: {effect.not_simulated}.\n")
     if effect.confounded_with:

@@ -168,6 +168,8 @@ def test_models_that_statics_of_hands_do_not_have_are_refused():
     assert with_weight(data, load_model("base")).gravity_scale == 1.0
     own = load_model()
     assert with_weight(data, own) is own
+    slippery = replace(own, effects=(*own.effects, CLASSES["friction"](factor=0.7)))
+    assert with_weight(data, slippery) is slippery  # a hand that touches nothing has it unseen
     slow = replace(own, effects=(*own.effects, CLASSES["tube_lag"](time_constant=0.1)))
     with pytest.raises(ValueError, match="expected those that act in hand_pose, got tube_lag"):
         diagnose(data, slow)

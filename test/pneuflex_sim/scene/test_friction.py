@@ -1,13 +1,18 @@
 """The table of friction: symmetric pairs, and the product of two coefficients is the pair."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import ENGINES
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_objects
-from pneuflex_sim.scene.scenes import load_scenes
+from pneuflex_sim.scene.scenes import Table, load_scene, load_scenes
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_model.effects.hand_parts import Friction
+from softhand_model.model_file import Model
 
 OWN = """
 format: pneuflex-friction/1
@@ -148,3 +153,38 @@ def test_scaled_friction_leaves_the_resistance_to_rolling_and_comes_back():
     simulation.place_object((0.0, 0.0), 1.0)
     assert np.array_equal(coefficients(), usual)
     simulation.close()
+
+
+def crept(simulation, share):
+    """How far [m] a box creeps within 0.3 s when it is pushed by a share [-] of its weight."""
+    simulation.reset()
+    for _ in range(50):
+        simulation.step()
+    start = simulation.object_pose()[0]
+    for _ in range(150):
+        simulation.push_object(np.array([share * 9.80665 * simulation.object_mass, 0.0, 0.0]))
+        simulation.step()
+    return float(np.linalg.norm((simulation.object_pose()[0] - start)[:2]))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("table", "factor"), [("rubber", 0.7), ("rubber", 1.4), ("wood", 0.7)])
+def test_a_box_slides_on_rubber_at_mu_m_g_with_the_friction_of_the_model(
+    simulate, engine, table, factor
+):
+    """On wood as without the effect, which is of the rubber alone."""
+    scene = replace(load_scene("table"), table=Table(table))
+    model = Model(effects=(Friction(factor=factor),))
+    simulation = simulate(
+        object="tape_dispenser",
+        object_offset=(0.0, 1.0),
+        step=0.002,
+        segments=2,
+        scene=scene,
+        model=model,
+        engine=engine,
+    )
+    expected = load_friction().pair("polyolefin", table) * (factor if table == "rubber" else 1.0)
+    assert crept(simulation, 0.95 * expected) < 1e-3
+    slid = 0.5 * 0.1 * expected * 9.80665 * 0.3**2  # (1.1 - 1) mu g t^2/2
+    assert crept(simulation, 1.1 * expected) == pytest.approx(slid, rel=0.1)

@@ -226,7 +226,7 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
         raise ValueError(f"model: base: expected pneuflex for a hand, got {model.base}")
     check_places(data.hand, model.effects, data.markers)
     for effect in model.effects:
-        if data.experiment not in effect.experiments and effect.stage not in ("output", "flow"):
+        if data.experiment not in effect.experiments and effect.stage not in BESIDE_RUBBER:
             raise ValueError(
                 f"model: effects: expected those that act in {data.experiment}, got {effect.name}"
             )

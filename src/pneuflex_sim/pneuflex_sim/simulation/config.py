@@ -16,6 +16,7 @@ from pneuflex_sim.scene.friction import FrictionTable, load_friction
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from pneuflex_sim.world import SolverSettings
+from softhand_model.effects.hand import friction_factor
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 
@@ -97,11 +98,11 @@ class SimulationConfig:
         """The hand."""
         return self.hand if isinstance(self.hand, HandDescription) else load_hand(self.hand)
 
-    def friction_table(self) -> FrictionTable:
-        """Friction of all pairs of materials."""
+    def friction_table(self, model: Model) -> FrictionTable:
+        """Friction of all pairs of materials, that of the rubber as the model's effects have it."""
         found = self.friction
         table = found if isinstance(found, FrictionTable) else load_friction(found)
-        return table.rubber_scaled(self.rubber_friction_scale)
+        return table.rubber_scaled(self.rubber_friction_scale * friction_factor(model.effects))
 
     def described_scene(self, friction: FrictionTable) -> SceneDescription:
         """The scene, its wall inclined as asked for."""

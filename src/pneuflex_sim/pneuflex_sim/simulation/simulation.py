@@ -47,10 +47,10 @@ class Simulation:
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
         self.config = config = config or SimulationConfig()
-        self.hand, self.friction = config.described_hand(), config.friction_table()
+        self.hand, model = config.described_hand(), config.described_model()
+        self.friction = config.friction_table(model)
         self.scene = config.described_scene(self.friction)
         self.object = config.described_object(self.friction) if self.scene.has_object else None
-        model = config.described_model()
         layout = build_layout(self.hand, config.segments, model)
         self.channels: tuple[str, ...] = tuple(self.hand.channels)
         self.step_size, self.temperature = config.step, ROOM_TEMPERATURE

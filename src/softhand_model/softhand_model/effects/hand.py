@@ -111,6 +111,10 @@ class HandEffect(Effect):
         """Mass [kg] at the tip of a chain beyond that of its rubber."""
         return 0.0
 
+    def friction_factor(self) -> float:
+        """Factor [-] on the friction of the hand's rubber with anything else."""
+        return 1.0
+
     def marker_offset_of(self, marker: str) -> Array:
         """Way (3,) [m] from where a marker is said to be, in the frame of the curve there."""
         return np.zeros(3)
@@ -256,6 +260,11 @@ def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
 def palm_factor(effects: Iterable[Effect]) -> float:
     """Factor [-] on the stiffness of the palm under all the effects."""
     return float(np.prod([effect.palm_factor() for effect in effects_of_hand(effects)]))
+
+
+def friction_factor(effects: Iterable[Effect]) -> float:
+    """Factor [-] on the friction of the hand's rubber with anything else, under all the effects."""
+    return float(np.prod([effect.friction_factor() for effect in effects_of_hand(effects)]))
 
 
 def tip_mass(chain: str, effects: Iterable[Effect]) -> float:

@@ -13,7 +13,7 @@ from softhand_model.effects.hand import HandEffect, turn_parameters
 from softhand_model.hand.hand import HandDescription
 
 FARTHEST_MARKER, USUAL_MARKER_OFFSET = 0.05, 0.008  # [m]
-STIFFNESS_FACTORS = ("", 0.05, 20.0)  # unit and bounds of a stiffness over the nominal one
+PROPERTY_FACTORS = ("", 0.05, 20.0)  # unit and bounds of a property over the nominal one
 USUAL_STIFFNESS_FACTOR = (0.4, 2.5)
 
 
@@ -24,7 +24,7 @@ class StrutStiffness(HandEffect):
     parameters = (
         Parameter(
             "factor",
-            *STIFFNESS_FACTORS,
+            *PROPERTY_FACTORS,
             "stiffness of all struts over the nominal one",
             USUAL_STIFFNESS_FACTOR,
             logarithmic=True,
@@ -54,7 +54,7 @@ class PalmStiffness(HandEffect):
     parameters = (
         Parameter(
             "factor",
-            *STIFFNESS_FACTORS,
+            *PROPERTY_FACTORS,
             "stiffness of the palm over the nominal one",
             USUAL_STIFFNESS_FACTOR,
             logarithmic=True,
@@ -102,6 +102,35 @@ class TipMass(HandEffect):
     def tip_mass_of(self, chain: str) -> float:
         """Mass [kg] at the tip of a chain."""
         return float(self.values["mass"]) if chain == self.where["chain"] else 0.0
+
+
+class Friction(HandEffect):
+    """The hand's rubber rubs more or less: its Coulomb friction with anything else times a factor,
+    as of dusty, wet or powdered skin. Rubber on rubber stays as it is.
+    """
+
+    name = "friction"
+    experiments = frozenset()
+    unseen_in: ClassVar[Mapping[str, str]] = {"hand_pose": "the hand touches nothing"}
+    parameters = (
+        Parameter(
+            "factor",
+            *PROPERTY_FACTORS,
+            "coefficients of friction of the rubber over those of the table",
+            (0.5, 1.8),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The whole hand."""
+        return [{}]
+
+    def friction_factor(self) -> float:
+        """Factor [-] on the friction of the hand's rubber with anything else."""
+        return float(self.values["factor"])
 
 
 class MarkerOffset(HandEffect):
