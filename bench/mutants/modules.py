@@ -81,8 +81,8 @@ MODULES = (
         ("test/softhand_model/equilibrium/test_joint_springs.py",),
     ),
     Row(
-        "pneuflex_sim.dynamics.joint_springs",
-        ("test/pneuflex_sim/dynamics/test_joint_springs.py",),
+        "softhand_model.dynamics.joint_springs",
+        ("test/softhand_model/dynamics/test_joint_springs.py",),
         interpreted=True,
     ),
     Row("model_lab.fitting.noise_floor", ("test/model_lab/fitting/test_noise_floor.py",)),

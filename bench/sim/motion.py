@@ -19,10 +19,10 @@ from scipy.spatial.transform import Rotation
 
 from bench.row import at_least, at_most
 from bench.simulator import response_time
-from pneuflex_sim.dynamics.chain import inertial_torque, not_placed, place_links
 from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig, config
+from softhand_model.dynamics.chain import inertial_torque, not_placed, place_links
 from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
 from softhand_trials.trials import TrialSettings
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.chain import inertial_torque, not_placed, place_links
 from pneuflex_sim.hand import layout
+from softhand_model.dynamics.chain import inertial_torque, not_placed, place_links
 from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import Model
 

@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from pneuflex_sim.dynamics.joint_springs import STOP_ANGLE
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_model.dynamics.joint_springs import STOP_ANGLE
 from thesis.chapter_3_and_5.stand import fill
 
 GRASPING, RISE = 210e3, 0.8  # [Pa] of section 8.1.2, and [s] to get there

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.chain import Links, not_placed, place_links
+from softhand_model.dynamics.chain import Links, not_placed, place_links
 
 
 class RandomChain:

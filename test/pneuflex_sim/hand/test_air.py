@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pneuflex_sim.dynamics.joint_springs import Actuation
 from pneuflex_sim.hand.air import act_on_joints
+from softhand_model.dynamics.joint_springs import Actuation
 
 PRESSURES = np.array([21e3, 35e3, 12e3, 61e3])
 

@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
-from pneuflex_sim.dynamics.joint_springs import STOP_ANGLE
 from pneuflex_sim.hand.joint_stops import JointStops
 from pneuflex_sim.hand.layout import build_layout
+from softhand_model.dynamics.joint_springs import STOP_ANGLE
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuflex_sim.dynamics.joint_springs import Actuation
-from pneuflex_sim.dynamics.spatial import Array, IntArray
 from pneuflex_sim.hand.layout import HandLayout
 from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.joint_springs import Actuation
+from softhand_model.dynamics.spatial import Array, IntArray
 from softhand_model.effects.hand import pressure_shares
 from softhand_model.gas import GAS_CONSTANT
 

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.dynamics.joint_springs import Joints, look_at_joints, nothing_before
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.collision import (
     PALM_GROUP,
@@ -36,6 +35,7 @@ from pneuflex_sim.hand.palm_pad import PalmPad, create_plate
 from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.world import World
+from softhand_model.dynamics.joint_springs import Joints, look_at_joints, nothing_before
 from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]

@@ -18,7 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.dynamics.spatial import (
+from pneuflex_sim.hand.palm_pad import NO_PAD, PalmPad
+from pneuflex_sim.hand.wrist import Arm, Wrist, WristState, advance_wrist
+from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.spatial import (
     Vector,
     conjugate,
     cross,
@@ -28,9 +31,6 @@ from pneuflex_sim.dynamics.spatial import (
     rotate,
     write,
 )
-from pneuflex_sim.hand.palm_pad import NO_PAD, PalmPad
-from pneuflex_sim.hand.wrist import Arm, Wrist, WristState, advance_wrist
-from softhand_common.numerics.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.joint_springs import STOP_ANGLE
 from pneuflex_sim.hand.layout import HandLayout
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.dynamics.joint_springs import STOP_ANGLE
 
 Array = NDArray[np.float64]
 

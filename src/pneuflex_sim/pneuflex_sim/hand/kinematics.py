@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.chain import not_placed, place_links
 from pneuflex_sim.hand.layout import HandLayout
+from softhand_model.dynamics.chain import not_placed, place_links
 from softhand_model.effects import OutputEffect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.model_file import Model

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.chain import Links
-from pneuflex_sim.dynamics.joint_springs import Springs
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.segments import link_inertia
 from softhand_model.chain.serial import mounted, serial_chains
+from softhand_model.dynamics.chain import Links
+from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.effects.hand import altered
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
@@ -90,8 +91,7 @@ class HandLayout:
         table and object diverged. No axis gets less than bending: otherwise hands that are softer
         sideways diverged when they hit the table hard.
         """
-        x, y, z = self.size.T
-        box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12
+        box = link_inertia(self.size, self.mass)
         stiffness = self.stiffness.copy()
         for joints in self.chain_joints.values():
             own = stiffness[joints]

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.dynamics.spatial import minus
-from pneuflex_sim.dynamics.spatial import rotate as rotate_by
 from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from softhand_common.numerics.compiled import compiled
 from softhand_common.numerics.rotations import from_rpy, rotate
+from softhand_model.dynamics.spatial import minus
+from softhand_model.dynamics.spatial import rotate as rotate_by
 from softhand_model.hand.hand import Plate
 from softhand_model.hand.palm_sheet import PalmSheet
 

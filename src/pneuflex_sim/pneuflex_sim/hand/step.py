@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneuflex_sim.dynamics.chain import Links, Placed, give_back
-from pneuflex_sim.dynamics.joint_springs import Actuation, Before, Joints, Springs, spring_torques
-from pneuflex_sim.dynamics.spatial import Array, conjugate, minus, rotate, write
 from pneuflex_sim.hand.air import RestTables, act_on_joints
 from pneuflex_sim.hand.driven_bases import Bases, HandWeight, carry_bases
 from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
 from pneuflex_sim.hand.wrist import Arm, Drive, WristState
 from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.chain import Links, Placed, give_back
+from softhand_model.dynamics.joint_springs import Actuation, Before, Joints, Springs, spring_torques
+from softhand_model.dynamics.spatial import Array, conjugate, minus, rotate, write
 
 
 class HandArrays(NamedTuple):

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.spatial import (
+from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.spatial import (
     Row,
     Vector,
     conjugate,
@@ -22,7 +23,6 @@ from pneuflex_sim.dynamics.spatial import (
     quaternion_of_rotation,
     quaternion_product,
 )
-from softhand_common.numerics.compiled import compiled
 
 Array = NDArray[np.float64]
 

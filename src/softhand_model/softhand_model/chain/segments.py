@@ -55,6 +55,14 @@ class SegmentChain:
             raise ValueError("chain: expected one that is straight at rest, got an arc")
 
 
+def link_inertia(size: Array, mass: Array) -> Array:
+    """Principal inertia (n, 3) [kg m2] of links as boxes of sizes (n, 3) [m] and masses (n,) [kg],
+    about their centres.
+    """
+    x, y, z = size.T
+    return np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * mass[:, None] / 12
+
+
 def cut_chain(
     description: ChainDescription, segments: int, springs: SpringModel = THESIS
 ) -> SegmentChain:

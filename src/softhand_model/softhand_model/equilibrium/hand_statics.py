@@ -70,7 +70,8 @@ class Shape:
 class HandBody:
     """Chains in series at the mounts of a description, as `models` has them by name in their order.
 
-    actuators: names in the order of their pressures. joints: slice of each chain's own.
+    actuators: names in the order of their pressures. joints: slice of each chain's own. arrays: its
+    links. stretching (n,): as in `SegmentChain`.
     """
 
     def __init__(self, description: HandDescription, models: Mapping[str, ChainModel]) -> None:
@@ -87,7 +88,7 @@ class HandBody:
             self.joints[name] = slice(first, first + len(offset))
         rest = np.concatenate([orientation for _, orientation in placed])
         mount = description.chain(chains[0]).mount
-        self._arrays = BodyArrays(
+        self.arrays = BodyArrays(
             np.array(mount.position, float),
             _matrices(mount.quaternion[None])[0],
             np.concatenate([offset for offset, _ in placed]),
@@ -100,7 +101,7 @@ class HandBody:
         for name in chains:
             if description.chain(name).strut is not None:
                 self._struts[self.joints[name].start] = True
-        self._stretching = np.concatenate([part.stretching for part in cut.values()])
+        self.stretching = np.concatenate([part.stretching for part in cut.values()])
 
     def settle(
         self,
@@ -116,17 +117,12 @@ class HandBody:
         Raises NoEquilibriumError where the weight is more than the springs can carry, or effects
         leave no equilibrium of the rubber.
         """
-        bends, first = [], 0
         warm = np.broadcast_to(np.asarray(temperature, float), pressures.shape[1])
-        for chain in self._models.values():
-            last = first + len(chain.description.actuators)
-            bends.append(chain.rest_rotations(pressures[first:last], modulus, warm))
-            first = last
-        bend = np.concatenate(bends, axis=1)
+        bend = self.free_rotations(pressures, modulus, warm)
         rows, joints = bend.shape[:2]
         shape = Shape(np.empty((rows, joints, 3)), np.empty((rows, joints, 3, 3)))
         moved = settle(
-            self._arrays,
+            self.arrays,
             self._springs(bend[:, :, BEND_AXIS], modulus, warm),
             np.ascontiguousarray(bend),
             np.ascontiguousarray(gravity, float),
@@ -139,6 +135,27 @@ class HandBody:
                 f"still move by {moved:.3g} rad after {MOST_PASSES} passes"
             )
         return shape
+
+    def free_rotations(self, pressures: Array, modulus: float, temperature: Array) -> Array:
+        """Rotations (rows, n, 3) [rad] of the joints when nothing pulls, at gauge pressures
+        (actuators, rows) [Pa] and temperatures (rows,) [K].
+        """
+        bends, first = [], 0
+        for chain in self._models.values():
+            last = first + len(chain.description.actuators)
+            bends.append(chain.rest_rotations(pressures[first:last], modulus, temperature))
+            first = last
+        return np.concatenate(bends, axis=1)
+
+    def stiffness(self, modulus: float, temperature: Array | None = None) -> Array:
+        """Stiffness (n, 3) [N m/rad] of the joints of a rubber whose modulus is `modulus` [-] times
+        as large, at a temperature (1,) [K] if one is given; struts are as stiff as ever.
+        """
+        factor = np.where(self._struts, 1.0, modulus)
+        if temperature is not None:
+            warm = [chain.modulus_factors(temperature)[0] for chain in self._models.values()]
+            factor = factor * np.concatenate(warm)
+        return self._stiffness * factor[:, None]
 
     def point(self, shape: Shape, chain: str, at: float, offset: Array) -> Array:
         """Place (rows, 3) [m] of a point of a straight chain in the wrist frame: `offset` (3,) [m]
@@ -155,9 +172,9 @@ class HandBody:
         share, joint = at * self.segments - index, last - self.segments + index
         after = shape.frames[:, joint]
         if joint > 0:
-            before = shape.frames[:, joint - 1] @ self._arrays.rest[joint]
+            before = shape.frames[:, joint - 1] @ self.arrays.rest[joint]
         else:
-            before = np.broadcast_to(self._arrays.frame @ self._arrays.rest[joint], after.shape)
+            before = np.broadcast_to(self.arrays.frame @ self.arrays.rest[joint], after.shape)
         along = np.stack([before[:, :, 2], after[:, :, 2]]) * edge
         ends = shape.places[:, joint] + np.stack([-along[0], along[1]]) / 2.0
         place = _hermite(share, ends, along)
@@ -168,7 +185,7 @@ class HandBody:
     def _springs(self, rest_bend: Array, modulus: float, temperature: Array) -> SpringArrays:
         """The springs at every row, for rest bends (rows, n) [rad]; struts are as stiff as ever."""
         rows, bending = len(rest_bend), self._stiffness[:, BEND_AXIS]
-        scaled_bending = bending * np.where(self._struts, 1.0, modulus)
+        scaled_bending = self.stiffness(modulus)[:, BEND_AXIS]
         warm = [chain.modulus_factors(temperature) for chain in self._models.values()]
         rest = plain(rest_bend.T)
         return SpringArrays(
@@ -178,7 +195,7 @@ class HandBody:
             np.sin(rest),
             np.cos(rest),
             plain(self._stiffness[:, [0, 2]] / bending[:, None]),
-            plain(self._stretching),
+            plain(self.stretching),
             np.zeros(rows),
             self._bend_factors(rest_bend),
         )

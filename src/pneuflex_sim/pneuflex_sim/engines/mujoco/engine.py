@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.joint_springs import look_at_joints
 from pneuflex_sim.engines.contract import Surroundings
 from pneuflex_sim.engines.mujoco.springs import Places, State, read_joints, set_springs
 from pneuflex_sim.engines.mujoco.thing import MujocoObject
@@ -20,6 +19,7 @@ from pneuflex_sim.hand.layout import HandLayout
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.world import Diverged, SolverSettings
+from softhand_model.dynamics.joint_springs import look_at_joints
 from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]

@@ -15,21 +15,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.joint_springs import (
+from pneuflex_sim.hand.air import RestTables, act_on_joints
+from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.joint_springs import (
     STOP_ANGLE,
     STOP_SHARE,
     Actuation,
     elastic_torque,
 )
-from pneuflex_sim.dynamics.spatial import (
+from softhand_model.dynamics.spatial import (
     Array,
     quaternion_of_rotation,
     quaternion_product,
     rotation_between,
     write,
 )
-from pneuflex_sim.hand.air import RestTables, act_on_joints
-from softhand_common.numerics.compiled import compiled
 
 IntArray = NDArray[np.int64]
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.spatial import conjugate, cross, rotate
 from pneuflex_sim.hand.driven_bases import HandWeight
 from pneuflex_sim.hand.wrist import Arm, WristState, arm_wrench
 from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.spatial import conjugate, cross, rotate
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_chain import RandomChain
 
-from pneuflex_sim.dynamics.chain import Equation, give_back, inertial_torque, solve_chains
+from softhand_model.dynamics.chain import Equation, give_back, inertial_torque, solve_chains
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 30])

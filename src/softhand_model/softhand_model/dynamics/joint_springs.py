@@ -38,7 +38,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics.chain import (
+from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.chain import (
     Equation,
     Links,
     Placed,
@@ -48,7 +49,7 @@ from pneuflex_sim.dynamics.chain import (
     place_links,
     solve_chains,
 )
-from pneuflex_sim.dynamics.spatial import (
+from softhand_model.dynamics.spatial import (
     Array,
     Row,
     Vector,
@@ -58,7 +59,6 @@ from pneuflex_sim.dynamics.spatial import (
     rotation_between,
     write,
 )
-from softhand_common.numerics.compiled import compiled
 from softhand_model.hand.joint_stiffness import LEAST_STRETCH
 
 SMALL_ANGLE = 1e-2  # [rad], below which series stand for the rotation's Jacobian

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneuflex_sim.dynamics.spatial import (
+from softhand_common.numerics.compiled import compiled
+from softhand_model.dynamics.spatial import (
     UNIT_MATRIX,
     ZERO,
     ZERO_MATRIX,
@@ -37,7 +38,6 @@ from pneuflex_sim.dynamics.spatial import (
     write,
     write_matrix,
 )
-from softhand_common.numerics.compiled import compiled
 
 
 class Links(NamedTuple):

@@ -6,7 +6,7 @@ from random_chain import RandomChain
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.joint_springs import (
+from softhand_model.dynamics.joint_springs import (
     Actuation,
     Joints,
     Springs,

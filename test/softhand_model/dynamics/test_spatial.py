@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics import spatial
+from softhand_model.dynamics import spatial
 
 
 @pytest.fixture

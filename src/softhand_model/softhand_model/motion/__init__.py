@@ -1,0 +1,1 @@
+"""A hand in time without contact: pressures and a wrist that move it."""

@@ -1,0 +1,80 @@
+"""How a wrist moves a hand, and the steps in which that is followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand_common.numerics.arrays import Array, Indices
+from softhand_common.numerics.rotations import rotate
+from softhand_model.dynamics.rollout import THETA
+
+DOWN = np.array([0.0, 0.0, -1.0])  # of the world
+INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class WristPath:
+    """The steps of a run, and the motion of the wrist at the share THETA of each, in its own axes.
+
+    kept (samples,): number of steps before each sample. duration (steps,) [s]; at (steps,) [s]: the
+    times at which the motion is taken. spin (steps, 3) [rad/s], rate (steps, 3) [rad/s2],
+    acceleration (steps, 3) [m/s2]: of the wrist. down (steps, 3): direction of the weight;
+    first_down (3,): at the first sample.
+    """
+
+    kept: Indices
+    duration: Array
+    at: Array
+    spin: Array
+    rate: Array
+    acceleration: Array
+    down: Array
+    first_down: Array
+
+
+def held_wrist(time: Array, quaternion: Array, step: float) -> WristPath:
+    """The path of a wrist that is held at an orientation (4,) in the world, z up, for samples at
+    times (samples,) [s] with steps of at most `step` [s] between them.
+    """
+    kept, duration, at = steps_between(time, step)
+    down = rotate(quaternion * INVERSE_QUATERNION, DOWN)
+    still = np.zeros((len(at), 3))
+    return WristPath(kept, duration, at, still, still, still, still + down, down)
+
+
+def moved_wrist(time: Array, place: Array, quaternion: Array, step: float) -> WristPath:
+    """As `held_wrist`, of a wrist at places (samples, 3) [m] and orientations (samples, 4) in the
+    world: cubic splines go through them, so that they must be free of jumps and noise.
+    """
+    from scipy.interpolate import CubicSpline  # here, as it takes long to load
+    from scipy.spatial.transform import Rotation, RotationSpline
+
+    kept, duration, at = steps_between(time, step)
+    turning = RotationSpline(time, Rotation.from_quat(quaternion))
+    to_wrist = turning(at).inv()
+    return WristPath(
+        kept,
+        duration,
+        at,
+        turning(at, 1),
+        turning(at, 2),
+        to_wrist.apply(CubicSpline(time, place)(at, 2)),
+        to_wrist.apply(DOWN),
+        turning(time[:1]).inv().apply(DOWN)[0],
+    )
+
+
+def steps_between(time: Array, step: float) -> tuple[Indices, Array, Array]:
+    """Steps before each of the times (samples,) [s], which rise, their durations (steps,) [s], of
+    at most `step` [s], and the times (steps,) [s] at their share THETA.
+    """
+    gaps = np.diff(time)
+    if not (gaps > 0.0).all():
+        raise ValueError(f"time: expected to rise, got a gap of {gaps.min():.3g} s")
+    counts = np.maximum(np.ceil(gaps / step - 1e-9), 1.0).astype(int)
+    kept = np.concatenate([[0], np.cumsum(counts)])
+    duration = np.repeat(gaps / counts, counts)
+    place = np.arange(len(duration)) - np.repeat(kept[:-1], counts)
+    return kept, duration, np.repeat(time[:-1], counts) + (place + THETA) * duration
