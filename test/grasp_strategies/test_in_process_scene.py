@@ -348,3 +348,28 @@ def test_a_real_finger_is_kept_to_its_pressure_limit():
 def test_an_unknown_hand_lists_those_there_are():
     with pytest.raises(ValueError, match="rbo_hand_2"):
         build_scene(hand="fist")
+
+
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_touches_press_into_the_object_with_the_friction_of_the_pair(engine):
+    """A ball that a spring holds in a hand, before and after the fingers close around it."""
+    pytest.importorskip(engine)
+    parts = {"scene": "held", "object": "ball", "engine": engine}
+    scene = build_scene(**parts, step=0.002, friction_scale=1.1)
+    scene.hold_object(np.array([0.055, 0.0, 0.115]), np.array([0.0, 0.0, 0.0, 1.0]))
+    assert scene.object_touches() == [] and scene.adaptability().links == 0
+    for share in np.linspace(0.0, 1.0, 60):
+        scene.command_pressure(share * np.array([60e3, 60e3, 60e3, 90e3]))
+        scene.step(0.02)
+    scene.step(1.5)
+    touches = scene.object_touches()
+    pair = scene.simulation.friction.pair("rubber", "pvc")
+    centre = scene.simulation.object_pose()[0]
+    for touch in touches:
+        assert touch.friction == pytest.approx(1.1 * pair)
+        assert np.dot(touch.normal, centre - touch.position) > 0.0
+        assert touch.part in scene.hand_bodies and 0.0 <= touch.patch < 0.01
+    found = scene.adaptability()
+    assert found.points == len(touches) and found.parts >= 3
+    assert found.area == pytest.approx(sum(np.pi * touch.patch**2 for touch in touches))
+    scene.close()

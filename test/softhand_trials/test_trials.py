@@ -82,6 +82,19 @@ def test_a_placement_on_a_used_world_is_that_of_a_new_simulation_bit_for_bit():
     assert alone not in others and alone.lift_height > 0.1
 
 
+def test_a_held_object_has_its_contacts_told_and_a_lost_one_none():
+    """A cylinder in the whole hand is force-closed; without air nothing is held."""
+    found = StartedScene(TrialSettings(step=0.005)).run(Placement())
+    contacts = found.contacts
+    assert found.gripped and contacts is not None and contacts.force_closed
+    assert contacts.parts == len(found.touching)
+    assert contacts.parts <= contacts.links <= contacts.points
+    assert 1e-5 < contacts.area < 1e-3  # patches of 2.8 mm at 1 N
+    assert found.summary()["contacts_links"] == str(contacts.links)
+    lost = StartedScene(TrialSettings(step=0.005, air_scale=0.0)).run(Placement())
+    assert not lost.gripped and lost.contacts is None and "contacts_links" not in lost.summary()
+
+
 def test_a_trial_after_one_that_diverged_is_as_before():
     used = StartedScene(TrialSettings(step=0.01))
     usual = used.run(Placement((0.002, 0.0)))

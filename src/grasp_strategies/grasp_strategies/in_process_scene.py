@@ -15,8 +15,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
+from grasp_strategies.judging.adaptability import Adaptability, TouchPoint, adaptability
+from grasp_strategies.scene import PALM_PLATE, Array, Observation, SceneError, hand_body_names
+from pneuflex_sim.hand.collision import SKIN_PATCH
 from pneuflex_sim.hand.skin_places import SkinPlace, SkinPlaces
+from pneuflex_sim.scene.friction import RUBBER_MATERIAL
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_common.numerics.compiled import compiled
@@ -270,6 +273,37 @@ class InProcessScene:
                 first, second = (skin.locate(chain, point, q) for chain in pair)
                 found.append(SkinContact((first, second), contact.force))
         return found
+
+    def object_touches(self) -> list[TouchPoint]:
+        """Contact points of the hand on the object. The patch of the skin of fingers, thumb and
+        palm grows with the cube root of the normal force (Hertz); the plate has none.
+        """
+        config, thing = self.simulation.config, self.simulation.object
+        if thing is None:
+            return []
+        table = self.simulation.friction
+        friction = config.friction_scale * table.pair(RUBBER_MATERIAL, thing.material)
+        return [
+            TouchPoint(
+                contact.first,
+                contact.segment,
+                contact.position,
+                tuple(-np.array(contact.normal)),
+                friction,
+                0.0 if contact.first == PALM_PLATE else SKIN_PATCH * contact.force ** (1.0 / 3.0),
+            )
+            for contact in self.simulation.object_contacts()
+            if contact.first in self.hand_bodies and contact.force > 0.0
+        ]
+
+    def adaptability(self) -> Adaptability:
+        """How the hand touches the object now; torques about the origin of the object's axes, over
+        half the diagonal of the box around it. Raises ValueError in a scene without object.
+        """
+        place, _ = self.simulation.object_pose()
+        thing = self.simulation.object
+        length = np.linalg.norm(thing.half_sizes) if thing else 0.0
+        return adaptability(self.object_touches(), place, float(length))
 
     def save(self) -> dict[str, Any]:
         """State of the simulation, to which `restart` goes back."""

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.in_process_scene import InProcessScene
+from grasp_strategies.judging.adaptability import Adaptability
 from grasp_strategies.judging.early_end import EarlyEnd, EmptyHandPath, looks_at_object
 from grasp_strategies.judging.failure import STAGE_HOLD, GraspWatch
 from grasp_strategies.judging.judge import GraspResult
@@ -272,7 +273,21 @@ def run_in_process(
     """Run a strategy with these of its options, until it is `decided`; the reason names channels at
     their limits. `watched`: `on_phase` and `abort` as the sequencer has them.
     """
-    result = Sequencer(scene, strategy, options=options, decided=decided, **watched).run()
+    on_phase, phase = watched.pop("on_phase", None), ""
+    held: Adaptability | None = None
+
+    def follow(name: str) -> None:
+        """Look at the contacts when the hold is over."""
+        nonlocal phase, held
+        if phase == strategy.success.hold_phase and scene.observe().touching:
+            held = scene.adaptability()
+        phase = name
+        if on_phase is not None:
+            on_phase(name)
+
+    run = Sequencer(scene, strategy, options=options, decided=decided, on_phase=follow, **watched)
+    result = run.run()
+    result = replace(result, contacts=held if result.gripped else None)
     if not scene.limited:
         return result
     limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"

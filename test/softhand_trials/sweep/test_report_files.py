@@ -54,6 +54,25 @@ def test_a_sweep_without_a_grid_has_a_report_without_maps(results, tmp_path):
     assert "## Maps" not in (tmp_path / "new/report.md").read_text()
 
 
+def test_a_report_has_the_means_of_the_contacts_of_what_was_held(tmp_path):
+    found = {"points": 12, "links": 6, "parts": 4, "area": 2e-4, "redundancy": 20, "margin": 0.1}
+    loose = {"points": 8, "links": 4, "parts": 3, "area": 1e-4, "redundancy": 10, "margin": 0.0}
+    records = [line("map/cup", 0, 0, k, contacts=c) for k, c in enumerate([found, loose, None])]
+    (tmp_path / "results.jsonl").write_text("".join(json.dumps(r) + "\n" for r in records))
+    write_report(tmp_path)
+    page = (tmp_path / "report.md").read_text()
+    assert "| map/cup | 10.0 | 5.0 | 3.5 | 1.5 | 15.0 | 0.50 | 0.050 |" in page
+    (group,) = json.loads((tmp_path / "report.json").read_text())["groups"]
+    assert group["contacts"]["links"] == 5.0 and group["contacts"]["force_closed"] == 0.5
+
+
+def test_a_report_on_lost_objects_has_no_contacts(results):
+    write_report(results)
+    assert "Contacts" not in (results / "report.md").read_text()
+    document = json.loads((results / "report.json").read_text())
+    assert all(group["contacts"] is None for group in document["groups"])
+
+
 def test_the_command_reports_a_folder_and_overwrites_only_when_asked(results, capsys):
     assert main(["report", str(results)]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(results / "maps.png")

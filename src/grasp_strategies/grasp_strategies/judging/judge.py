@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grasp_strategies.judging.adaptability import Adaptability
 from grasp_strategies.pose import Pose, angle_between, inverse
 from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Success
@@ -49,6 +50,8 @@ class GraspResult:
             the weight.
         phase, cause: phase and cause of a failure (see `failure`); empty for a success.
         failed_at: time [s] of the failure since the start; NaN for a success.
+        contacts: of a success, what its contacts are worth at the end of the hold; None where the
+            scene does not tell the contact points, as over ROS.
     """
 
     outcome: str
@@ -67,6 +70,7 @@ class GraspResult:
     phase: str = ""
     cause: str = ""
     failed_at: float = math.nan
+    contacts: Adaptability | None = None
 
     @property
     def gripped(self) -> bool:
@@ -88,12 +92,16 @@ class GraspResult:
         return replace(early, phase=phase, cause=cause, failed_at=self.duration) if cause else early
 
     def summary(self) -> dict[str, str]:
-        """All fields as texts; numbers in SI.
+        """All fields as texts, those of contacts as `contacts_links` etc. if there are any; numbers
+        in SI.
 
         >>> GraspResult.not_begun("no simulator").summary()["slip"]
         'nan'
         """
-        return {key: _text(value) for key, value in asdict(self).items()}
+        told = asdict(self)
+        contacts = told.pop("contacts") or {}
+        told |= {f"contacts_{key}": value for key, value in contacts.items()}
+        return {key: _text(value) for key, value in told.items()}
 
 
 def _text(value: object) -> str:

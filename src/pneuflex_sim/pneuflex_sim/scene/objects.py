@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.collision import COLLISION_MARGIN
@@ -26,6 +27,8 @@ from softhand_common.documents.yaml_document import (
     read_document,
 )
 from softhand_model.hand import plausible
+
+Array = NDArray[np.float64]
 
 OBJECT_FORMAT, OBJECTS_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
 MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML
@@ -97,6 +100,18 @@ class ObjectDescription:
             return x / 2, y / 2, max(thick, z) / 2
         radius = self.dimensions["diameter"] / 2
         return radius, radius, self.dimensions.get("length", 2 * radius) / 2
+
+    @property
+    def half_sizes(self) -> Array:
+        """Half the sides (3,) [m] of the box around the object along its own axes.
+
+        >>> load_objects()["cylinder"].half_sizes.tolist()
+        [0.0325, 0.0325, 0.0875]
+        """
+        if self.geometry.pieces:
+            corners = np.concatenate(self.geometry.pieces)
+            return np.asarray(0.5 * np.ptp(corners, axis=0))
+        return np.array(self.half_extents)
 
     @property
     def rest_height(self) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 from scipy.stats import binomtest
 
 from grasp_strategies.judging.judge import OUTCOME_GRIPPED
@@ -63,6 +64,17 @@ class Group:
     def failures(self) -> Counter[str]:
         """How many trials failed, by cause."""
         return Counter(_failure(r) for r in self.records if r.get("outcome") != OUTCOME_GRIPPED)
+
+    @property
+    def contacts(self) -> dict[str, float] | None:
+        """Of the successes that tell their contacts: the mean of each figure of `Adaptability`, and
+        the share that is force-closed [-]; None without any.
+        """
+        found = [record["contacts"] for record in self.records if record.get("contacts")]
+        if not found:
+            return None
+        means = {name: float(np.mean([each[name] for each in found])) for name in found[0]}
+        return means | {"force_closed": float(np.mean([each["margin"] > 0.0 for each in found]))}
 
     @cached_property
     def map(self) -> SuccessMap | None:

@@ -69,6 +69,9 @@ def page(
     rows += [_shares_row(group) for group in groups]
     names = ["sweep, object, variant", *(group.name for group in groups)]
     text = ["# Report of a sweep", _table(names, rows), f"![Shares of success]({SHARES})"]
+    if any(group.contacts for group in groups):
+        rows = [CONTACT_COLUMNS, *map(_contacts_row, groups)]
+        text += ["## Contacts of what is held", CONTACTS_TEXT, _table(names, rows)]
     if compared:
         rows = [("trials in all", *compared[0].engines, "same verdict", "differ, gripped in")]
         rows += map(_engines_row, compared)
@@ -81,6 +84,15 @@ def page(
     return "\n\n".join(text) + "\n"
 
 
+CONTACTS_TEXT = """Means over the successes, at the end of the hold: contact points (they depend on
+the engine), links and parts of the hand that touch, area of the skin's patches, redundancy of the
+forces, share that is force-closed, and the least wrench resisted for 1 N of normal forces (torque
+over half the object's diagonal)."""
+CONTACT_COLUMNS = (
+    *("points", "links", "parts", "area [cm2]"),
+    *("redundancy", "force-closed", "margin [-]"),
+)
+
 MAPS_TEXT = """Region: cells in which at least half of the jittered trials succeed. Its largest
 4-connected part as a share of it; its largest hole in cells; fuzziness: cells with a share between
 0.2 and 0.8 over the sides of its border."""
@@ -91,6 +103,15 @@ def _shares_row(group: Group) -> tuple[str, ...]:
     low, high = group.interval
     counts = str(len(group.records)), str(group.gripped), f"{group.share:.2f}"
     return (*counts, f"{low:.2f} to {high:.2f}", failures or "-")
+
+
+def _contacts_row(group: Group) -> tuple[str, ...]:
+    found = group.contacts
+    if found is None:
+        return ("-",) * len(CONTACT_COLUMNS)
+    counts = (found["points"], found["links"], found["parts"], 1e4 * found["area"])
+    told = [f"{value:.1f}" for value in (*counts, found["redundancy"])]
+    return (*told, f"{found['force_closed']:.2f}", f"{found['margin']:.3f}")
 
 
 def _engines_row(found: Agreement) -> tuple[str, ...]:
@@ -135,6 +156,7 @@ def document(groups: Sequence[Group], records: Sequence[Record]) -> dict[str, An
                 "share": group.share,
                 "interval": group.interval,
                 "failures": dict(group.failures.most_common()),
+                "contacts": group.contacts,
                 "map": None if group.map is None else _map_data(group.map),
             }
             for group in groups
