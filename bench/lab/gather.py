@@ -22,7 +22,7 @@ from bench.lab.store import OUT, revision_of_the_code
 from bench.lab.work import Job, finished
 
 LINES = OUT / "calibration.jsonl"
-FIRST_SEED, ROUNDS = 600, 20
+FIRST_SEED, ROUNDS = 640, 20
 LEFT_OUT = ("plan",)  # rows that are no single verdict
 
 

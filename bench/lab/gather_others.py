@@ -1,7 +1,8 @@
 """Gather verdicts on sets of the second author: `python -m bench.lab.gather_others`.
 
 As `bench.lab.gather`, into the same lines: sets with a hidden effect, with slips and with faults in
-their series, kinds in turn. Even seeds are for the fit, odd ones to show it.
+their series, kinds in turn, each with seeds that follow one another, as slips and faults come in
+turn. Even seeds are for the fit, odd ones to show it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import argparse
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +23,23 @@ from bench.lab.store import revision_of_the_code
 from bench.second_author.__main__ import MAKERS
 from bench.second_author.score import score
 
-FIRST_SEED = 3000
-TURN = ("forms", "forms", "slips", "forms", "series")  # kinds in turn
+FIRST_SEED = 30000  # beyond all that a rule was tried or a figure was told on
+TURN = ("forms", "slips", "forms", "slips", "series")  # kinds in turn
+
+
+def sets_of(count: int) -> list[tuple[str, int]]:
+    """Kind and seed of so many sets.
+
+    >>> sets_of(3)
+    [('forms', 30000), ('slips', 30000), ('forms', 30001)]
+    """
+    made = Counter[str]()
+    sets = []
+    for number in range(count):
+        kind = TURN[number % len(TURN)]
+        sets.append((kind, FIRST_SEED + made[kind]))
+        made[kind] += 1
+    return sets
 
 
 def record_of(kind: str, seed: int, revision: str) -> dict[str, Any]:
@@ -40,6 +57,7 @@ def record_of(kind: str, seed: int, revision: str) -> dict[str, Any]:
             return record | {"error": str(reason)}
     answer = {name: said[name] for name in ("effects", "tied", "guess", "confidence", "evidence")}
     answer["verdict"] = said.get("verdict_mended") or said["verdict"]
+    answer |= {name: len(said.get(name, ())) for name in ("slips", "events")}
     found = score(truth, said)
     about = {"label": truth.label, "said": found.said, "outcome": found.outcome}
     return (
@@ -65,8 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
     until = time.monotonic() + 60 * chose.minutes
     revision = revision_of_the_code()
     known = {key for key, one in read(chose.lines).items() if one["revision"] == revision}
-    for number in range(chose.sets):
-        kind, seed = TURN[number % len(TURN)], FIRST_SEED + number
+    for kind, seed in sets_of(chose.sets):
         if time.monotonic() > until:
             print("bench.lab.gather_others: time is over; run it again to go on", flush=True)
             break
