@@ -39,18 +39,20 @@ FORMAT = "softhand-confidence/1"
 OUT = Path(confidence.__file__).with_name(confidence.FILE)
 FIGURE = Path("docs/figures/confidence.png")
 # Numbers of the evidence with the sign that the weight of each may have, 0 for either: the more
-# error is left, the less sure is a verdict that the data are explained.
+# error is left, the less sure is a verdict that the data are explained; what a calibration on its
+# bound or an error as large as the outputs may be, is a slip that was not found.
 TERMS: dict[str, dict[str, int]] = {
     "effects_missing": {
         "after": -1, "left": -1, "margin": 1, "lead": 1, "known": 1, "unusual": -1, "black_box": 1,
-        "effects": -1, "ties": 0, "folds": 1, "repeats": 1,
+        "effects": -1, "ties": 0, "folds": 1, "repeats": 1, "at_bound": -1, "size": -1,
     },
     "adequate": {
         "before": -1, "proof": -1, "single": 0, "black_box_floor": 0, "folds": 1, "repeats": 1,
+        "base_at_bound": -1,
     },
     "unexplained": {
         "before": 1, "after": 1, "single": 1, "black_box_floor": 0, "proven": 0, "folds": 1,
-        "repeats": 1,
+        "repeats": 1, "base_at_bound": -1, "size": -1,
     },
 }  # fmt: skip
 RIDGES = (0.3, 1.0, 3.0, 10.0, 30.0)

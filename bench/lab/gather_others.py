@@ -1,8 +1,12 @@
-"""Gather verdicts on sets of the second author: `python -m bench.lab.gather_others`.
+"""Gather verdicts on sets by others than `bench.hidden`: `python -m bench.lab.gather_others`.
 
-As `bench.lab.gather`, into the same lines: sets with a hidden effect, with slips and with faults in
-their series, kinds in turn, each with seeds that follow one another, as slips and faults come in
-turn. Even seeds are for the fit, odd ones to show it.
+As `bench.lab.gather`, into the same lines. The second author's sets with a hidden effect, with
+slips and with faults in their series come in turn, each kind with seeds that follow one another;
+even seeds are for the fit, odd ones to show it. `--real`: measurements and parts of them
+(`bench.lab.real`), every other set for the fit. What is right there, by SOURCES.md of the
+measurements and the contract of the lab: of rubber and silicone a law of rubber for each named
+effect, or `unexplained` where such a law helps most; of an actuator of another make that snaps,
+`unexplained`.
 """
 
 from __future__ import annotations
@@ -12,19 +16,24 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from bench.kept import append, read
 from bench.lab.adapter import diagnosis_of
 from bench.lab.gather import LINES
-from bench.lab.scoring import SECOND_AUTHOR
+from bench.lab.real import model_of, pieces, sets
+from bench.lab.scoring import SECOND_AUTHOR, groups
 from bench.lab.store import revision_of_the_code
 from bench.second_author.__main__ import MAKERS
 from bench.second_author.score import score
+from model_lab.diagnosis.diagnose import diagnose
 
 FIRST_SEED = 30000  # beyond all that a rule was tried or a figure was told on
 TURN = ("forms", "slips", "forms", "slips", "series")  # kinds in turn
+FURTHER_LAWS = {"yeoh_third_order", "arruda_boyce", "ogden", "mooney_rivlin", "second_invariant"}
+RUBBER_LAWS = {"gent_stiffening", "yeoh_stiffening"} | FURTHER_LAWS
 
 
 def sets_of(count: int) -> list[tuple[str, int]]:
@@ -55,9 +64,7 @@ def record_of(kind: str, seed: int, revision: str) -> dict[str, Any]:
             said = diagnosis_of(Path(folder), 0)
         except ValueError as reason:
             return record | {"error": str(reason)}
-    answer = {name: said[name] for name in ("effects", "tied", "guess", "confidence", "evidence")}
-    answer["verdict"] = said.get("verdict_mended") or said["verdict"]
-    answer |= {name: len(said.get(name, ())) for name in ("slips", "events")}
+    answer = _kept(said)
     found = score(truth, said)
     about = {"label": truth.label, "said": found.said, "outcome": found.outcome}
     return (
@@ -71,6 +78,38 @@ def record_of(kind: str, seed: int, revision: str) -> dict[str, Any]:
     )
 
 
+def _kept(said: dict[str, Any]) -> dict[str, Any]:
+    answer = {name: said[name] for name in ("effects", "tied", "guess", "confidence", "evidence")}
+    answer["verdict"] = said.get("verdict_mended") or said["verdict"]
+    return answer | {name: len(said.get(name, ())) for name in ("slips", "events")}
+
+
+def records_of_measurements(revision: str) -> Iterator[dict[str, Any]]:
+    """The same of measurements and parts of them."""
+    for number, (name, data) in enumerate(sets().items()):
+        for part, piece in [("whole", data), *pieces(data)]:
+            said = diagnose(piece, model_of(piece)[1]).diagnosis.as_json()
+            yield {
+                "key": f"real|{name}: {part}",
+                "row": "real",
+                "experiment": said["experiment"],
+                "seed": number,
+                "revision": revision,
+                "right": right_of_measurements(name, said),
+                "answer": _kept(said),
+            }
+
+
+def right_of_measurements(name: str, said: dict[str, Any]) -> bool:
+    """Whether a diagnosis of a measured set says what is known of it."""
+    if not name.startswith(("rubber", "silicone")):
+        return bool(said["verdict"] == "unexplained")
+    if said["verdict"] == "unexplained":
+        helps = said["unexplained"]["helps"]
+        return bool(helps) and helps[0]["name"] in RUBBER_LAWS
+    return bool(said["effects"]) and all(group & RUBBER_LAWS for group in groups(said))
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Gather for some minutes."""
     parser = argparse.ArgumentParser(
@@ -78,10 +117,15 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--sets", type=int, default=300, help="so many in all")
+    parser.add_argument("--real", action="store_true", help="measurements instead")
     parser.add_argument("--lines", type=Path, default=LINES)
     chose = parser.parse_args(arguments)
     until = time.monotonic() + 60 * chose.minutes
     revision = revision_of_the_code()
+    if chose.real:
+        for record in records_of_measurements(revision):
+            append(record, chose.lines)
+        return 0
     known = {key for key, one in read(chose.lines).items() if one["revision"] == revision}
     for kind, seed in sets_of(chose.sets):
         if time.monotonic() > until:

@@ -29,9 +29,9 @@ def right(record: Record) -> bool:
 
     Catalogue and pairs: just the hidden effects, each in its own group of at most three names.
     Other form: the family is named and at most one effect besides. One rate: one group with all
-    loops. A set of the second author is judged where it is made.
+    loops. A set by others is judged where it is gathered.
     """
-    if record["row"].startswith(SECOND_AUTHOR):
+    if "expected" not in record:
         return bool(record["right"])
     answer, expected = record.get("answer"), record["expected"]
     if answer is None or answer["verdict"] != expected["verdict"]:

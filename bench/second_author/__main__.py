@@ -8,9 +8,12 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from . import generator, series_faults, slip_sets
-from .score import Score, calibration_error, diagnose, score
+from bench.lab.reliability import calibration_error, error_by_chance, error_interval
 
+from . import generator, series_faults, slip_sets
+from .score import BINS, Score, diagnose, score, stated
+
+LEVEL = 0.95
 MAKERS = {"forms": generator.make, "series": series_faults.make, "slips": slip_sets.make}
 OUTCOMES = {
     "right": "right",
@@ -68,7 +71,15 @@ def _report(kind: str, scores: list[Score]) -> None:
         _row("slip and effect named", [s.outcome == "right" for s in both], ">= 75 %")
     _row("slip told where none is", [s.false_alarm for s in clean], "<= 1 %")
     _row("intervals that hold the truth", [held for s in scores for held in s.held], ">= 90 %")
-    print(f"  {'calibration error':32s} {100 * calibration_error(scores):7.0f} %   target <= 5 %\n")
+    said, right = stated(scores)
+    error, (low, high) = calibration_error(said, right, BINS), error_interval(said, right, BINS)
+    chance, most = error_by_chance(said, BINS), error_by_chance(said, BINS, LEVEL)
+    print(
+        f"  {'calibration error':32s} {len(said):10d} {100 * error:7.1f} %   target <= 5 %; 95 % "
+        f"interval {100 * low:.1f} to {100 * high:.1f}\n"
+        f"  {'  if the confidence held exactly':43s} {100 * chance:7.1f} %   in 19 of 20 times "
+        f"<= {100 * most:.1f} %; {len(scores) - len(said)} without one\n"
+    )
 
 
 def _row(words: str, hits: list[bool], target: str) -> None:

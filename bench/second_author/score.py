@@ -6,7 +6,6 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ COMMAND = "import sys; from model_lab.cli.main import main; sys.exit(main())"
 TIME_LIMIT = 900  # [s] for a diagnosis
 DRIFTS = {"ageing", "sensor_drift"}
 UNIT_TOLERANCE = 0.05
-BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
+BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0)  # of the confidence
 
 
 @dataclass(frozen=True)
@@ -177,14 +176,8 @@ def _said(answer: dict) -> str:
     return f"{answer['verdict']}: {told}" if told else answer["verdict"]
 
 
-def calibration_error(scores: list[Score]) -> float:
-    """Mean distance of confidence and share right, over bins of the confidence; NaN if none."""
+def stated(scores: list[Score]) -> tuple[np.ndarray, np.ndarray]:
+    """Confidences that were stated, and whether each verdict is right."""
     given = [s for s in scores if np.isfinite(s.confidence)]
-    confidence = np.array([s.confidence for s in given])
-    right = np.array([s.outcome == "right" for s in given], float)
-    total = 0.0
-    for low, high in pairwise(BINS):
-        inside = (confidence >= low) & (confidence < high)
-        if inside.any():
-            total += inside.sum() * abs(confidence[inside].mean() - right[inside].mean())
-    return total / len(given) if given else float("nan")
+    said = np.array([s.confidence for s in given], float)
+    return said, np.array([s.outcome == "right" for s in given], bool)

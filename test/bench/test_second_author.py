@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.lab.reliability import calibration_error
 from bench.second_author import generator, physics, pulses, rig, score, series_faults, slip_sets
 from bench.second_author.physics import Finger
 from bench.second_author.truth import Truth
@@ -263,7 +264,10 @@ def test_an_interval_that_misses_the_truth_does_not_hold_it():
     assert score.score(far, given).held == (False,)
 
 
-def test_calibration_error_of_nine_tenths_right_said_as_one_half():
+def test_stated_confidences_stand_beside_what_is_right():
     right = score.score(GENT, answer("effects_missing", "gent_stiffening", confidence=0.6))
-    wrong = score.score(GENT, answer("adequate", confidence=0.6))
-    assert score.calibration_error([right] * 9 + [wrong]) == pytest.approx(0.3)
+    wrong = score.score(GENT, answer("adequate", confidence=0.7))
+    none = score.score(GENT, answer("adequate", confidence=None))
+    said, fine = score.stated([right, wrong, none])
+    assert said.tolist() == [0.6, 0.7] and fine.tolist() == [True, False]
+    assert calibration_error([0.6] * 10, [True] * 9 + [False], score.BINS) == pytest.approx(0.3)

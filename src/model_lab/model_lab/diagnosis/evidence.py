@@ -9,6 +9,7 @@ import numpy as np
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.criteria import error_of, share_left
 from model_lab.diagnosis.forward_selection import criterion
+from model_lab.diagnosis.result import calibration_at_bound
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.problem import FitProblem
@@ -31,8 +32,10 @@ def evidence_of(
     rival, best = _rival(selection), black_boxes[0].rmse if black_boxes else base.held_out.rmse
     table = problem.data.table
     fold_ratio = final.held_out.mean_square / np.maximum(base.held_out.mean_square, 1e-300)
+    size = float(np.sqrt(np.mean(problem.data.table.value**2)))
     found = {
         "before": _log(error_of(problem, base), floor),
+        "size": _log(error_of(problem, base), size),
         "after": _log(error_of(problem, final), floor),
         "left": 1.0 if final is base else share_left(problem, final, base),
         "effects": len(final.effects) - len(base.effects),
@@ -55,6 +58,8 @@ def evidence_of(
         "by_protocols": float(table.holdout == WHOLE_PROTOCOLS),
         "repeats": float(problem.floor.gain_known),
         "notices": float(notices),
+        "base_at_bound": float(bool(calibration_at_bound(base))),
+        "at_bound": float(bool(calibration_at_bound(final))),
     }
     return {name: round(float(value), DIGITS) for name, value in found.items()}
 
