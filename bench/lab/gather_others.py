@@ -105,7 +105,7 @@ def right_of_measurements(name: str, said: dict[str, Any]) -> bool:
     if not name.startswith(("rubber", "silicone")):
         return bool(said["verdict"] == "unexplained")
     if said["verdict"] == "unexplained":
-        helps = said["unexplained"]["helps"]
+        helps = said["helps"]
         return bool(helps) and helps[0]["name"] in RUBBER_LAWS
     return bool(said["effects"]) and all(group & RUBBER_LAWS for group in groups(said))
 

@@ -50,6 +50,12 @@ class Rules:
     fewest_folds: int = _rule(
         3, "folds below which the error of the fit counts, not the held-out one", neutral=0
     )
+    beyond_inputs: float = _rule(
+        1.1,
+        "largest input of a fold over that of the others, of few, up to which it must be predicted",
+        BY_HAND,
+        neutral=inf,
+    )
     material_error: float = _rule(
         1.12, "error over floor from which an effect may be missing", neutral=1.0
     )
@@ -234,6 +240,9 @@ class Rules:
         1.25,
         "error without a slip over that of the set as stated, up to which an effect is tried",
         SLIP_EFFECT_SEEDS,
+    )
+    longest_step: float = _rule(
+        0.79, "step of an angle between samples that is none of a whole turn", BY_HAND, unit="rad"
     )
     slip_noise: float = _rule(
         0.5, "noise floor over the spread of the outputs from which no slip is told", BY_HAND

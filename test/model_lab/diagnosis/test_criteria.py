@@ -144,6 +144,23 @@ def test_of_two_folds_what_is_held_out_must_be_predicted_too(held_out, answer):
     assert verdict(said, [GENT], base, folds=2) == answer
 
 
+@pytest.mark.parametrize(("further", "answer"), [(1.05, UNEXPLAINED), (1.2, MISSING)])
+def test_of_two_folds_one_beyond_the_inputs_of_the_other_need_not_be_predicted(further, answer):
+    problem = made_up_problem(level=FLOOR, dof=EXACT, folds=2)
+    data, table = problem.data, problem.data.table
+    beyond_it = {int(run) for run in np.unique(table.run[table.fold == 1])}
+    ramp = further * data.driving(data.runs[0])
+    runs = tuple(
+        replace(run, columns={**run.columns, "pressure": ramp}) if index in beyond_it else run
+        for index, run in enumerate(data.runs)
+    )
+    problem = replace(problem, data=replace(data, runs=runs))
+    base, final = model(problem, (), Said(8.0)), model(problem, [GENT], Said(1.2))
+    residual = np.where(table.fold == 1, 8.0 * FLOOR, final.held_out.residual)
+    final = replace(final, held_out=replace(final.held_out, residual=residual))
+    assert verdict_of(problem, base, final, []) == answer
+
+
 def test_of_two_folds_effects_must_remove_half_of_what_is_held_out():
     base = Said(5.0, fitted=5.0)
     assert verdict(Said(2.5, fitted=1.2), [GENT], base, folds=2) == MISSING

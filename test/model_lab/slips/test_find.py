@@ -17,7 +17,7 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
-from model_lab.slips.find import find_slips
+from model_lab.slips.find import _jumps, find_slips
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -270,6 +270,32 @@ def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):
     """
     slip_sets.make(719, tmp_path)
     assert find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips == ()
+
+
+@pytest.mark.parametrize(
+    ("seed", "name"),
+    [
+        (937, "complement"),  # of two protocols one ends below the onset of ballooning
+        (939, "chord"),  # viscoelasticity and a thick wall do as well, at the end of the modulus
+        (1030, "wrapped"),  # hysteresis beside it
+    ],
+)
+def test_a_slip_is_found_beside_what_two_protocols_hardly_show(seed, name, tmp_path):
+    truth = slip_sets.make(seed, tmp_path)
+    assert truth.slip == name and truth.effects
+    (slip,) = find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips
+    assert slip.name == name
+
+
+def test_an_angle_jumps_if_it_stays_within_a_turn_and_runs_on_without_the_jumps():
+    angle = np.linspace(0.0, 4.0, 60)
+    wrapped = (angle + np.pi) % (2.0 * np.pi) - np.pi
+    assert _jumps(wrapped) and not _jumps(angle)
+    assert not _jumps(np.where(angle > 2.0, angle + 2.5, angle))  # it snaps through
+    assert not _jumps(5.9 * (angle > 2.0) + 3.0 * (angle > 3.0))  # and once more
+    coarse = wrapped.copy()
+    coarse[:2] -= [0.0, 1.5]  # a step that is neither
+    assert not _jumps(coarse)
 
 
 def test_the_unit_is_told_beside_which_an_effect_explains(tmp_path):

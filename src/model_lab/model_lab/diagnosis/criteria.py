@@ -171,13 +171,26 @@ def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -
 
 
 def _predicts(problem: FitProblem, after: Scored, before: Scored) -> bool:
-    """Whether effects lower the held-out error too, though it is extrapolated: a drift fitted to a
-    slip in one of two runs does not predict the other run.
+    """Whether effects lower the held-out error too: a drift fitted to a slip in one of two runs
+    does not predict the other run. Folds beyond the inputs of the others tell nothing of that.
     """
-    rules, floor = problem.rules, problem.floor.total
-    rest, whole = (_beyond(scored.held_out.rmse, floor) for scored in (after, before))
-    removed = rest <= (1.0 - rules.removed_share) * whole
-    return removed and after.held_out.rmse <= rules.most_explained_error * floor
+    rules, floor, inside = problem.rules, problem.floor.total, _inside(problem)
+    error, error_before = (
+        float(np.sqrt(np.mean(scored.held_out.residual[inside] ** 2))) for scored in (after, before)
+    )
+    removed = _beyond(error, floor) <= (1.0 - rules.removed_share) * _beyond(error_before, floor)
+    return removed and error <= rules.most_explained_error * floor
+
+
+def _inside(problem: FitProblem) -> Mask:
+    """Samples (samples,) of folds whose inputs go hardly beyond those of the others: what begins
+    beyond these, such as ballooning, no fit to the others knows.
+    """
+    data, table = problem.data, problem.data.table
+    size = np.abs(np.concatenate([data.driving(run) for run in data.runs]))[table.row]
+    largest = np.array([size[table.fold == fold].max() for fold in range(len(table.folds))])
+    others = np.array([np.delete(largest, fold).max() for fold in range(len(largest))])
+    return np.asarray((largest <= problem.rules.beyond_inputs * others)[table.fold])
 
 
 def _of_another_form(

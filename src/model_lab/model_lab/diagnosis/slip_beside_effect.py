@@ -15,6 +15,7 @@ import numpy as np
 
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.criteria import error_of
+from model_lab.diagnosis.result import calibration_at_bound
 from model_lab.diagnosis.search import Scored, score_all, score_base
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.problem import FitProblem, pose_problem
@@ -22,7 +23,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
 from model_lab.slips.columns import Candidate
-from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, nearest
+from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, jumping_angle, nearest
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect
@@ -57,13 +58,19 @@ class _Searched:
         """Least relative error with a likely effect or none."""
         return min(map(self.relative, (self.base, *self.likely)))
 
+    def error(self, scored: Scored) -> float:
+        """Error as in the verdict: of two protocols one may end before an effect begins, and then
+        tells nothing of the other, so the error of the fit counts.
+        """
+        return error_of(self.problem, scored)
+
     def relative(self, scored: Scored) -> float:
-        """Held-out error over the size of the outputs, which no unit of them changes."""
-        return scored.held_out.rmse / self.size if self.size > 0.0 else np.inf
+        """Error over the size of the outputs, which no unit of them changes."""
+        return self.error(scored) / self.size if self.size > 0.0 else np.inf
 
     def explains(self, scored: Scored, most: float = RULES.explained_error) -> bool:
         """Whether an error is within a multiple of the floor."""
-        return scored.held_out.rmse <= most * self.problem.floor.total
+        return self.error(scored) <= most * self.problem.floor.total
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,15 @@ def find_all_slips(
 
     Raises ValueError for data that the model cannot use.
     """
+    jump = None if data.doubts else jumping_angle(data, model)
+    if jump is not None:  # that is a slip whatever else is missing
+        slip, mended, error = jump
+        rest = find_all_slips(mended, model, classes, tell)
+        return replace(
+            rest,
+            slips=(slip, *rest.slips),
+            relative_error=rest.relative_error if rest.slips else error,
+        )
     checked = find_slips(data, model, tell)
     if data.doubts or (checked.slips and _is_explained(checked.data, model, classes)):
         return checked
@@ -115,7 +131,7 @@ def find_slip_beside_effect(
     every = FITTED_OF_HAND if data.of_hand else 0
     for limit in (FITTED_EFFECTS, every):
         stated = _with_effects(stated, model, limit)
-        if any(_fits_as_stated(stated, scored) for scored in stated.likely):
+        if any(map(stated.explains, stated.likely)):
             return Checked(data)
     found = list(_explained(data, model, classes, stated, every))
     if not found:
@@ -140,8 +156,8 @@ def _slip(found: _Found, stated: _Searched) -> Slip:
         candidate.column,
         candidate.said,
         candidate.fits,
-        stated.base.held_out.rmse,
-        after.held_out.rmse,
+        stated.error(stated.base),
+        found.searched.error(after),
         candidate.mend,
         beside=after.added,
     )
@@ -184,21 +200,15 @@ def _tells(stated: _Searched, mended: _Searched, effect: Scored) -> bool:
     return share <= RULES.slip_share and mended.explains(effect, RULES.most_explained_error)
 
 
-def _fits_as_stated(stated: _Searched, scored: Scored) -> bool:
-    """Whether an effect explains a set as stated. Of two protocols one may end before the effect
-    begins, and then tells nothing of the other: the error of the fit counts, as in the verdict.
-    """
-    most = RULES.explained_error * stated.problem.floor.total
-    return error_of(stated.problem, scored) <= most
-
-
 def _is_usual(scored: Scored) -> bool:
     return scored.plausible and scored.unusual < RULES.tie_unusual
 
 
 # ---------------------------------------------------------------------- without a slip
 def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored]:
-    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do."""
+    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do, and
+    need no modulus at the end of what is usual.
+    """
     problem, names = stated.problem, _names(stated.problem, model)
     pairs = [
         scored
@@ -206,11 +216,11 @@ def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored
         for scored in score_all(
             problem, first, [n for n in names if n not in first.effects], limit=SECOND_EFFECTS
         )
-        if isinstance(scored, Scored) and _is_usual(scored)
+        if isinstance(scored, Scored) and _is_usual(scored) and not calibration_at_bound(scored)
     ]
     as_good = [pair for pair in pairs if stated.relative(pair) <= RULES.slip_alike * error]
     distinct = {frozenset(pair.effects): pair for pair in as_good}
-    return sorted(distinct.values(), key=lambda pair: pair.held_out.rmse)
+    return sorted(distinct.values(), key=stated.error)
 
 
 def _is_gain(problem: FitProblem, pair: Scored) -> bool:
@@ -240,7 +250,7 @@ def _with_effects(searched: _Searched, model: Model, limit: int = 0) -> _Searche
     problem, base = searched.problem, searched.base
     tried = score_all(problem, base, _names(problem, model), limit=limit)
     scored = [one for one in tried if isinstance(one, Scored)]
-    scored.sort(key=lambda one: one.held_out.rmse)
+    scored.sort(key=searched.error)
     return _Searched(problem, base, tuple(scored), searched.size)
 
 

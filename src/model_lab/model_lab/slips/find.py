@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model_lab.aliases import Tell, tell_nobody
+from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.experiments.forward import USUAL_MODULUS_SCALES, Forward
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
@@ -31,6 +31,7 @@ from softhand_model.model_file import Model
 SLIP_SAMPLES = 40  # that are compared
 PREDICTED_SAMPLES = 15  # of a run, of those that are predicted only
 PRESSURE_SIGN = ("sign", "pressure")  # the only slip by which pressures are below the air's
+TURN_OF_ANGLE = 2.0 * np.pi  # [rad] by which a wrapped angle jumps
 FITTED = 6  # slips that are fitted: those whose predictions come nearest
 LIKE_WEAKNESS = ("chord",)  # slips that look like an effect of another size
 
@@ -99,6 +100,9 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     """
     if data.doubts:
         return _possible_reading(data, model)
+    jump = jumping_angle(data, model)
+    if jump is not None:
+        return jump
     before = score(data, model)
     scatters = before.floor > RULES.slip_noise * float(np.std(data.table.value))
     if before.explains or scatters or dead_readings(data):
@@ -113,6 +117,29 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
         return None
     slip, mended, error = _told(candidate, before.rmse, after)
     return replace(slip, alike=tuple(_words(other) for other, _ in others)), mended, error
+
+
+def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of a tip angle that jumps by about 360 deg from one sample to the next and runs on
+    without the jumps, whatever the model leaves; None if it does not, or fits no better so.
+    """
+    if not any(_jumps(run.columns["tip_angle"]) for run in data.runs if "tip_angle" in run.columns):
+        return None
+    wrapped = next((one for one in candidates(data) if one.name == "wrapped"), None)
+    if wrapped is None:
+        return None
+    before, after = score(data, model), score(wrapped.mended, model)
+    return _told(wrapped, before.rmse, after) if after.relative < before.relative else None
+
+
+def _jumps(angle: Array) -> bool:
+    """Whether an angle [rad] of a run (samples,) stays within a turn, and all its steps are either
+    short or nearly a whole turn.
+    """
+    steps = np.abs(np.diff(angle))
+    jumps = steps > TURN_OF_ANGLE - RULES.longest_step
+    within = np.ptp(angle) < TURN_OF_ANGLE + RULES.longest_step
+    return bool(within and jumps.any() and np.all(steps[~jumps] < RULES.longest_step))
 
 
 def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
