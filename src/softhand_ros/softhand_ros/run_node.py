@@ -76,6 +76,8 @@ def run_node(
         node = make()
         if isinstance(node, Node):
             refuse_time_before_zero(node)
+        gc.collect()
+        gc.freeze()  # what there is now stays: later collections need not look through it
         ending.begin_serving(closing_time(node))
         serve(node, ending.stop)
     except failures as error:

@@ -117,9 +117,12 @@ def test_the_simulation_stands_where_a_commander_is_until_it_goes_on_or_leaves(n
     tell(1.025)
     assert not commanders.hold(1.015)
     tell(1.017, "another")
-    assert commanders.hold(1.018)
+    assert not commanders.hold(1.024)  # who joins is heard where the first one stops
+    assert commanders.hold(1.025)
+    tell(1.035)
+    assert commanders.hold(1.025)  # the other one has not gone on
     tell(0.0, "another")
-    assert not commanders.hold(1.018)
+    assert not commanders.hold(1.025)
     time.sleep(PEER_MEMORY)
     assert not commanders.hold(9.0)  # who is silent is forgotten
 

@@ -35,6 +35,7 @@ from pneuflex_sim.hand.palm_pad import PalmPad, create_plate
 from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.world import World
+from softhand_common.numerics.compiled import compiled
 from softhand_model.dynamics.joint_springs import Joints, look_at_joints, nothing_before
 from softhand_model.effects.load import STANDARD_GRAVITY
 
@@ -120,6 +121,7 @@ class HandBodies:
         self.rotations = np.zeros_like(self.v)
         before = nothing_before(len(self.v), len(self.ids))
         self.torque, self._calm_steps = before.torque, np.zeros(len(self.ids), int)
+        self._pressing, self._chain_ends = np.zeros(len(self.ids), bool), np.cumsum(counts)
         hand = HandArrays(
             layout.links(world.step_size),
             layout.springs(),
@@ -282,11 +284,8 @@ class HandBodies:
         """Which chains press on something or are fast, or did so a short time ago."""
         points = pybullet.getContactPoints(physicsClientId=self.world.client)
         pressing = {body for point in points if point[9] > 0.0 for body in point[1:3]}
-        self._calm_steps += 1
-        for chain, (base, body) in enumerate(zip(self.ids, self.layout.bodies, strict=True)):
-            if base in pressing or np.abs(self.v[body.joints]).max() > CALM_SPEED:
-                self._calm_steps[chain] = 0
-        self._heavy[:] = self._calm_steps < CALM_STEPS
+        self._pressing[:] = [base in pressing for base in self.ids]
+        count_calm_steps(self.v, self._chain_ends, self._pressing, self._calm_steps, self._heavy)
 
     def _diverged(self, fastest: float) -> str:
         """Message about a joint that stays fast; a blow may make one fast for an instant."""
@@ -327,3 +326,28 @@ class HandBodies:
             self.bases.push()
         self._first = False
         self._states.push(self.torque)
+
+
+@compiled
+def count_calm_steps(
+    v: Array,
+    ends: NDArray[np.int64],
+    pressing: NDArray[np.bool_],
+    calm_steps: NDArray[np.int64],
+    heavy: NDArray[np.bool_],
+) -> None:
+    """Count the steps (chains,) since each chain was pressing (chains,) or fast, and mark those
+    with less than CALM_STEPS as heavy (chains,).
+
+    `v` (n, 3) [rad/s] are the velocities of the joints; those of a chain end before `ends`
+    (chains,).
+    """
+    first = 0
+    for chain in range(len(ends)):
+        stirred = pressing[chain]
+        for joint in range(first, ends[chain]):
+            for axis in range(3):
+                stirred |= abs(v[joint, axis]) > CALM_SPEED
+        calm_steps[chain] = 0 if stirred else calm_steps[chain] + 1
+        heavy[chain] = calm_steps[chain] < CALM_STEPS
+        first = ends[chain]

@@ -48,10 +48,10 @@ class CommandTopics:
         for topic in self._topics:
             topic.forget()
 
-    def obey(self, now: float) -> None:
-        """Receive messages, and apply those that take effect until `now` [s]."""
+    def obey(self, now: float, look: bool = True) -> None:
+        """Receive messages, if `look`, and apply those that take effect until `now` [s]."""
         for topic in self._topics:
-            topic.obey(now)
+            topic.obey(now, look)
 
     def _move_wrist(self, message: PoseStamped) -> None:
         _check_frame(message.header.frame_id, ("", WORLD))

@@ -36,25 +36,35 @@ class Commanders:
     def __init__(self, node: Node, awaited: bool) -> None:
         self._peers = ClockPeers(node, COMMANDED_UNTIL)
         self._awaited, self._heard = awaited, False
+        self._until = 0  # earliest time until which a node has commanded, 0 without one [ns]
         self.restart()
 
     def restart(self) -> None:
         """Forget all commanders: the simulation is back at its start."""
         self._peers.receive()
         self._peers.forget()
-        self.awaited = self._awaited
+        self.awaited, self._until = self._awaited, 0
+
+    @property
+    def commanding(self) -> bool:
+        """Whether a node commands at present."""
+        return self._until > 0
 
     def hold(self, now: float, timeout: float = 0.0) -> bool:
         """Whether the simulation must stand at its time `now` [s], after waiting up to `timeout`
-        [s] of wall time for messages of the commanders.
+        [s] of wall time for messages of the commanders. Before the time until which all have
+        commanded, nothing is looked for: what they send meanwhile takes effect later.
         """
+        instant = round(now * SECOND_NS)
+        if self._until > instant:
+            return False
         end = time.monotonic() + timeout
-        self._heard |= self._peers.receive()
-        while held := self._holds(round(now * SECOND_NS)):
+        self._receive()
+        while held := self.awaited or 0 < self._until <= instant:
             left = end - time.monotonic()
             if left <= 0:
                 break
-            self._heard |= self._peers.receive(left)
+            self._receive(left)
         return held
 
     def heard(self) -> bool:
@@ -64,11 +74,10 @@ class Commanders:
         heard, self._heard = self._heard, False
         return heard
 
-    def _holds(self, now: int) -> bool:
-        until = [stamp for stamp in self._peers.times() if stamp]
-        if until:
-            self.awaited = False
-        return self.awaited or any(stamp <= now for stamp in until)
+    def _receive(self, timeout: float = 0.0) -> None:
+        self._heard |= self._peers.receive(timeout)
+        self._until = min((stamp for stamp in self._peers.times() if stamp > 0), default=0)
+        self.awaited &= not self._until
 
 
 class StampedCommands:
@@ -100,10 +109,10 @@ class StampedCommands:
         """Drop the commands whose time has not come."""
         self._waiting.clear()
 
-    def obey(self, now: float) -> None:
-        """Receive messages, and apply those that take effect until `now` [s]."""
+    def obey(self, now: float, look: bool = True) -> None:
+        """Receive messages, if `look`, and apply those that take effect until `now` [s]."""
         instant = round(now * SECOND_NS)
-        for _ in range(MAX_COMMANDS_AT_ONCE):
+        for _ in range(MAX_COMMANDS_AT_ONCE if look else 0):
             message = self._inbox.take()
             if message is None:
                 break

@@ -239,14 +239,15 @@ class HandSim(Node):
         """
         simulation = self.simulation
         before = simulation.time
-        self.command_topics.obey(before)
+        heard, paced = self.commanders.heard(), self.lockstep and self.commanders.commanding
+        self.command_topics.obey(before, heard or not paced)
         self._send_sensors()
         stale = self.watch.silent(before)
         valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
         wait = self.lockstep and not stale
-        self.driver.await_answer(wait, not wait or self.commanders.heard())
+        self.driver.await_answer(wait, heard or not wait)
         self._executor.serve(SERVE_SLICE)
         self._publish_state(before)
         self.driver.serve()

@@ -478,7 +478,6 @@ def run_board(
 
 def prepare_process() -> None:
     """Let neither collections of garbage nor other threads delay a sample; see `serve_others`."""
-    gc.freeze()
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.disable()
 
