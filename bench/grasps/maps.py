@@ -1,6 +1,6 @@
-"""Every criterion of the maps of chapters 8 and 9, with their negative controls.
+"""Every criterion of the maps of chapters 8 and 9 and of shape adaptability, with their controls.
 
-The maps are judged as they lie in out/thesis (`python -m thesis run NAME` makes one, in hours, and
+They are judged as they lie in out/thesis (`python -m thesis run NAME` makes one, in hours, and
 goes on with one that was stopped or that lacks objects or checks); nothing is run here.
 """
 
@@ -15,7 +15,7 @@ from thesis import frame
 from thesis.__main__ import OUT
 
 TAKES = "seconds"
-MAPS = ("push_map", "surface_map", "edge_map", "wall_success")
+MAPS = ("push_map", "surface_map", "edge_map", "wall_success", "shape_adaptability")
 
 
 def run() -> list[dict[str, Any]]:
