@@ -39,6 +39,10 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
             "softhand_design.commands.materials",
             "rubbers, fibres, and which rubber suits",
         ),
+        "choke-foil": (
+            "softhand_design.commands.choke_foil",
+            "the foil that chokes the valves, as SVG",
+        ),
     },
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
