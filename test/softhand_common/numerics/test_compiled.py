@@ -79,3 +79,25 @@ def test_kernels_that_cannot_be_kept_are_computed_with_and_their_folder_is_named
     assert done.stderr.count("expected room for compiled kernels, got File too large") == 1
     assert f"{tmp_path}/__pycache__: " in done.stderr and "NUMBA_CACHE_DIR" in done.stderr
     assert not list(tmp_path.glob("__pycache__/*.nb*"))
+
+
+OF_TYPE = """from {module} import Pair
+from softhand_common.numerics.compiled import compiled
+
+@compiled
+def outer(pair):
+    return pair.a
+
+if __name__ == "__main__":
+    import outer as module
+    print(module.outer(Pair({value})))
+"""
+
+
+def test_a_kernel_kept_for_a_type_that_has_been_moved_is_compiled_anew(tmp_path):
+    source = "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n"
+    for module, value in (("first", 1.0), ("second", 2.0)):
+        (tmp_path / f"{module}.py").write_text(source)
+        (tmp_path / "outer.py").write_text(OF_TYPE.format(module=module, value=value))
+        assert run(tmp_path) == value
+        (tmp_path / f"{module}.py").unlink()

@@ -35,6 +35,7 @@ def compiled(function: Callable[..., Any], *, allocates: bool = True) -> Any:
     counting: dict[str, Any] = {"_nrt": allocates}  # of references; not in numba's type hints
     kernel: Any = njit(cache=True, fastmath=False, error_model="numpy", **counting)(function)
     kernel._cache.save_overload = _kept_if_possible(kernel._cache)
+    kernel._cache._cache_file._load_index = _known_index(kernel._cache._cache_file)
     file, depth = Path(function.__code__.co_filename), function.__module__.count(".")
     if file.is_file():
         own = kernels_stamp(file.parents[max(0, depth - 1)], "**/*.py" if depth else "*.py")
@@ -56,6 +57,21 @@ def _kept_if_possible(cache: Any) -> Callable[[Any, Any], None]:
             _warn_of(str(reason.strerror), cache.cache_path)
 
     return save
+
+
+def _known_index(cache_file: Any) -> Callable[[], dict[Any, str]]:
+    """Numba's function that reads which kernels are kept; none where they are of types that have
+    been moved or renamed since, at which it would raise before it sees that they are stale.
+    """
+    load = cache_file._load_index
+
+    def known() -> dict[Any, str]:
+        try:
+            return dict(load())
+        except (ImportError, AttributeError):
+            return {}
+
+    return known
 
 
 _warned: set[str] = set()
