@@ -290,6 +290,13 @@ class Rules:
     straight_ramp: float = _rule(0.05, "distance of a ramp from a line, over its span", BY_HAND)
     one_rate: float = _rule(3.0, "ratio of rates below which ramps have one rate", BY_HAND)
     pressure_zero: float = _rule(100.0, "zero of a tared pressure sensor of a hand [Pa]", BY_HAND)
+    frame_turn: float = _rule(0.17, "turn of tracked places that shape alone tells [rad]", BY_HAND)
+    frame_shift: float = _rule(0.015, "their shift that shape alone tells [m]", BY_HAND)
+    frame_gain: float = _rule(
+        0.5, "distance that a found frame may leave, over that before", BY_HAND
+    )
+    frame_error: float = _rule(0.03, "distance that a found frame may leave [m]", BY_HAND)
+    frame_markers: int = _rule(3, "markers of a hand whose shape tells a frame", BY_HAND)
     trend_runs: int = _rule(3, "runs of a specimen from which on a trend is sought", BY_HAND)
     drift_runs: int = _rule(6, "runs from which on a black box may drift", BY_HAND)
     bootstrap_runs: int = _rule(8, "runs below which they are cut for the bootstrap", BY_HAND)

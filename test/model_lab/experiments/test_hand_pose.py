@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from held_hand import held, settled_tips
+from tracked_body import freed, in_other_frame
 
 from model_lab.bench.layouts import hand_pose_set
 from model_lab.bench.synthesize import synthesize, write_synthesised
@@ -175,3 +176,13 @@ def test_models_that_statics_of_hands_do_not_have_are_refused():
         diagnose(data, slow)
     with pytest.raises(ValueError, match="base: expected pneuflex for a hand, got linear"):
         compare(data, load_model("linear"))
+
+
+def test_a_free_frame_leaves_the_same_residual_wherever_the_places_were_tracked(coarse_hands):
+    data = synthesize("hand_pose", 3, False, noise=0.003).data
+    given = freed(data)
+    moved = freed(in_other_frame(data, (0.1, -0.2, 1.5), (0.03, 0.01, -0.02)))
+    left = [one.table.value - HandPose(one).predict({}, ())[0] for one in (given, moved)]
+    sizes = [np.sqrt(np.mean(residual**2)) for residual in left]
+    # the frame is found by the hand as described, by which its weight is turned back, too
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.02)

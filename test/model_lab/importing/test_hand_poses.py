@@ -5,7 +5,7 @@ import pytest
 from synthetic_bag import SyntheticBag, T, header, joint_state
 
 from model_lab.api.data import import_files
-from model_lab.importing.hand_poses import is_of_hand, set_of_poses
+from model_lab.importing.hand_sets import set_of_hand
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import from_rpy
 
@@ -59,22 +59,27 @@ def recorded(folder, sequence, hold=1.0, move=0.5, joints=()):
 TWICE = [(p, rpy) for rpy in (PALM_UP, PALM_DOWN) for p in (OPEN, FIST, POINT, OPEN, FIST, POINT)]
 
 
+def of_bag(bag, hand="rbo_hand_2"):
+    found, _ = set_of_hand([bag], hand)
+    return found
+
+
 @pytest.mark.parametrize("segments", [5, 12])
 def test_the_joints_of_a_simulated_hand_tell_its_segments(tmp_path, segments):
     joints = [f"thumb_{k}_{axis}" for k in range(segments) for axis in "xyz"]
     joints += [f"index_{k}_{axis}" for k in range(segments + 1) for axis in "xyz"]  # with a strut
     bag = recorded(tmp_path / "bag", TWICE, joints=joints)
-    entry = set_of_poses([bag], "rbo_hand_2").document["specimens"]["hand"]
+    entry = of_bag(bag).document["specimens"]["hand"]
     assert entry == {"hand": "rbo_hand_2", "segments": segments}
 
 
 def test_a_real_hand_has_no_segments(tmp_path):
-    entry = set_of_poses([recorded(tmp_path / "bag", TWICE)], "rbo_hand_2").document["specimens"]
+    entry = of_bag(recorded(tmp_path / "bag", TWICE)).document["specimens"]
     assert entry["hand"] == {"hand": "rbo_hand_2"}
 
 
 def test_poses_become_runs_that_end_where_the_wrist_turns_or_the_hand_is_empty(tmp_path):
-    found = set_of_poses([recorded(tmp_path / "bag", TWICE)], "rbo_hand_2")
+    found = of_bag(recorded(tmp_path / "bag", TWICE))
     entries = found.document["runs"]
     assert [entry["protocol"] for entry in entries.values()] == [
         "poses_1", "poses_1", "poses_2", "poses_2",
@@ -98,18 +103,19 @@ def test_what_was_imported_is_a_set_that_the_lab_reads(tmp_path):
 
 def test_a_finger_of_the_hand_is_still_measured_as_a_finger(tmp_path):
     bag = recorded(tmp_path / "bag", TWICE[:2])
-    assert is_of_hand([bag], "rbo_hand_2")
-    assert not any(is_of_hand([bag], hand) for hand in ("rbo_hand_2:index", "single_finger", None))
-    assert not is_of_hand([tmp_path], "rbo_hand_2")
+    assert set_of_hand([bag], "rbo_hand_2") is not None
+    for hand in ("rbo_hand_2:index", "single_finger", None):
+        assert set_of_hand([bag], hand) is None
+    assert set_of_hand([bag], "rbo_hand_2", "free_bending") is None
 
 
 def test_another_hand_is_refused(tmp_path):
     bag = recorded(tmp_path / "bag", TWICE[:2])
     with pytest.raises(DocumentError, match="expected 3 fingertips of rbo_hand_1, got 5"):
-        set_of_poses([bag], "rbo_hand_1")
+        of_bag(bag, "rbo_hand_1")
 
 
 def test_a_hand_that_never_rests_is_refused(tmp_path):
     bag = recorded(tmp_path / "bag", TWICE, hold=0.1, move=1.0)
     with pytest.raises(DocumentError, match="at least two poses, each held for 0.8 s, got none"):
-        set_of_poses([bag], "rbo_hand_2")
+        of_bag(bag)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from tracked_body import in_other_frame
 
 from model_lab.bench.layouts import hand_pose_set
 from model_lab.bench.synthesize import synthesize
@@ -80,6 +81,18 @@ def test_a_slip_is_told_and_its_mend_gives_the_set_back(sound, tmp_path, change,
     for run, before in zip(mended.runs, sound.runs, strict=True):
         for channel in sound.inputs:
             assert run.columns[channel] == pytest.approx(before.columns[channel], rel=1e-4, abs=1.0)
+
+
+def test_places_of_a_body_that_nobody_aligned_are_told_and_their_frame_is_freed(sound, tmp_path):
+    moved = in_other_frame(sound, (0.1, -0.2, 1.5), (0.03, 0.01, -0.02))
+    write_set(moved, tmp_path / "set")
+    read = load_measurements(tmp_path / "set")
+    (slip,) = find_slips(read, load_model()).slips
+    assert slip.name == "turned" and "turned by 8" in slip.fits
+    path = tmp_path / "set" / "experiment.yaml"
+    stated = yaml.safe_load(path.read_text()) | yaml.safe_load(slip.mend)
+    path.write_text(yaml.safe_dump(stated, sort_keys=False))
+    assert find_slips(load_measurements(tmp_path / "set"), load_model()).slips == ()
 
 
 def test_no_slip_is_told_of_a_sound_set(sound):

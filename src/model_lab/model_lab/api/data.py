@@ -180,6 +180,7 @@ def import_files(
     sheets: str | Mapping[str, str] = "",
     specimen: str | None = None,
     stretched_to: float | Mapping[str, float] | None = None,
+    wrist: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
 ) -> Data:
     """A measurement set of files as rigs write them, also several of one run at different rates.
 
@@ -188,26 +189,29 @@ def import_files(
         experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
         columns: what columns are, by quantity: name of the column and its unit, such as
             {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
-        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger; of bags with the topics of
-            this suite's hands, the hand that held the poses.
+        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger; of files with places of
+            its markers, or of bags of this suite, the hand that held poses.
         shifts: time [s] to add to the clock of a file, by its name.
         decimal: sign of the numbers of text files, "." or ","; "": the one that they show.
         sheets: which sheet of a spreadsheet, where several hold numbers: of all files, or by name.
         specimen: name of the specimen of all runs; None: as the names of the files say.
         stretched_to: largest stretch of the specimen before the run [-]: of all, or by file.
+        wrist: how the wrist of a hand was held: roll, pitch and yaw [rad], of all or by file.
 
     Raises ValueError that says what the files leave open.
     """
-    from model_lab.importing.hand_poses import is_of_hand, set_of_poses
+    from model_lab.importing.hand_sets import set_of_hand
     from model_lab.importing.importing import make_set, propose
 
     if decimal not in DECIMAL_SIGNS:
         raise ValueError(f"decimal: expected '.', ',' or '', got {decimal!r}")
     files = [Path(path) for path in paths]
-    if hand and not (columns or experiment) and is_of_hand(files, hand):
-        found = set_of_poses(files, hand)
+    given = (None, decimal, _by_file(sheets))
+    of_hand = set_of_hand(files, hand, experiment, columns, shifts, *given, _by_file(wrist))
+    if of_hand:
+        found = of_hand[0]
     else:
-        proposal = propose(files, experiment, columns, None, decimal, _by_file(sheets))
+        proposal = propose(files, experiment, columns, *given)
         before = _by_file(stretched_to)
         found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
     with tempfile.TemporaryDirectory() as folder:

@@ -36,6 +36,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             "model-lab import r1.csv r2.csv -o out/set --hand rbo_hand_2",
             "model-lab import druck.csv winkel.csv -o out/set --map pressure=p:mbar",
+            "model-lab import poses.csv -o out/hand --hand rbo_hand_2 --wrist 0,90,0",
         ),
         (
             argument(
@@ -63,7 +64,8 @@ COMMANDS: Mapping[str, Command] = {
                 "stress, and its unit (of time also a rate, 30Hz); may be given again. The "
                 "tip angle may be made of what was tracked: quaternion(X,Y,Z,W), "
                 "plane_markers(X1,Y1,X2,Y2), markers(...) in space, tip(X,Y) from the base, or "
-                "chord(ANGLE)",
+                "chord(ANGLE). Of a hand also pressure.CHANNEL, and index_tip or wrist: the words "
+                "that its columns share; places=:mm and pressure=:kPa say units of all",
             ),
             argument(
                 "--msgs",
@@ -95,8 +97,18 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--hand",
                 metavar="HAND[:FINGER]",
-                help="hand by name or file, of which a finger was measured; of bags of this "
-                "suite, the hand that held poses",
+                help="hand by name or file, of which a finger was measured; or whose markers "
+                "were followed (columns such as index_tip.x), or that held poses in bags of this "
+                "suite",
+            ),
+            argument(
+                "--wrist",
+                type=options.attitude,
+                action="append",
+                default=[],
+                metavar="[FILE=]R,P,Y",
+                help="how the wrist of a hand was held in a file or in all: roll, pitch, yaw in "
+                "degrees (0,0,0: fingers up); may be given again",
             ),
             argument(
                 "--specimen",

@@ -26,46 +26,42 @@ def import_files(arguments: argparse.Namespace) -> None:
     import sys
 
     from model_lab.importing import told
-    from model_lab.importing.hand_poses import is_of_hand, set_of_poses
+    from model_lab.importing.hand_sets import set_of_hand
     from model_lab.importing.importing import make_set, propose
-    from model_lab.measurements.hands import HAND_POSE
     from model_lab.measurements.save import check_folder
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
-    stated = arguments.map or arguments.experiment
-    if not stated and is_of_hand(arguments.files, arguments.hand):
-        found = set_of_poses(arguments.files, arguments.hand)
-        _write_imported(found, HAND_POSE, arguments, told.Said(None, {}, arguments.hand, {}))
-        return
     maps, shifts, sheets = dict(arguments.map), dict(arguments.shift), dict(arguments.sheet)
     given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
-    with Progress("reading") as progress:
-        progress("the files", 0, 0)
-        proposal = propose(arguments.files, arguments.experiment, maps, *given)
-    print(text_table(told.table_rows(proposal)))
-    if proposal.unsure and not arguments.yes and sys.stdin.isatty():
-        maps = told.asked(proposal, maps, input)
-        proposal = propose(arguments.files, arguments.experiment, maps, *given)
-    stretched_to = dict(arguments.stretched_to)
-    found = make_set(
-        proposal,
-        arguments.hand,
-        shifts,
-        specimen=arguments.specimen,
-        stretched_to=stretched_to,
-    )
+    stretched_to, held = dict(arguments.stretched_to), dict(arguments.wrist)
+    files, experiment, hand = arguments.files, arguments.experiment, arguments.hand
     said = told.Said(
-        arguments.experiment,
+        experiment,
         maps,
-        arguments.hand,
+        hand,
         shifts,
         arguments.msgs,
         arguments.decimal,
         arguments.specimen,
         stretched_to,
         sheets,
+        held,
     )
+    with Progress("reading") as progress:
+        progress("the files", 0, 0)
+        of_hand = set_of_hand(files, hand, experiment, maps, shifts, *given, held)
+        proposal = of_hand[1] if of_hand else propose(files, experiment, maps, *given)
+    if proposal.sources:
+        print(text_table(told.table_rows(proposal)))
+    if of_hand:
+        _write_imported(of_hand[0], str(proposal.experiment), arguments, said)
+        return
+    if proposal.unsure and not arguments.yes and sys.stdin.isatty():
+        maps = told.asked(proposal, maps, input)
+        proposal = propose(arguments.files, arguments.experiment, maps, *given)
+    found = make_set(proposal, hand, shifts, "", arguments.specimen, stretched_to)
+    said = replace(said, maps=maps)
     _write_imported(found, str(proposal.experiment), arguments, said)
 
 

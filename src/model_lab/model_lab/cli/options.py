@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,7 @@ MAPPED = (
     "stress",
     "temperature",
 )  # quantities of columns of an imported file
+OF_HAND = re.compile(r"wrist|places|pressure\.\w+|\w+_tip")
 DECIMAL_SIGNS = {"point": ".", "comma": ","}  # by name
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 """What `ArgumentParser.add_argument` takes."""
@@ -66,9 +69,11 @@ def column_map(text: str) -> tuple[str, tuple[str, str]]:
     """Quantity, column and unit ("" if it is not given) of NAME=COLUMN[:UNIT]."""
     quantity, equals, column = text.partition("=")
     name, _, unit = column.partition(":")
-    if not equals or not name or quantity not in MAPPED:
+    known = quantity in MAPPED or OF_HAND.fullmatch(quantity) is not None
+    if not equals or not (name or unit) or not known:
         raise argparse.ArgumentTypeError(
-            f"expected NAME=COLUMN:UNIT with NAME of {', '.join(MAPPED)}, got {text}"
+            f"expected NAME=COLUMN:UNIT with NAME of {', '.join(MAPPED)} (of a hand also wrist, "
+            f"places, pressure.CHANNEL or a marker such as index_tip), got {text}"
         )
     return quantity, (name, unit)
 
@@ -80,6 +85,18 @@ def clock_shift(text: str) -> tuple[str, float]:
         return file, float(seconds)
     except ValueError:
         raise argparse.ArgumentTypeError(f"expected FILE=SECONDS, got {text}") from None
+
+
+def attitude(text: str) -> tuple[str, tuple[float, ...]]:
+    """File ("" for all) and roll, pitch, yaw [rad] of [FILE=]ROLL,PITCH,YAW in degrees."""
+    file, _, angles = text.rpartition("=")
+    try:
+        held = tuple(math.radians(float(angle)) for angle in angles.split(","))
+    except ValueError:
+        held = ()
+    if len(held) != len(("roll", "pitch", "yaw")) or not all(map(math.isfinite, held)):
+        raise argparse.ArgumentTypeError(f"expected [FILE=]ROLL,PITCH,YAW in degrees, got {text}")
+    return file, held
 
 
 def stretch_before(text: str) -> tuple[str, float]:

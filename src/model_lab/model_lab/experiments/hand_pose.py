@@ -9,6 +9,9 @@ import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import modulus_scales
+from model_lab.measurements.free_frame import FreeFrame
+from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
+from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run, down_of
 from model_lab.measurements.specimens import require_columns
 from model_lab.rules import RULES
@@ -43,7 +46,9 @@ class HandPose:
 
     The chains are those of the simulator, cut into more segments, in equilibrium under pressures
     and weight (`equilibrium.hand_statics`). Weight is in the base model: `gravity` only scales it.
-    Where the parameters of a lane leave no equilibrium, its places are NaN.
+    Where the parameters of a lane leave no equilibrium, its places are NaN. Where the frame of the
+    places is free, they are moved rigidly to where all markers were seen, in the runs that are held
+    out as well, and so is the weight.
 
     strained: sections (1, 1, n) of all actuators, and how they are.
 
@@ -63,6 +68,10 @@ class HandPose:
         self._pressures = np.ascontiguousarray(alike[:, :channels].T)
         self._down = np.ascontiguousarray(alike[:, channels:-2])
         self._temperature = np.ascontiguousarray(alike[:, -2])
+        self._seen = FreeFrame(data.table) if data.free_frame else None
+        turned = turned_frame(data) if data.free_frame else None
+        if turned is not None:
+            self._down = np.ascontiguousarray(self._down @ turned.turn)
         self.strained = _sections(self._hand), "pure_shear"
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
         self._chains = serial_chains(self._hand)
@@ -103,7 +112,8 @@ class HandPose:
         frame = _frame_of(acting)
         table = self._data.table
         columns = np.concatenate([(places[name] @ frame).T for name in self._data.markers])
-        return np.asarray(columns[table.output, self._pose.ravel()[table.row]])
+        predicted = np.asarray(columns[table.output, self._pose.ravel()[table.row]])
+        return predicted if self._seen is None else self._seen(predicted)
 
     def _places(self, scale: float, effects: Sequence[Effect], rows: Indices) -> dict[str, Array]:
         """Places (rows, 3) [m] of the markers by name, in the frame of the wrist."""
@@ -183,6 +193,27 @@ class HandPose:
         for kept in (self._known, self._body_of, self._models):
             while len(kept) >= KEPT_POSES:
                 del kept[next(iter(kept))]
+
+
+def turned_frame(data: MeasurementSet) -> WristFrame | None:
+    """The frame of the places of a set; None where it is about that of the wrist, or where the
+    shape of the hand does not tell.
+    """
+    pressures = [[run.columns[name] for name in data.inputs] for run in data.runs]
+    places = {
+        name: np.concatenate(
+            [
+                np.stack([run.columns[f"{name}.{axis}"] for axis in MARKER_AXES], 1)
+                for run in data.runs
+            ]
+        )
+        for name in data.markers
+    }
+    known = np.isfinite(np.stack([*places.values()], axis=1)).all(axis=(1, 2))
+    down = np.concatenate([np.tile(down_of(run), (run.samples, 1)) for run in data.runs])
+    blown = np.concatenate(pressures, axis=1)
+    seen = {name: place[known] for name, place in places.items()}
+    return frame_against_wrist(data.hand, data.markers, blown[:, known], down[known], seen)
 
 
 def own_error(data: MeasurementSet, model: Model) -> float:

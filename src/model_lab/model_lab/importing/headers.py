@@ -11,6 +11,7 @@ from model_lab.importing.numerals import is_number
 from model_lab.importing.units import unit_in_header, usual_unit
 
 LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
+LENGTHS = ("m", "cm", "mm")  # units of places; elsewhere such words may be part of a name
 MOST_LEVELS = 6  # lines of a header that are looked at; motion capture writes five
 IDENTIFIER = re.compile(r"[0-9A-Fa-f:]*[0-9][0-9A-Fa-f:]*$")  # of a body, which no one reads
 
@@ -75,7 +76,9 @@ def _filled(row: Row, width: int) -> Row | None:
 def _is_row_of_units(cells: Row) -> bool:
     """Whether each cell is a unit, in brackets or not, or empty; one at least is one."""
     texts = [cell.strip("[]() ") for cell in cells]
-    return any(texts) and all(not text or text == "-" or usual_unit(text) for text in texts)
+    return any(texts) and all(
+        text in ("", "-", *LENGTHS) or usual_unit(text) != "" for text in texts
+    )
 
 
 def _tells_apart(names: Sequence[str], level: Row) -> bool:

@@ -110,7 +110,7 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         elsewhere = quantity in given and quantity != "time"  # each file has times of its own
         if quantity in found or elsewhere or not likely:
             continue
-        likely = _measured(likely)
+        likely = measured(likely)
         if len(likely) > 1:
             raise DocumentError(
                 f"{table.path}: expected one column for {quantity}, got "
@@ -125,15 +125,15 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
     return tuple(found.values())
 
 
-def _measured(columns: list[Column]) -> list[Column]:
+def measured(columns: list[Column]) -> list[Column]:
     """The columns without those that were asked of a controller, if others remain."""
-    return [one for one in columns if not _is_setpoint(one.name)] or columns
+    return [one for one in columns if not is_setpoint(one.name)] or columns
 
 
-def _is_setpoint(name: str) -> bool:
+def is_setpoint(name: str) -> bool:
     """Whether a name says that a value was asked for, not measured.
 
-    >>> _is_setpoint("Solldruck"), _is_setpoint("p_set [kPa]"), _is_setpoint("p_sensor")
+    >>> is_setpoint("Solldruck"), is_setpoint("p_set [kPa]"), is_setpoint("p_sensor")
     (True, True, False)
     """
     words = re.split(r"[^a-z]+", name.casefold())

@@ -69,6 +69,7 @@ class Said:
     specimen: str | None = None
     stretched_to: Mapping[str, float] = field(default_factory=dict)
     sheets: Mapping[str, str] = field(default_factory=dict)
+    wrist: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     @property
     def words(self) -> list[str]:
@@ -89,6 +90,9 @@ class Said:
             words += ["--stretched-to", f"{name}={stretch:g}" if name else f"{stretch:g}"]
         for name, sheet in self.sheets.items():
             words += ["--sheet", f"{name}={sheet}" if name else sheet]
+        for name, held in self.wrist.items():
+            angles = ",".join(f"{angle:g}" for angle in np.rad2deg(held))
+            words += ["--wrist", f"{name}={angles}" if name else angles]
         return words
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,8 @@ HAND_POSE = "hand_pose"
 OF_HANDS = (HAND_POSE,)  # experiments
 MARKER_AXES = ("x", "y", "z")
 MOST_SEGMENTS = 80  # of an actuator
+FREE_FRAME = "free"
+FRAMES = ("wrist", FREE_FRAME)  # in which places are
 PRESSURE_OF = "pressure."  # before the name of a channel
 
 
@@ -35,25 +37,31 @@ class Marker:
 @dataclass(frozen=True)
 class HandSpecimen:
     """A hand that was measured: its name or file as stated, and what that describes; segments: of
-    each actuator, of a simulated hand of rigid segments.
+    each actuator, of a simulated hand of rigid segments; free_frame: the frame of the places is
+    that of a tracked body, known by the places alone.
     """
 
     stated: str
     description: HandDescription
     segments: int | None = None
+    free_frame: bool = False
 
     @property
     def told(self) -> str:
         """Its name or file, and how a simulated one is cut."""
-        return self.stated + (f" of {self.segments} segments" if self.segments else "")
+        cut = f" of {self.segments} segments" if self.segments else ""
+        return self.stated + cut + (" in a free frame" if self.free_frame else "")
 
     def entry(self) -> dict[str, object]:
         """Its keys in experiment.yaml."""
         of_simulated = {} if self.segments is None else {"segments": self.segments}
-        return {"hand": self.stated, **of_simulated}
+        free = {"frame": FREE_FRAME} if self.free_frame else {}
+        return {"hand": self.stated, **of_simulated, **free}
 
 
-def read_hand(node: Node, folder: Path, segments: Node | None = None) -> HandSpecimen:
+def read_hand(
+    node: Node, folder: Path, segments: Node | None = None, frame: Node | None = None
+) -> HandSpecimen:
     """The hand of a specimen: a shipped name, or a file in the set's folder."""
     stated = node.text()
     try:
@@ -61,7 +69,9 @@ def read_hand(node: Node, folder: Path, segments: Node | None = None) -> HandSpe
     except ValueError as reason:
         raise DocumentError(f"{node.place}: {reason}") from reason
     cut = None if segments is None else segments.whole(1, MOST_SEGMENTS)
-    return HandSpecimen(stated, found, cut)
+    return HandSpecimen(
+        stated, found, cut, frame is not None and frame.choice(FRAMES) == FREE_FRAME
+    )
 
 
 def default_markers(hand: HandDescription) -> dict[str, Marker]:
@@ -109,7 +119,7 @@ def pressure_columns(hand: HandDescription) -> tuple[str, ...]:
     return tuple(f"{PRESSURE_OF}{channel}" for channel in hand.channels)
 
 
-def marker_columns(markers: Mapping[str, Marker]) -> tuple[str, ...]:
+def marker_columns(markers: Iterable[str]) -> tuple[str, ...]:
     """Names of the columns of the markers' places.
 
     >>> marker_columns({"index_tip": Marker("index")})

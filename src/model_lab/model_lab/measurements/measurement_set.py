@@ -199,6 +199,11 @@ class MeasurementSet:
         return next((entry.hand.segments for entry in self.specimens.values() if entry.hand), None)
 
     @property
+    def free_frame(self) -> bool:
+        """Whether the frame of the markers' places is known by the places alone."""
+        return any(entry.hand.free_frame for entry in self.specimens.values() if entry.hand)
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the columns from which a model predicts them."""
         if self.of_hand:

@@ -110,9 +110,10 @@ def known_fields(
 
 
 def _hand(name: str, node: Node) -> Specimen:
-    fields = known_fields(node, ["hand"], ["segments", "batch", "description"])
+    fields = known_fields(node, ["hand"], ["segments", "frame", "batch", "description"])
     batch = fields["batch"].text() if "batch" in fields else "all"
-    hand = read_hand(fields["hand"], Path(node.file).parent, fields.get("segments"))
+    more = fields.get("segments"), fields.get("frame")
+    hand = read_hand(fields["hand"], Path(node.file).parent, *more)
     return Specimen(name, batch=batch, hand=hand)
 
 

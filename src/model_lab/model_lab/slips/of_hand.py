@@ -1,11 +1,14 @@
-"""Slips that a set of a hand may have: columns exchanged, another unit, a mirrored frame."""
+"""Slips that a set of a hand may have: columns exchanged, another unit, another frame."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
+from model_lab.experiments.hand_pose import turned_frame
+from model_lab.measurements.hand_frame import WristFrame
 from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.slips.columns import (
@@ -13,6 +16,7 @@ from model_lab.slips.columns import (
     column_mend,
     factors_of,
     is_rare,
+    one_line,
     stated_unit,
     with_meaning,
     with_renamed,
@@ -33,6 +37,27 @@ def candidates_of_hand(data: MeasurementSet) -> Iterator[Candidate]:
         pairs = {f"{one}.{axis}": f"{other}.{axis}" for axis in MARKER_AXES}
         yield _exchanged(data, (one, other), {**pairs, **{b: a for a, b in pairs.items()}})
     yield from _mirrored(data)
+    frame = None if data.free_frame else turned_frame(data)
+    if frame is not None:
+        yield _turned(data, frame)
+
+
+def _turned(data: MeasurementSet, frame: WristFrame) -> Candidate:
+    """Places in the frame of a tracked body, not in that of the wrist."""
+    free = {
+        name: replace(one, hand=replace(one.hand, free_frame=True))
+        for name, one in data.specimens.items()
+        if one.hand is not None
+    }
+    entries = {name: {**one.hand.entry()} for name, one in free.items() if one.hand is not None}
+    return Candidate(
+        "turned",
+        ALL_MARKERS,
+        "in that of the wrist",
+        f"in a frame that is {frame.said}",
+        one_line({"specimens": entries}),
+        replace(data, specimens=free),
+    )
 
 
 def _units(data: MeasurementSet, words: str, columns: Sequence[str]) -> Iterator[Candidate]:

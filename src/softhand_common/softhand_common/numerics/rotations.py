@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,10 +26,14 @@ def from_rpy(rpy: ArrayLike) -> Array:
 
 
 def to_rpy(quaternion: ArrayLike) -> Array:
-    """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,)."""
+    """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,); yaw is 0 at a pitch of
+    a quarter turn, where it turns like the roll.
+    """
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
-    return np.asarray(Rotation.from_quat(quaternion).as_euler("xyz"), float)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        return np.asarray(Rotation.from_quat(quaternion).as_euler("xyz"), float)
 
 
 def about_x(angle: float) -> Array:

@@ -1,0 +1,94 @@
+"""Bags of this suite in which a hand held poses in free air."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.importing.bag_tables import TopicTable, read_topics
+from model_lab.importing.hand_poses import HandCourse
+from model_lab.measurements.bags.messages import messages_of, opened
+from model_lab.measurements.hands import default_markers
+from softhand_common.documents.quoted import listed
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.hand.hand import HandDescription
+
+HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
+JOINTS = "hand/joint_states"  # of a simulated hand, one for each segment
+
+
+def are_bags_of_hand(files: Sequence[Path]) -> bool:
+    """Whether all files are bags with the topics of a hand of this suite."""
+    return all((path / "metadata.yaml").is_file() for path in files) and all(
+        _topics(path) >= set(HAND_TOPICS) for path in files
+    )
+
+
+def _topics(bag: Path) -> set[str]:
+    with opened(bag) as reader:
+        return {_suffix(topic) for topic in reader.topics}
+
+
+def _suffix(topic: str) -> str:
+    return "/".join(topic.split("/")[-2:])
+
+
+def segments_of(bag: Path, hand: HandDescription) -> int | None:
+    """Segments of an actuator of the hand that a bag's joints are of; None without joints, which
+    only simulated hands have.
+    """
+    with opened(bag) as reader:
+        topic = next((name for name in reader.topics if _suffix(name) == JOINTS), None)
+        first = next(messages_of(bag, reader, topic), None) if topic else None
+    if first is None:
+        return None
+    chain = hand.chain(hand.tips[0])
+    joints = sum(bool(re.fullmatch(rf"{chain.name}_\d+_x", name)) for name in first[1].name)
+    return (joints - (chain.strut is not None)) or None
+
+
+def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
+    """What a bag of `hand/fingertips`, `pneumaticbox/state` and `wrist/pose` tells of a hand.
+
+    Raises DocumentError for a bag of another hand or of two.
+    """
+    found: dict[str, TopicTable] = {}
+    for topic in read_topics(bag):
+        if found.setdefault(_suffix(topic.topic), topic) is not topic:
+            raise DocumentError(
+                f"{bag}: expected one hand, got {topic.topic} and "
+                f"{found[_suffix(topic.topic)].topic}; record them in bags of their own"
+            )
+    tips, state, wrist = (found[name] for name in HAND_TOPICS)
+    counted = sum(name.endswith("position.x") for name in tips.columns)
+    if counted != len(hand.tips):
+        raise DocumentError(
+            f"{bag}: {tips.topic}: expected {len(hand.tips)} fingertips of {hand.name}, got "
+            f"{counted}: is --hand the hand that was recorded?"
+        )
+    places = np.stack(
+        [
+            [tips.columns[f"poses[{number}].position.{axis}"] for axis in "xyz"]
+            for number in range(counted)
+        ]
+    ).transpose(2, 0, 1)
+    return HandCourse(
+        (bag,),
+        tips.time,
+        _at(tips.time, state, [f"effort[{name}]" for name in hand.channels], bag),
+        dict(zip(default_markers(hand), places.transpose(1, 0, 2), strict=True)),
+        _at(tips.time, wrist, [f"pose.orientation.{axis}" for axis in "xyzw"], bag),
+    )
+
+
+def _at(time: Array, topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
+    """The last values (k, names) of a topic at each time; the first ones before them."""
+    missing = [name for name in names if name not in topic.columns]
+    if missing:
+        raise DocumentError(f"{bag}: {topic.topic}: expected {listed(names)}, got no {missing[0]}")
+    last = np.maximum(np.searchsorted(topic.time, time, side="right") - 1, 0)
+    return np.stack([topic.columns[name][last] for name in names], axis=1)

@@ -1,0 +1,154 @@
+"""Files of a whole hand as a set `hand_pose`: bags of this suite, or tables of followed markers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from model_lab.importing.hand_bags import are_bags_of_hand, course_of_bag, segments_of
+from model_lab.importing.hand_columns import (
+    ALL_PLACES,
+    OF_PRESSURE,
+    OF_TIME,
+    WRIST,
+    Maps,
+    hand_meanings,
+    has_markers,
+)
+from model_lab.importing.hand_poses import HandCourse, held_poses, set_of_poses
+from model_lab.importing.hand_tables import HandFile, courses_of
+from model_lab.importing.importing import ImportedSet, Proposal
+from model_lab.importing.runs import Source
+from model_lab.importing.tables import read_tables
+from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
+from model_lab.measurements.hands import (
+    FREE_FRAME,
+    HAND_POSE,
+    HandSpecimen,
+    default_markers,
+    pressure_columns,
+)
+from model_lab.measurements.measurement_set import INVERSE_QUATERNION
+from softhand_common.documents.quoted import listed, shortened
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_common.numerics.rotations import compose, rotate
+from softhand_model.hand.hand import HandDescription, hand_names, load_hand
+
+
+def set_of_hand(
+    files: Sequence[Path],
+    hand: str | None,
+    experiment: str | None = None,
+    maps: Maps | None = None,
+    shifts: Mapping[str, float] | None = None,
+    messages: Path | None = None,
+    decimal: str = "",
+    sheets: Mapping[str, str] | None = None,
+    wrist: Mapping[str, Sequence[float]] | None = None,
+) -> tuple[ImportedSet, Proposal] | None:
+    """The set of the poses of a hand, and what its files hold; None where they are of something
+    else: no hand with several fingers is named, or no file has a place of its markers.
+
+    wrist: roll, pitch and yaw [rad] in which it was held, by the name of a file, "" for all others;
+    all else as in `importing.propose` and `make_set`.
+
+    Raises DocumentError as `set_of_poses`, `course_of_bag` and `courses_of` do, and for something
+    said of a hand that has no such column.
+    """
+    if experiment not in (None, HAND_POSE):
+        return None
+    if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
+        if experiment == HAND_POSE:
+            raise DocumentError(f"--hand: expected a hand with several fingers, got {hand}")
+        return None
+    stated, given = hand if hand in hand_names() else str(Path(hand).resolve()), maps or {}
+    if not given and are_bags_of_hand(files):
+        courses = [course_of_bag(bag, described) for bag in files]
+        specimen = HandSpecimen(stated, described, _segments_of(files, described))
+        return set_of_poses(courses, specimen), Proposal((), HAND_POSE, {})
+    of = sheets or {}
+    tables = [
+        table
+        for path in files
+        for table in read_tables(path, messages, decimal, of.get(path.name, of.get("", "")))
+    ]
+    if not any(has_markers(table, described, given) for table in tables):
+        if experiment == HAND_POSE:
+            raise DocumentError(
+                f"{listed(map(str, files))}: expected x, y and z of "
+                f"{listed(default_markers(described))}, got none; say --map "
+                f"{next(iter(default_markers(described)))}=WORDS that its three columns share"
+            )
+        return None
+    _check_maps(given, described)
+    read = [HandFile(table, hand_meanings(table, described, given)) for table in tables]
+    read = [one for one in read if one.parts.meanings] or read
+    proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), HAND_POSE, {})
+    courses = courses_of(read, described, shifts or {}, wrist or {})
+    courses, said = _in_frame_of_wrist(courses, described)
+    found = set_of_poses(courses, HandSpecimen(stated, described, free_frame=bool(said)))
+    return replace(found, remarks=(*found.remarks, *said)), proposal
+
+
+def _in_frame_of_wrist(
+    courses: list[HandCourse], hand: HandDescription
+) -> tuple[list[HandCourse], list[str]]:
+    """The courses with places and attitude in the frame of the model's wrist, and what was turned,
+    if anything.
+    """
+    poses = [pose for course in courses for pose in held_poses(course)]
+    if not poses:
+        return courses, []
+    pressures = np.stack([pose.pressures for pose in poses], axis=1)
+    back = np.stack([pose.wrist for pose in poses]) * INVERSE_QUATERNION
+    down = np.stack([rotate(turn, [0.0, 0.0, -1.0]) for turn in back])
+    places = {
+        name: np.stack([pose.places[index] for pose in poses])
+        for index, name in enumerate(courses[0].places)
+    }
+    frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places)
+    if frame is None:
+        return courses, []
+    said = (
+        f"the places were in a frame that is {frame.said} against the wrist of the model, as that "
+        "of a tracked body usually is; by the shape of the hand they are turned back, and "
+        f"`frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
+    )
+    return [_turned_back(course, frame) for course in courses], [said]
+
+
+def _turned_back(course: HandCourse, frame: WristFrame) -> HandCourse:
+    from scipy.spatial.transform import Rotation  # here, as it takes long to load
+
+    places = {name: (place - frame.shift) @ frame.turn for name, place in course.places.items()}
+    attitude = compose(course.wrist, Rotation.from_matrix(frame.turn).as_quat())
+    return replace(course, places=places, wrist=attitude)
+
+
+def _check_maps(given: Maps, hand: HandDescription) -> None:
+    known = (
+        OF_TIME,
+        OF_PRESSURE,
+        ALL_PLACES,
+        WRIST,
+        *pressure_columns(hand),
+        *default_markers(hand),
+    )
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise DocumentError(
+            f"--map: expected one of {listed(known)} of a hand, got {shortened(unknown[0])}"
+        )
+
+
+def _segments_of(bags: Sequence[Path], hand: HandDescription) -> int | None:
+    cut = {segments_of(bag, hand) for bag in bags}
+    if len(cut) > 1:
+        raise DocumentError(
+            f"{listed(map(str, bags))}: expected one hand, got segments an actuator: "
+            f"{listed(map(str, cut))} (None: of a real one)"
+        )
+    return cut.pop()

@@ -1,0 +1,99 @@
+"""Frame in which the places of a hand were tracked, against that of the wrist of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.measurements.free_frame import frame_of
+from model_lab.measurements.hands import Marker
+from model_lab.rules import RULES
+from softhand_model.chain.free_response import NoEquilibriumError
+from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.equilibrium.hand_statics import settled_hand
+from softhand_model.hand.hand import HandDescription
+from softhand_model.model_file import Model
+
+FRAME_SEGMENTS, FRAME_POSES, FRAME_LOOKS = 10, 40, 3  # of an actuator; compared; at where down is
+
+
+@dataclass(frozen=True)
+class WristFrame:
+    """Turn (3, 3) and shift (3,) [m] from the frame of the model's wrist to that of the places."""
+
+    turn: Array
+    shift: Array
+
+    @property
+    def angle(self) -> float:
+        """Angle [rad] of the turn."""
+        return float(np.arccos(np.clip((np.trace(self.turn) - 1.0) / 2.0, -1.0, 1.0)))
+
+    @property
+    def said(self) -> str:
+        """Its size in words."""
+        far = 1e3 * float(np.linalg.norm(self.shift))
+        return f"turned by {np.degrees(self.angle):.0f} deg and shifted by {far:.0f} mm"
+
+
+def frame_against_wrist(
+    hand: HandDescription,
+    markers: Mapping[str, Marker],
+    pressures: Array,
+    down: Array,
+    places: Mapping[str, Array],
+) -> WristFrame | None:
+    """The frame in which places (k, 3) [m] of markers are, by the shape of the hand as described;
+    None where it is about that of the wrist, or where the shape does not tell.
+
+    Motion capture gives a body of its own a frame whose origin and axes nobody has aligned.
+
+    pressures (channels, k) [Pa], down (k, 3): the direction of the weight in the frame of the
+    places.
+    """
+    chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
+    if len(places) < RULES.frame_markers:
+        return None
+    names, pull = list(places), STANDARD_GRAVITY * down[chosen]
+    blown = np.maximum(pressures[:, chosen], 0.0)
+    seen = np.concatenate([places[name][chosen] for name in names])
+    turn, shift = np.eye(3), np.zeros(3)
+    try:
+        first = _left(_predicted(hand, markers, names, blown, pull), seen, turn, shift)
+        for _ in range(FRAME_LOOKS):
+            predicted = _predicted(hand, markers, names, blown, pull @ turn)
+            turn, shift = frame_of(predicted, seen)
+    except NoEquilibriumError:
+        return None
+    frame, most = WristFrame(turn, shift), min(RULES.frame_gain * first, RULES.frame_error)
+    far = frame.angle > RULES.frame_turn or float(np.linalg.norm(shift)) > RULES.frame_shift
+    if not far or _left(predicted, seen, turn, shift) > most:
+        return None
+    return frame
+
+
+def _predicted(
+    hand: HandDescription,
+    markers: Mapping[str, Marker],
+    names: list[str],
+    pressures: Array,
+    pull: Array,
+) -> Array:
+    """Places (markers * poses, 3) [m] of the hand as described, in the frame of its wrist."""
+    chain_of = {name: chain.name for chain in hand.chains for name in chain.actuators}
+    found = {}
+    for body, shape in settled_hand(hand, Model(), FRAME_SEGMENTS, pressures, pull):
+        for name in names:
+            marker = markers[name]
+            if marker.actuator in body.actuators:
+                offset = np.array(marker.offset)
+                found[name] = body.point(shape, chain_of[marker.actuator], marker.at, offset)
+    return np.concatenate([found[name] for name in names])
+
+
+def _left(places: Array, seen: Array, turn: Array, shift: Array) -> float:
+    """Root mean square distance [m]."""
+    return float(np.sqrt(np.mean(np.sum((places @ turn.T + shift - seen) ** 2, axis=1))))

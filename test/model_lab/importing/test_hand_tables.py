@@ -1,0 +1,173 @@
+"""Tables of a hand that held poses are loaded to the same numbers, whatever the dialect."""
+
+import re
+from functools import partial
+
+import numpy as np
+import pytest
+from hand_csvs import CHANNELS, HAND, TIPS, WRISTS, motion_capture, one_row_a_pose, poses
+from scipy.spatial.transform import Rotation
+
+from model_lab.api.data import import_files
+from model_lab.importing.hand_columns import words
+from model_lab.importing.hand_sets import set_of_hand
+from softhand_common.documents.yaml_document import DocumentError
+
+AXES, TURNED = "xyz", re.compile(r"turned by (\d+) deg")
+PLAIN = [
+    "time",
+    *(f"pressure.{c}" for c in CHANNELS),
+    *(f"{t}_tip.{a}" for t in TIPS for a in AXES),
+]
+HELD = {f"hold_{number}.csv": rpy for number, rpy in enumerate(WRISTS)}
+
+
+def labelled(time, pressure, place):
+    """A header with names as functions make them."""
+    return [time, *map(pressure, CHANNELS), *(place(t, a) for t in TIPS for a in AXES)]
+
+
+PLAIN = labelled("time", lambda c: f"pressure.{c}", lambda t, a: f"{t}_tip.{a}")
+GERMAN = labelled(
+    "Zeit [s]", lambda c: f"Druck {c.upper()} [mbar]", lambda t, a: f"{t} Spitze {a} [cm]"
+)
+CAMEL = labelled(
+    "t_s", lambda c: f"pressure{c.upper()} [Pa]", lambda t, a: f"{t.title()}Tip{a.upper()}"
+)
+NUMBERED = labelled(
+    "elapsed (s)", lambda c: f"ch{CHANNELS.index(c)} (psi)", lambda t, a: f"pos_{t}_{a}_mm"
+)
+WITH_UNITS = labelled("time [s]", lambda c: f"pressure.{c} [kPa]", lambda t, a: f"{t}_tip.{a} [mm]")
+ANGLES = [*WITH_UNITS, "wrist roll [deg]", "wrist pitch [deg]", "wrist yaw [deg]"]
+TURN = [*WITH_UNITS, *(f"hand_orientation.{part}" for part in "xyzw")]
+
+
+def quaternion(rpy):
+    return Rotation.from_euler("xyz", rpy).as_quat()
+
+
+DIALECTS = {
+    "semicolons_and_decimal_commas": (
+        partial(one_row_a_pose, header=GERMAN, scales=(1e-2, 1e2), comma=";", decimal=","),
+        HELD,
+    ),
+    "names_in_capitals_and_no_unit_of_places": (
+        partial(one_row_a_pose, header=CAMEL, scales=(1.0, 1.0)),
+        HELD,
+    ),
+    "numbered_channels_in_psi": (
+        partial(one_row_a_pose, header=NUMBERED, scales=(1.0 / 6894.757293, 1e3)),
+        HELD,
+    ),
+    "angles_of_the_wrist": (
+        partial(one_row_a_pose, header=ANGLES, scales=(1e-3, 1e3), run_of=np.rad2deg),
+        None,
+    ),
+    "quaternions_of_the_wrist": (
+        partial(one_row_a_pose, header=TURN, scales=(1e-3, 1e3), run_of=quaternion),
+        None,
+    ),
+    "motion_capture_beside_a_logger": (motion_capture, None),
+    "a_body_whose_frame_nobody_aligned": (
+        partial(motion_capture, turn=(0.1, -0.2, 1.6), shift=(0.03, -0.02, 0.02)),
+        None,
+    ),
+}
+
+
+def check_numbers(data, pressure=30.0, place=0.1e-3):
+    """The runs of a set, in kPa and mm, hold the poses within these errors [Pa], [m]."""
+    blown, seen = poses()
+    for run, frame in enumerate(data.runs.values()):
+        told = frame[[f"pressure.{channel}" for channel in CHANNELS]].to_numpy()
+        assert 1e3 * told == pytest.approx(blown[run], abs=pressure)
+        told = frame[[f"{tip}_tip.{axis}" for tip in TIPS for axis in AXES]].to_numpy()
+        assert 1e-3 * told == pytest.approx(seen[run].reshape(len(told), -1), abs=place)
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_any_dialect_is_loaded_to_the_same_numbers(tmp_path, name):
+    make, wrist = DIALECTS[name]
+    data = import_files(make(tmp_path), hand=HAND, wrist=wrist)
+    # the frame found by a hand cut otherwise is 0.5 mm off
+    check_numbers(data, place=2e-3 if name == "a_body_whose_frame_nobody_aligned" else 0.1e-3)
+
+
+def test_a_frame_is_freed_only_where_the_body_was_not_aligned(tmp_path):
+    files = motion_capture(tmp_path, turn=(0.0, 0.0, 1.6))
+    found, _ = set_of_hand(files, HAND)
+    assert found.document["specimens"]["hand"]["frame"] == "free"
+    (angle,) = [float(one[1]) for one in map(TURNED.search, found.remarks) if one]
+    assert angle == pytest.approx(np.rad2deg(1.6), abs=2.0)
+    found, _ = set_of_hand(motion_capture(tmp_path), HAND)
+    assert "frame" not in found.document["specimens"]["hand"]
+    assert not any(map(TURNED.search, found.remarks))
+
+
+def test_a_clock_that_is_late_is_told_and_mended(tmp_path):
+    files = motion_capture(tmp_path, late=0.9)
+    found, _ = set_of_hand(files, HAND)
+    said = [remark for remark in found.remarks if "its clock seems" in remark]
+    assert len(said) == len(WRISTS)
+    assert all(abs(float(one.split("seems ")[1].split(" s late")[0]) - 0.9) < 0.15 for one in said)
+    shifts = {file.name: -0.9 for file in files if "mocap" in file.name}
+    data = import_files(files, hand=HAND, shifts=shifts)
+    check_numbers(data)
+    assert "its clock" not in str(data)
+
+
+def test_markers_and_channels_with_other_names_are_told_by_maps(tmp_path):
+    header = [
+        name.replace("index_tip", "Zeigefinger").replace("pressure.c", "line 7") for name in PLAIN
+    ]
+    files = one_row_a_pose(tmp_path, header, (1e-5, 1e3))
+    maps = {
+        "index_tip": ("Zeigefinger", ""),
+        "pressure.c": ("line 7", ""),
+        "pressure": ("", "bar"),
+        "places": ("", "mm"),
+        "time": ("time", "s"),
+    }
+    check_numbers(import_files(files, None, maps, HAND, wrist=HELD))
+
+
+def test_markers_that_were_not_followed_are_left_out(tmp_path):
+    header = [name.replace("ring_tip", "glove") for name in PLAIN]
+    header = [f"{name} [kPa]" if "pressure" in name else name for name in header]
+    files = one_row_a_pose(tmp_path, header, (1e-3, 1e3))
+    found, _ = set_of_hand(files, HAND, wrist=HELD)
+    assert [*found.document["markers"]] == ["thumb_tip", "index_tip", "middle_tip", "little_tip"]
+
+
+REFUSED = {
+    "nobody says how the wrist was held": (PLAIN, {}, "how the wrist was held"),
+    "a channel is missing": (
+        [name.replace("pressure.d", "flow") for name in PLAIN],
+        HELD,
+        "the pressure of each channel .* got no pressure.d",
+    ),
+    "two markers of a finger": (
+        [name.replace("ring_tip", "index_tip_2") for name in PLAIN],
+        HELD,
+        "index_tip: expected the columns of one place",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_open_is_refused_with_what_to_say(tmp_path, name):
+    header, wrist, message = REFUSED[name]
+    header = [f"{one} [kPa]" if "pressure" in one else one for one in header]
+    files = one_row_a_pose(tmp_path, header, (1e-3, 1e3))
+    with pytest.raises(DocumentError, match=message):
+        set_of_hand(files, HAND, wrist=wrist)
+
+
+def test_pressures_without_a_unit_are_refused(tmp_path):
+    files = one_row_a_pose(tmp_path, PLAIN, (1e-3, 1e3))
+    with pytest.raises(DocumentError, match="unit of pressure, got none; say it of all: --map"):
+        set_of_hand(files, HAND, wrist=HELD)
+
+
+def test_words_of_names_are_parted_by_capitals_and_signs():
+    assert words("IndexTip_x [mm]") == ["index", "tip", "x", "mm"]
