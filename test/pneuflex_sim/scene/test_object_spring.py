@@ -10,8 +10,9 @@ from pneuflex_sim.simulation import Simulation, SimulationConfig
 PLACE, TURN = np.array([0.3, 0.05, 0.1]), Rotation.from_rotvec([0.4, -0.3, 0.2]).as_quat()
 
 
-def held(name, step=0.005):
-    simulation = Simulation(SimulationConfig(object=name, scene="held", step=step, segments=1))
+def held(name, step=0.005, **config):
+    config |= {"object": name, "scene": "held", "step": step, "segments": 1}
+    simulation = Simulation(SimulationConfig(**config))
     simulation.hold_object(PLACE, TURN)
     return simulation
 
@@ -34,6 +35,22 @@ def off(simulation):
 @pytest.mark.parametrize("step", [0.002, 0.01])
 def test_light_and_heavy_objects_are_held_in_place_against_their_weight(name, step):
     simulation = held(name, step)
+    run(simulation, 0.5)
+    way, turn = off(simulation)
+    assert np.abs(way).max() < 1e-4 and np.abs(turn).max() < 1e-3
+    simulation.close()
+
+
+@pytest.mark.parametrize("name", ["pen", "marker", "bead", "ball_79", "scissors"])
+def test_so_they_are_in_mujoco(name):
+    """At the usual step; the lighter the object, the sooner it left when its holder did not act."""
+    pytest.importorskip("mujoco")
+    simulation = held(name, 0.002, engine="mujoco")
+    run(simulation, 0.5)
+    way, turn = off(simulation)
+    assert np.abs(way).max() < 1e-4 and np.abs(turn).max() < 1e-3
+    simulation.place_object((0.0, 0.0), 1.3)
+    simulation.hold_object(PLACE, TURN)
     run(simulation, 0.5)
     way, turn = off(simulation)
     assert np.abs(way).max() < 1e-4 and np.abs(turn).max() < 1e-3

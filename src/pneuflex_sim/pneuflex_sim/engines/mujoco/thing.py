@@ -33,6 +33,7 @@ class MujocoObject:
         self._bodies = [k for k in range(model.nbody) if model.body_rootid[k] == base]
         self._shares = model.body_mass[self._bodies] / description.mass
         self._moments = model.body_inertia[self._bodies] / description.mass
+        self._alone = self._diagonal()
         angles = Sheet(description.dimensions).angles if self.is_sheet else []
         self._angles = np.array(angles)
 
@@ -55,12 +56,18 @@ class MujocoObject:
         mujoco.mj_getState(model, data, state, kind)
         mujoco.mj_setConst(model, data)
         mujoco.mj_setState(model, data, state, kind)
+        self._alone = self._diagonal()
+
+    def _diagonal(self) -> Array:
+        """Of the mass matrix (6,) [kg], [kg m2], without what holds the object."""
+        return np.array(self._model.dof_M0[self._speed : self._speed + 6])
 
     def resist(self, mass: float, inertia: float) -> None:
         """Add mass [kg] and inertia [kg m2] of what holds the object; its weight, too."""
-        at = self._speed
-        self._model.dof_armature[at : at + 3] = mass
-        self._model.dof_armature[at + 3 : at + 6] = inertia
+        model, at = self._model, slice(self._speed, self._speed + 6)
+        model.dof_armature[at] = np.repeat([mass, inertia], 3)
+        # of a body that moves alone MuJoCo takes the diagonal of the mass matrix from dof_M0
+        model.dof_M0[at] = self._alone + model.dof_armature[at]
         if mass:
             weight = mass * self._model.opt.gravity
             self._data.xfrc_applied[self._bodies[0], :3] += weight
