@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from softhand_common.documents.quoted import shortened
 
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
@@ -88,11 +88,11 @@ class PressureGuard:
             valves: wanted by control (n,).
         """
         over = pressures > self.limits
-        if over.any():
+        if some(over):
             self._blocked_at = np.where(over & ~self.blocked, setpoints, self._blocked_at)
             self.relieving |= over
             self.blocked |= over
-        if not self.blocked.any():
+        if not some(self.blocked):
             return valves
         self.relieving &= pressures > RELIEF_END * self.limits
         self.blocked &= self.relieving | ~(setpoints < self._blocked_at)
@@ -102,7 +102,7 @@ class PressureGuard:
     def burst(self, pressures: Floats) -> int | None:
         """Index of the first channel whose relief has failed; None for none."""
         beyond = pressures > BURST_MARGIN * self.limits
-        return int(np.argmax(beyond)) if beyond.any() else None
+        return int(np.argmax(beyond)) if some(beyond) else None
 
     def unblock(self, channels: tuple[int, ...]) -> None:
         """Allow these channels, which have new commands, to be inflated again."""

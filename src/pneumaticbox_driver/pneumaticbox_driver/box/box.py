@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves, some
 from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
 from pneumaticbox_driver.box.estimates import EstimateCheck
 from pneumaticbox_driver.box.ranges import target_ranges
@@ -158,9 +158,9 @@ class PneumaticBox:
             return self._switch(self._venting)
 
     def _step(self, time: float, dt: float, pressures_abs: Floats) -> Valves:
-        sound = (pressures_abs > LEAST_ABS) & (pressures_abs < MOST_ABS)  # and no NaN
-        if not sound.all():
-            return self._sensor_fault(time, pressures_abs, int(np.argmin(sound)))
+        sound = [LEAST_ABS < value < MOST_ABS for value in pressures_abs.tolist()]  # and no NaN
+        if not all(sound):
+            return self._sensor_fault(time, pressures_abs, sound.index(False))
         if dt == 0:
             return self._venting if self.latch else self.valves
         if dt > SAMPLE_SILENCE_LIMIT:
@@ -328,7 +328,7 @@ class PneumaticBox:
 
     def _switch(self, valves: Valves) -> Valves:
         changed: Flags = valves != self.valves
-        if changed.any():
+        if some(changed):
             self.valves = valves.copy()
             self._timing.note(self.time, changed)
             self.observer.switch(valves, self.pressures_abs, self.supply_abs)

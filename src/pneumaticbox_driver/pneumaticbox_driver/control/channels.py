@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from pneumaticbox_driver.control.interface import BoxView, Controller
 from pneumaticbox_driver.control.mass import (
     MassController,
@@ -96,11 +96,13 @@ class ChannelControl:
             ControlError: a controller has failed; `__cause__` is its error.
         """
         wanted, setpoints = self._closed, view.setpoints
+        alone = len(self._controllers) == 1
         for mode, controller in self._controllers.items():
             view.mine = self._masks[mode]
-            view.setpoints = np.where(view.mine, setpoints, np.nan)
+            view.setpoints = setpoints if alone else np.where(view.mine, setpoints, np.nan)
             try:
-                wanted = np.where(view.mine, controller.update(view), wanted)
+                found = controller.update(view)
+                wanted = found if alone else np.where(view.mine, found, wanted)
             except Exception as error:
                 raise ControlError(mode, np.flatnonzero(view.mine).tolist()) from error
         return wanted
@@ -131,7 +133,7 @@ class PulseTiming:
             valves: commanded until now (n,).
             wanted: by control (n,).
         """
-        if (wanted == valves).all():
+        if not some(wanted != valves):
             return valves
         is_open = valves != 0
         through_pause = np.where(is_open & (wanted != valves), 0, wanted)

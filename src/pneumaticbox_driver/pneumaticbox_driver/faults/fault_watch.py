@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betaincinv
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from pneumaticbox_driver.faults.pulse_effect import (
     EFFECT_SETTLING,
     LEAST_DROP,
@@ -17,6 +17,7 @@ from pneumaticbox_driver.faults.pulse_effect import (
     Seen,
 )
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import air_mass
 
 LEARNING_SAMPLES = 100  # from which the noise of a sensor is learnt
@@ -68,7 +69,7 @@ class FrozenReading:
     def frozen(self) -> Flags:
         """Sensors whose reading stands still (m,)."""
         frozen = self.run > self._longest
-        if self._together.any() and self.run[self._together].min() > self._longest_together:
+        if some(self._together) and self.run[self._together].min() > self._longest_together:
             frozen |= self._together
         return frozen
 
@@ -77,10 +78,9 @@ class FrozenReading:
 
         Sensors that are not `in_range` (m,) may have a constant reading without a fault.
         """
-        self.run = np.where((readings == self._last) & in_range, self.run + 1.0, 0.0)
-        self._last = readings
+        count_repeats(readings, in_range, self._last, self.run)
         if not self._learnt:
-            self._lesson.append(readings)
+            self._lesson.append(readings.copy())
             if len(self._lesson) == LEARNING_SAMPLES:
                 self._learn(np.array(self._lesson))
                 self._lesson.clear()
@@ -101,6 +101,16 @@ class FrozenReading:
             self._together = noisy
             chance = 1.0 / np.sum(1.0 / self._longest[noisy])  # the logarithms add up
             self._longest_together = max(float(chance), FEWEST_TOGETHER)
+
+
+@compiled
+def count_repeats(readings: Floats, in_range: Flags, last: Floats, run: Floats) -> None:
+    """Count equal readings in a row (m,) of sensors `in_range` (m,), and keep the `last` ones, in
+    place.
+    """
+    for i in range(len(run)):
+        run[i] = run[i] + 1.0 if in_range[i] and readings[i] == last[i] else 0.0
+        last[i] = readings[i]
 
 
 def _greatest_correlation(steps: Floats) -> float:
@@ -191,7 +201,7 @@ class FaultWatch:
             dt: time since the last sample [s].
             readings: absolute pressures as read by the sensors, the supply last (n + 1,) [Pa].
         """
-        if not math.isfinite(readings.sum()):
+        if not math.isfinite(sum(readings.tolist())):
             self._lost = ~np.isfinite(readings[:-1])
             return False  # the box vents for this reason
         self._lost[:] = False
@@ -243,7 +253,7 @@ class FaultWatch:
 
     def _sensor_faults(self) -> list[str]:
         frozen = self._frozen.frozen
-        if not frozen.any():
+        if not some(frozen):
             return []
         names = (*self._names, "supply")
         return [
@@ -253,7 +263,7 @@ class FaultWatch:
     def _supply_faults(self, dt: float, view: FaultView) -> list[str]:
         self._supply_seen |= view.supply > SUPPLY_SEEN
         inflating = view.valves > 0
-        missing = view.supply < NO_SUPPLY and bool(self._supply_seen or inflating.any())
+        missing = view.supply < NO_SUPPLY and (self._supply_seen or some(inflating))
         self._without_supply = self._without_supply + dt if missing else 0.0
         if self._without_supply > SUPPLY_PATIENCE:
             return ["supply lost: its pressure is below what any channel needs"]
@@ -266,7 +276,7 @@ class FaultWatch:
 
     def _pulse_faults(self) -> list[str]:
         effect = self._effect
-        if not (effect.idle.any() or effect.unvented.any()):
+        if not (some(effect.idle) or some(effect.unvented)):
             return []
         faults = []
         frozen = self._frozen.frozen

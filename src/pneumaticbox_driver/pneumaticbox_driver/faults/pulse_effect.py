@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
@@ -125,18 +125,18 @@ class PulseEffect:
             valves: commanded during `dt` (n,).
         """
         changed = valves != self._valve.state
-        if changed.any():
+        if some(changed):
             self._switch(changed, seen, valves)
         np.add(self._valve.since, dt, out=self._valve.since)
-        if not self._marks.counting.any():
+        if not some(self._marks.counting):
             return
         settled = _weigh(dt, supply, self._least_pressure, tuple(seen), *self._groups)
-        if settled.any():
+        if some(settled):
             self._close_books(settled, seen.pressures)
 
     def _switch(self, changed: Flags, seen: Seen, valves: Valves) -> None:
         begun = changed & (valves != 0)
-        if begun.any():
+        if some(begun):
             self._close_books(begun & self._marks.counting, seen.pressures)
             for evidence in self._sums[:4]:
                 evidence[begun & (valves != self._direction)] = 0.0

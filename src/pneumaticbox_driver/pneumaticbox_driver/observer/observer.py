@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.drift import DriftBound
 from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, sum_terms
@@ -105,7 +105,7 @@ class MassObserver:
             supply_abs: absolute supply pressure [Pa].
         """
         integrals = self._integrals
-        if self._sign.any():
+        if some(self._sign):
             integrals.advance(dt, pressures_abs, supply_abs)
             found = np.empty((2, len(pressures_abs)))
             terms = integrals.values, integrals.rates
@@ -125,13 +125,13 @@ class MassObserver:
             supply_abs: absolute supply pressure [Pa].
         """
         changed = valves != self.direction
-        if not changed.any():
+        if not some(changed):
             return
         self._integrals.end(changed)
         self.direction = valves.copy()
         self.flow = np.where(changed, 0.0, self.flow)
         begun = changed & (valves != 0)
-        if not begun.any():
+        if not some(begun):
             return
         self._settle(begun & (self._sign != 0))
         self._sign = np.where(begun, valves, self._sign)
@@ -142,7 +142,7 @@ class MassObserver:
 
     def _settle(self, ended: Flags) -> None:
         """Add the pulses that have ended to the settled mass."""
-        if not ended.any():
+        if not some(ended):
             return
         values, lengths, c = self._integrals.values, self._integrals.lengths, self._coefficients
         flow = (c[1] * values[1] + c[2] * values[2]) / np.maximum(lengths, SHORTEST_MEAN)

@@ -1,10 +1,14 @@
 """Detection of constant pressures by averages over windows, for noise of any size."""
 
+import math
+
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats
+from softhand_common.numerics.compiled import compiled
 
 AVERAGE_WINDOW = 0.1  # over which a pressure is averaged [s]
+WINDOW_END = AVERAGE_WINDOW - 1e-9  # with room for rounding [s]
 LEAST_WINDOW_SAMPLES = 25  # in a window at any sampling rate, to limit the noise of the mean
 STILL_TOLERANCE = 45.0  # between the means of two consecutive windows [Pa]
 STILL_SIGMAS = 4.0  # tolerance in standard deviations of that difference, if that is more [-]
@@ -44,15 +48,10 @@ class StillPressure:
 
     def add(self, dt: float, pressures_abs: Floats) -> bool:
         """Add absolute pressures (n,) [Pa] after `dt` [s]; returns whether a window is full."""
-        step = pressures_abs - self._last
-        self._squares += np.where(np.isnan(step), 0.0, step * step)
-        self._last = pressures_abs.copy()
-        self._sum += pressures_abs
-        self._count += 1.0
-        self._since += dt
-        full = (self._since >= AVERAGE_WINDOW - 1e-9) & (self._count >= LEAST_WINDOW_SAMPLES)
-        if not full.any():
+        window = self._last, self._squares, self._sum, self._count, self._since
+        if not add_to_window(dt, pressures_abs, *window):
             return False
+        full = (self._since >= WINDOW_END) & (self._count >= LEAST_WINDOW_SAMPLES)
         mean = self._sum / self._count
         # steps have twice the variance of a sample, the difference of two means 2/count of it
         tolerance = np.maximum(STILL_TOLERANCE, STILL_SIGMAS * np.sqrt(self._squares) / self._count)
@@ -61,3 +60,29 @@ class StillPressure:
         for memory in (self._sum, self._squares, self._count, self._since):
             memory[full] = 0.0
         return True
+
+
+@compiled
+def add_to_window(
+    dt: float,
+    pressures_abs: Floats,
+    last: Floats,
+    squares: Floats,
+    total: Floats,
+    count: Floats,
+    since: Floats,
+) -> bool:
+    """Add absolute pressures (n,) [Pa] after `dt` [s] to the windows of `StillPressure`, in place;
+    returns whether one is full.
+    """
+    full = False
+    for i in range(len(last)):
+        step = pressures_abs[i] - last[i]
+        if not math.isnan(step):
+            squares[i] += step * step
+        last[i] = pressures_abs[i]
+        total[i] += pressures_abs[i]
+        count[i] += 1.0
+        since[i] += dt
+        full |= since[i] >= WINDOW_END and count[i] >= LEAST_WINDOW_SAMPLES
+    return full

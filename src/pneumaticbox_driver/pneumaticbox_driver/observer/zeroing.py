@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY
 from pneumaticbox_driver.observer.drift import PostureMass, combine
 from pneumaticbox_driver.observer.observer import UNSEEN_DROP, MassObserver
 from pneumaticbox_driver.observer.still_pressure import StillPressure
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
 
 NEARLY_EMPTY = 2e3  # above it, an offset found at ambient pressure hardly affects the outflow [Pa]
@@ -131,12 +132,10 @@ class Zeroing:
             valves: commanded until now (n,).
         """
         self._waited += dt
-        self._pressures = pressures_abs - self._settings.ambient
-        self._peak = np.maximum(self._peak, self._pressures)
-        self._held_for += dt * (self._held_for > 0)
-        self.empty &= np.abs(self._pressures) < UNEXPLAINED_PRESSURE
+        channels = self._pressures, self._peak, self._held_for, self.empty
+        follow_pressures(dt, pressures_abs, self._settings.ambient, *channels)
         vented = valves < 0
-        if vented.any():
+        if some(vented):
             self._follow_outlets(vented)
         if not self._still.add(dt, pressures_abs):
             return
@@ -160,7 +159,7 @@ class Zeroing:
         least = self._rest_capacity * (self._pressures - UNSEEN_DROP)
         bounded = vented & ~(high & self._inflated)
         short = np.where(bounded, np.maximum(least - mass, 0.0), 0.0)
-        if short.any():
+        if some(short):
             observer.lift(short)
             self._lifted += short
 
@@ -171,7 +170,7 @@ class Zeroing:
         at_ambient &= np.abs(self._pressures) < UNEXPLAINED_PRESSURE
         for channel in np.flatnonzero(self.doubted & (valves == 0) & at_ambient).tolist():
             self._zero(channel, 0.0)
-        if self._held_for.any():
+        if some(self._held_for):
             self._wait_for_rest()
         if self.drift_correction:
             self._correct(
@@ -321,3 +320,24 @@ class Zeroing:
         if under_pressure:
             self._notes.append(f"tared under pressure by the free volume: {under_pressure}")
         return under_pressure
+
+
+@compiled
+def follow_pressures(
+    dt: float,
+    pressures_abs: Floats,
+    ambient: float,
+    pressures: Floats,
+    peak: Floats,
+    held_for: Floats,
+    empty: Flags,
+) -> None:
+    """Bring the state of the channels (n,) to absolute pressures (n,) [Pa] `dt` [s] later, in
+    place: gauge `pressures` and their `peak` [Pa], how long air was held [s], and which are empty.
+    """
+    for i in range(len(pressures)):
+        pressures[i] = pressures_abs[i] - ambient
+        peak[i] = max(peak[i], pressures[i])
+        if held_for[i] > 0:
+            held_for[i] += dt
+        empty[i] &= abs(pressures[i]) < UNEXPLAINED_PRESSURE

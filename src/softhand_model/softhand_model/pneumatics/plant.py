@@ -262,7 +262,7 @@ class PneumaticPlant:
                 f"volumes must have shape ({len(self.channels)},), one for each channel, "
                 f"got {given.shape}"
             )
-        if not given.min() > 0:
+        if not all(volume > 0 for volume in given.tolist()):
             raise ValueError(f"volumes must be above 0 m3, got {given.tolist()}")
         return given
 

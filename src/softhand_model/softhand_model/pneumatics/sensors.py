@@ -1,10 +1,12 @@
 """Pressure sensors with class error, low-pass, noise and a 12-bit converter (Table 4.1)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.compiled import compiled
 from softhand_model.pneumatics.parameters import Sensor
 
 OFFSET_SHARE = (
@@ -35,22 +37,42 @@ class PressureSensors:
         """Let the low-pass settle at ambient pressure."""
         self.filtered: Array = np.full(len(self.gain), self.ambient)
         self._step, self._share = 0.0, self.filtered
+        self._errors = self.gain, self.offset, self.noise
+        self._converter = self.resolution, self.full_scale
 
     def follow(self, dt: float, pressures_abs: Array) -> None:
         """Let the low-pass follow true absolute pressures [Pa] for `dt` [s]."""
         if dt != self._step:
             self._step, self._share = dt, dt / (dt + self.time_constant)
-        self.filtered += self._share * (pressures_abs - self.filtered)
+        follow_low_pass(self._share, pressures_abs, self.filtered)
 
     def read(self, noise: np.random.Generator) -> Array:
         """Return converted absolute pressures [Pa], ambient taken as exactly known."""
-        true = self.filtered - self.ambient
-        drawn = noise.standard_normal(len(true))
-        analog = self.gain * true + self.offset + self.noise * drawn
-        # not np.clip, which takes several times as long for a few channels
-        in_range = np.minimum(np.maximum(analog, -0.02 * self.full_scale), self.full_scale)
-        digital = np.round(in_range / self.resolution)
-        return digital * self.resolution + self.ambient
+        readings = noise.standard_normal(len(self.filtered))
+        convert(self.filtered, self.ambient, self._errors, self._converter, readings)
+        return readings
+
+
+@compiled
+def follow_low_pass(share: Array, pressures_abs: Array, filtered: Array) -> None:
+    """Move the filtered absolute pressures (m,) [Pa] by a share (m,) [-] of their distance to the
+    true ones (m,) [Pa].
+    """
+    for i in range(len(filtered)):
+        filtered[i] += share[i] * (pressures_abs[i] - filtered[i])
+
+
+@compiled
+def convert(filtered: Array, ambient: float, errors: Any, converter: Any, readings: Array) -> None:
+    """Turn standard normal numbers (m,) into the readings (m,) [Pa] of the filtered absolute
+    pressures (m,) [Pa]: errors `gain`, `offset` and `noise`, then `resolution` and `full_scale`.
+    """
+    gain, offset, noise = errors
+    resolution, full_scale = converter
+    for i in range(len(filtered)):
+        analog = gain[i] * (filtered[i] - ambient) + offset[i] + noise[i] * readings[i]
+        in_range = min(max(analog, -0.02 * full_scale[i]), full_scale[i])
+        readings[i] = np.rint(in_range / resolution[i]) * resolution[i] + ambient
 
 
 def build_sensors(
