@@ -186,7 +186,7 @@ def import_files(
 
     Args:
         paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
+        experiment: free_bending, blocked_tip, uniaxial or hand_pose; None: as the columns say.
         columns: what columns are, by quantity: name of the column and its unit, such as
             {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
         hand: hand, or HAND:ACTUATOR, of which the specimen is a finger; of files with places of
