@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+import hashlib
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import product
-from multiprocessing import get_context
-from typing import Any
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
 from pneuflex_sim.world import Diverged
+from softhand_trials.sweep import run_tasks
+from softhand_trials.sweep.results import read_results
+from softhand_trials.sweep.success_map import finished
+from softhand_trials.sweep.task import DIGEST_DIGITS
 from thesis.chapter_8.closing_hand import Closing, ClosingHand, Draw, Held
 from thesis.chapter_8.object_map import ALL
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
@@ -52,6 +56,11 @@ class Parameters:
     seed: int = option(0, "of the first trial; the protocol was made on seed 900 [-]")
     jobs: int = option(2, "processes; 0: this one [-]")
 
+    def continued(self, folder: Path) -> Self:
+        """These parameters with the hands that already have trials in the folder."""
+        there = [name for name in CLOSINGS if read_results(folder / name)]
+        return replace(self, hands=tuple(dict.fromkeys([*there, *self.hands])))
+
     def __post_init__(self) -> None:
         for field, known in (("hands", CLOSINGS), ("objects", OBJECTS)):
             if unknown := sorted(set(getattr(self, field)) - set(known)):
@@ -63,7 +72,7 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Trial:
-    """A hand, an object and a seed, tried with every arm."""
+    """A hand, an object and a seed, tried with every arm: a `Task`."""
 
     hand: str
     object: str
@@ -71,29 +80,47 @@ class Trial:
     stiffness: float
     segments: int
 
+    @property
+    def key(self) -> str:
+        """Its name."""
+        return f"{self.hand}/{self.object}/{self.seed}"
+
+    @property
+    def settings(self) -> str:
+        """Nothing is built that two trials share."""
+        return self.key
+
+    @property
+    def digest(self) -> str:
+        """Hash of its fields."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()[:DIGEST_DIGITS]
+
+    def describe(self) -> dict[str, Any]:
+        """What its record says of it."""
+        return {"key": self.key, "digest": self.digest} | asdict(self)
+
+    def result(self) -> dict[str, Any]:
+        """What its arms hold."""
+        return {"arms": compared(self)}
+
 
 def run(given: Parameters, job: Job) -> Results:
-    """All trials, each with the soft hand first, whose force the other arms close with."""
-    seeds = range(given.seed, given.seed + given.trials)
-    trials = [
-        Trial(hand, name, seed, given.stiffness, given.segments)
-        for hand, name, seed in product(given.hands, given.objects, seeds)
-    ]
-    found = []
-    for number, arms in enumerate(_each(compared, trials, given.jobs)):
-        found.append(asdict(trials[number]) | {"arms": arms})
-        job.progress(trials[number].object, (number + 1) / len(trials))
+    """All trials, each with the soft hand first, whose force the other arms close with; those with
+    results in the job's folder are not run again.
+    """
+    seeds, found = range(given.seed, given.seed + given.trials), []
+    for number, hand in enumerate(given.hands):
+        job.progress(hand, number / len(given.hands))
+        trials = [
+            Trial(hand, name, seed, given.stiffness, given.segments)
+            for name, seed in product(given.objects, seeds)
+        ]
+        records = run_tasks(trials, job.folder / hand, given.jobs, name=hand)
+        found += [
+            {name: record[name] for name in ("hand", "object", "seed", "arms")}
+            for record in finished(records)
+        ]
     return {"trials": found}
-
-
-def _each(
-    work: Callable[[Trial], dict[str, Any]], trials: Sequence[Trial], jobs: int
-) -> Iterator[dict[str, Any]]:
-    if not jobs:
-        yield from map(work, trials)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(work, trials)
 
 
 def compared(trial: Trial) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from thesis import frame
 from thesis.chapter_3_and_5.stand import fill
 from thesis.chapter_8 import shape_adaptability as experiment
 from thesis.chapter_8.closing_hand import LOST_WAY, ClosingHand, Draw, Held, stiffened
@@ -99,6 +100,24 @@ def test_what_is_lost_has_no_links_and_what_diverged_is_no_pair():
     found = judged(trial("cup", held(9), held(9), lost), trial("tube", held(5), held(5), diverged))
     assert "9.0 against 0.0: +9.0 (+9.0 to +9.0), 1 pairs" in found["links that touch"].ours
     assert found["links, pairs in which both hold the object"].ours == "-, 0 pairs"
+
+
+def test_a_run_goes_on_where_it_was_and_keeps_the_hands_that_are_there(tmp_path, monkeypatch):
+    done = []
+
+    def made_up(trial):
+        done.append(trial.key)
+        return {arm: held(5) for arm in (SOFT, SAME, STIFF)}
+
+    monkeypatch.setattr(experiment, "compared", made_up)
+    job = frame.Job(tmp_path, lambda what, share: None)
+    few = {"objects": ("cylinder", "tube"), "trials": 2, "jobs": 0}
+    first = experiment.Parameters(hands=("rbo_hand_1",), **few)
+    experiment.run(first, job)
+    both = experiment.Parameters(hands=("rbo_hand_2",), **few).continued(tmp_path)
+    assert set(both.hands) == {"rbo_hand_1", "rbo_hand_2"}
+    results = experiment.run(both, job)
+    assert len(done) == len(set(done)) == len(results["trials"]) == 8
 
 
 def test_the_interval_draws_objects_and_their_trials():
