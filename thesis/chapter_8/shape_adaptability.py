@@ -113,7 +113,7 @@ def run(given: Parameters, job: Job) -> Results:
         job.progress(hand, number / len(given.hands))
         trials = [
             Trial(hand, name, seed, given.stiffness, given.segments)
-            for name, seed in product(given.objects, seeds)
+            for seed, name in product(seeds, given.objects)
         ]
         records = run_tasks(trials, job.folder / hand, given.jobs, name=hand)
         found += [
