@@ -1,10 +1,12 @@
 """The tab Lab in a real browser: from two dropped files to a hand that moves by the new model."""
 
 import threading
+from functools import partial
 from pathlib import Path
 
 import pytest
 from finger_csvs import HAND, finger_csvs
+from hand_csvs import hand_header, motion_capture, one_row_a_pose
 from play_page import PATIENCE, Window, served, wait_until
 
 from model_lab.measurements.load import load_measurements
@@ -38,7 +40,7 @@ def texts():
 def test_two_files_become_a_verdict_and_the_hand_moves_by_the_new_model(page, texts, open_window):
     window = open_window(page)
     window.press("Lab")
-    window.choose("measured finger", HAND)
+    window.choose("measured finger or hand", HAND)
     for name, text in texts.items():
         window.drop(name, text)
     window.reads("free_bending, 2 runs")
@@ -95,6 +97,23 @@ def test_a_file_that_can_be_read_in_two_ways_waits_for_what_is_said_of_it(page):
     assert page.message == "stretched to: expected [FILE=]STRETCH, got far"
     for name in given:
         getattr(page.lab, name).value = AS_SHOWN if name == "decimal" else ""
+
+
+def test_files_of_motion_capture_and_a_logger_become_a_set_of_the_whole_hand(page, tmp_path):
+    page.lab._forget()
+    page.lab.finger.value = "rbo_hand_2"
+    with pytest.raises(ValueError, match="expected pressure and markers of one run"):
+        page.dropped.open("alone.csv", motion_capture(tmp_path)[0].read_bytes())
+    page.lab._forget()
+    files = one_row_a_pose(tmp_path, hand_header(), (1e-3, 1e3))
+    for file in files:
+        page.attempt(partial(page.dropped.open, file.name, file.read_bytes()))
+    assert page.look is Look.ERROR and "how the wrist was held" in page.message
+    page.lab.wrist.value = "; ".join(f"{file.name}=0,90,0" for file in files)
+    page.attempt(page.lab._look)
+    assert page.message.startswith("hand_pose, 3 runs")
+    assert load_measurements(page.lab._set).hand.name == "rbo_hand_2"
+    page.lab.wrist.value = ""
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,12 @@ def _tips(pressures, rpy):
     return np.stack([found[tip] for tip in TIPS], axis=1)
 
 
+def hand_header():
+    """Names of the columns of `one_row_a_pose`, in s, kPa and mm."""
+    places = (f"{tip}_tip.{axis} [mm]" for tip in TIPS for axis in "xyz")
+    return ["time [s]", *(f"pressure.{channel} [kPa]" for channel in CHANNELS), *places]
+
+
 def table(path, header, rows, comma=",", decimal=".", above=()):
     """Write a text file of a header, lines above it, and rows of numbers."""
     lines = [*above, comma.join(header)]

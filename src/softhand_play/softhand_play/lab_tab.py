@@ -10,15 +10,25 @@ import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
 import viser
 
-from model_lab.cli.options import DECIMAL_SIGNS, column_map, sheet_of, stretch_before
+from model_lab.cli.options import (
+    DECIMAL_SIGNS,
+    attitude,
+    column_map,
+    sheet_of,
+    stretch_before,
+)
 from model_lab.importing.cells import Ambiguous
-from model_lab.importing.importing import Maps, Proposal, make_set, propose
+from model_lab.importing.hand_sets import set_of_hand
+from model_lab.importing.importing import ImportedSet, Maps, Proposal, make_set, propose
+from model_lab.importing.tables import read_tables
 from model_lab.importing.told import table_rows
+from model_lab.measurements.hands import HAND_POSE
 from model_lab.report.first_look_text import FIRST_LOOK
 from softhand_common.documents.json_document import read_json
 from softhand_model.hand.hand import hand_names, load_hand
@@ -50,7 +60,9 @@ class LabTab:
         self.work = LabProcess(self._told)
         with tab:
             gui.add_markdown("Open or drop CSV or spreadsheet files: all runs of one experiment.")
-            self.finger = gui.add_dropdown("measured finger", (NO_HAND, *_fingers()))
+            self.finger = gui.add_dropdown(
+                "measured finger or hand", (NO_HAND, *_fingers(), *_hands())
+            )
             self.maps = gui.add_text(
                 "columns", "", hint="what the names do not say: NAME=COLUMN:UNIT, with spaces"
             )
@@ -67,6 +79,11 @@ class LabTab:
                     "",
                     hint="largest stretch before the run, 1 for none; of single files A=1.5; B=2",
                 )
+                self.wrist = gui.add_text(
+                    "wrist of a hand",
+                    "",
+                    hint="ROLL,PITCH,YAW in degrees; of single files A=0,90,0; B=0,0,0",
+                )
             self._columns = gui.add_html("")
             compare = gui.add_button("compare", hint="checks the data first, then the model")
             diagnose = gui.add_button("diagnose", hint="names the effect that is missing")
@@ -75,7 +92,7 @@ class LabTab:
             add = gui.add_button("add it, and move the hand with it")
             forget = gui.add_button("forget these files")
             self._answer = gui.add_html("")
-        more = (self.decimal, self.sheet, self.specimen, self.stretched)
+        more = (self.decimal, self.sheet, self.specimen, self.stretched, self.wrist)
         for widget in (self.finger, self.maps, *more):
             widget.on_update(lambda _: page.attempt(self._look))
         compare.on_click(lambda _: page.attempt(self._compare))
@@ -96,7 +113,10 @@ class LabTab:
             most = f"{SIZE_LIMIT / 1e6:g} MB of measurements"
             raise ValueError(f"{path.name}: expected at most {most}, got {size / 1e6:.0f} MB")
         with suppress(Ambiguous):
-            self._proposal([path], {})
+            if self.finger.value in _hands():
+                read_tables(path)
+            else:
+                self._proposal([path], {})
         self._files.append(path)
         self._look()
 
@@ -106,15 +126,8 @@ class LabTab:
         self._is_set = False
         if not self._files:
             return
-        proposal = self._proposal(self._files, self._given_maps())
+        proposal, made = self._read()
         self._columns.content = _table(table_rows(proposal))
-        finger = self.finger.value
-        made = make_set(
-            proposal,
-            None if finger == NO_HAND else finger,
-            specimen=self.specimen.value.strip() or None,
-            stretched_to=_said(self.stretched, stretch_before),
-        )
         for old in self._set.glob("*"):
             old.unlink()
         made.write(self._set)
@@ -122,6 +135,24 @@ class LabTab:
         self._page.report(
             "; ".join((f"{proposal.experiment}, {len(made.runs)} runs", *made.remarks)),
             Look.SUCCESS,
+        )
+
+    def _read(self) -> tuple[Proposal, ImportedSet]:
+        """What the files hold, and their set."""
+        hand, maps = self.finger.value, self._given_maps()
+        if hand in _hands():
+            held = _said(self.wrist, attitude)
+            read = (None, DECIMAL_SIGNS.get(self.decimal.value, ""), _said(self.sheet, sheet_of))
+            of_hand = set_of_hand(self._files, hand, HAND_POSE, maps, None, *read, held)
+            if of_hand is not None:
+                return of_hand[1], of_hand[0]
+        proposal = self._proposal(self._files, maps)
+        self._columns.content = _table(table_rows(proposal))
+        return proposal, make_set(
+            proposal,
+            None if hand == NO_HAND else hand,
+            specimen=self.specimen.value.strip() or None,
+            stretched_to=_said(self.stretched, stretch_before),
         )
 
     def _proposal(self, files: Sequence[Path], maps: Maps) -> Proposal:
@@ -239,6 +270,12 @@ def _fingers() -> list[str]:
         for chain in load_hand(name).chains
         if len(chain.actuators) == 1 and not chain.turn
     ]
+
+
+@cache
+def _hands() -> tuple[str, ...]:
+    """The shipped hands with several fingers."""
+    return tuple(name for name in hand_names() if len(load_hand(name).tips) > 1)
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:

@@ -52,7 +52,7 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--experiment",
                 metavar="E",
-                help="free_bending, blocked_tip, uniaxial or hand_pose (default: as the columns say)",
+                help="free_bending, blocked_tip, uniaxial or hand_pose (default: as columns say)",
             ),
             argument(
                 "--map",
