@@ -247,6 +247,9 @@ class Rules:
     slip_noise: float = _rule(
         0.5, "noise floor over the spread of the outputs from which no slip is told", BY_HAND
     )
+    slip_foreign_noise: float = _rule(
+        3.0, "the same from which the noise is none of the readings", BY_HAND
+    )
     dead_p_value: float = _rule(
         0.01, "p-value of a cubic of the input up to which an output follows it", BY_HAND
     )

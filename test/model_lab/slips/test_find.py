@@ -17,7 +17,7 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
-from model_lab.slips.find import _jumps, find_slips
+from model_lab.slips.find import _jumps, find_slips, score
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -285,6 +285,15 @@ def test_a_slip_is_found_beside_what_two_protocols_hardly_show(seed, name, tmp_p
     assert truth.slip == name and truth.effects
     (slip,) = find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips
     assert slip.name == name
+
+
+def test_a_unit_is_told_by_which_repeats_seem_to_scatter(tmp_path):
+    """By pressures 750 times too large the model tells repeats farther apart than all readings."""
+    truth = slip_sets.make(900, tmp_path)
+    data = load_measurements(tmp_path)
+    assert score(data, BASE).floor > 10.0 * np.std(data.table.value)
+    (slip,) = find_slips(data, BASE).slips
+    assert (slip.column, slip.said, slip.fits) == ("pressure", "bar", "mmHg") and truth.slip
 
 
 def test_an_angle_jumps_if_it_stays_within_a_turn_and_runs_on_without_the_jumps():

@@ -23,7 +23,14 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
 from model_lab.slips.columns import Candidate
-from model_lab.slips.find import SLIP_SAMPLES, Checked, find_slips, jumping_angle, nearest
+from model_lab.slips.find import (
+    SLIP_SAMPLES,
+    Checked,
+    find_slips,
+    jumping_angle,
+    nearest,
+    scatters,
+)
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect
@@ -124,8 +131,8 @@ def find_slip_beside_effect(
     Raises ValueError for data that the model cannot use.
     """
     stated = _base_of(data, model, classes)
-    scatters = stated.problem.floor.total > RULES.slip_noise * float(np.std(data.table.value))
-    if stated.explains(stated.base) or scatters or outside(data, model.base):
+    scattered = scatters(data, stated.problem.floor.total)
+    if stated.explains(stated.base) or scattered or outside(data, model.base):
         return Checked(data)
     tell("looking for wrong units and the like beside an effect", 0, 0)
     every = FITTED_OF_HAND if data.of_hand else 0

@@ -104,8 +104,7 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     if jump is not None:
         return jump
     before = score(data, model)
-    scatters = before.floor > RULES.slip_noise * float(np.std(data.table.value))
-    if before.explains or scatters or dead_readings(data):
+    if before.explains or scatters(data, before.floor) or dead_readings(data):
         return None
     alike = _best(scored(data, model), before)
     if not alike:
@@ -140,6 +139,14 @@ def _jumps(angle: Array) -> bool:
     jumps = steps > TURN_OF_ANGLE - RULES.longest_step
     within = np.ptp(angle) < TURN_OF_ANGLE + RULES.longest_step
     return bool(within and jumps.any() and np.all(steps[~jumps] < RULES.longest_step))
+
+
+def scatters(data: MeasurementSet, floor: float) -> bool:
+    """Whether readings scatter by so much of their spread that no slip is told. A floor far above
+    their spread is not theirs: by inputs in a wrong unit a model tells repeats farther apart.
+    """
+    spread = float(np.std(data.table.value))
+    return RULES.slip_noise * spread < floor < RULES.slip_foreign_noise * spread
 
 
 def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
