@@ -1,8 +1,7 @@
 """Gather verdicts with what they rest on, for `bench.lab.calibrate`: `python -m bench.lab.gather`.
 
 Sets of development seeds that no threshold has seen; a run that is stopped goes on. Every set is
-one line in out/bench/calibration.jsonl, done again where the code has changed since. Even seeds are
-for the fit, odd ones to show it.
+one line in out/bench/calibration.jsonl, done again where the code has changed since.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ LEFT_OUT = ("plan",)  # rows that are no single verdict
 
 
 def jobs(revision: str, experiments: Sequence[str] = ()) -> list[Job]:
-    """Every case once a round in a random order, one noise level each, for both halves in turn."""
+    """Every case once a round in a random order, one noise level each, with two seeds in turn."""
     cases = [
         case
         for case in all_cases()

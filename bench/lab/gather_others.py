@@ -1,12 +1,11 @@
 """Gather verdicts on sets by others than `bench.hidden`: `python -m bench.lab.gather_others`.
 
 As `bench.lab.gather`, into the same lines. The second author's sets with a hidden effect, with
-slips and with faults in their series come in turn, each kind with seeds that follow one another;
-even seeds are for the fit, odd ones to show it. `--real`: measurements and parts of them
-(`bench.lab.real`), every other set for the fit. What is right there, by SOURCES.md of the
-measurements and the contract of the lab: of rubber and silicone a law of rubber for each named
-effect, or `unexplained` where such a law helps most; of an actuator of another make that snaps,
-`unexplained`.
+slips and with faults in their series come in turn, each kind with seeds that follow one another.
+`--real`: measurements and parts of them (`bench.lab.real`), numbered by set. What is right there,
+by SOURCES.md of the measurements and the contract of the lab: of rubber and silicone a law of
+rubber for each named effect, or `unexplained` where such a law helps most; of an actuator of
+another make that snaps, `unexplained`.
 """
 
 from __future__ import annotations

@@ -107,24 +107,37 @@ def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path,
     monkeypatch.setattr(calibrate, "OUT", tmp_path / "confidence.json")
     monkeypatch.setattr(calibrate, "FIGURE", tmp_path / "confidence.png")
     lines = tmp_path / "lines.jsonl"
-    sets = gathered(40, 604) + gathered(40, 605)
+    sets = gathered(40, 603) + gathered(40, 604)
     lines.write_text("".join(json.dumps(one) + "\n" for one in sets))
     assert calibrate.main(["--lines", str(lines)]) == 0
     written = json.loads((tmp_path / "confidence.json").read_text())
-    assert written["fitted_to"] == {"sets": 40, "seeds": [604]}
-    assert written["shown_on"]["seeds"] == [605] and written["revisions"] == {"r": 80}
+    assert written["fitted_to"] == {"sets": 40, "seeds": [603]}
+    assert written["shown_on"]["seeds"] == [604] and written["revisions"] == {"r": 80}
     assert (tmp_path / "confidence.png").stat().st_size > 5000
 
 
-def test_both_halves_get_sets_of_every_case_that_no_threshold_has_seen():
+def test_fit_and_proof_get_sets_of_every_case_that_no_threshold_has_seen():
     jobs = gather.jobs("r")
-    halves = [{job.case for job in jobs if job.seed % 2 == half} for half in (0, 1)]
+    halves = [
+        {job.case for job in jobs if calibrate.for_the_fit(job.seed) == fit}
+        for fit in (True, False)
+    ]
     assert halves[0] == halves[1] and len(halves[0]) > 300
     assert min(job.seed for job in jobs) >= gather.FIRST_SEED
     assert max(job.seed for job in jobs) < 1000
     assert not any(is_reserved(job.case) for job in jobs)
     first = jobs[: len(halves[0])]
     assert len({gather.name_of(job) for job in first}) == len(first)
+
+
+def test_measurements_of_which_the_worst_fits_are_the_surest_are_told(found):
+    real = [one | {"row": "real"} for one in gathered(30, 606)]
+    for one in real:
+        one["answer"]["evidence"]["after"] = one["answer"]["evidence"]["left"]
+    assert calibrate.rank_of_measurements(real, found) == [pytest.approx(-1.0, abs=0.05), 30]
+    for one in real:
+        one["answer"]["evidence"]["after"] *= -1.0
+    assert calibrate.rank_of_measurements(real, found) == [pytest.approx(1.0, abs=0.05), 30]
 
 
 def test_what_is_shipped_says_where_it_comes_from():
