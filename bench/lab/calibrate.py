@@ -1,8 +1,8 @@
 """Calibrate the confidence of verdicts: `python -m bench.lab.calibrate`.
 
 Takes the sets that `bench.lab.gather` and `bench.lab.gather_others` have gathered: the model of
-each verdict is fitted to those of five in seven seeds, as slips and faults come in turns that seven
-does not divide, and what it says is compared with what is right on the others. Writes the
+each verdict is fitted to five in seven of them, drawn by a checksum of their names, and what it
+says is compared with what is right on the others. Writes the
 coefficients into the lab (diagnosis/confidence.json), with where they come from, and the
 reliability diagram (docs/figures/confidence.png); `--show` only prints.
 """
@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 from scipy.optimize import minimize
@@ -33,6 +34,7 @@ from bench.lab.reliability import (
 from bench.lab.scoring import refused, right, wilson
 from model_lab.diagnosis import confidence
 from model_lab.diagnosis.confidence import probability
+from model_lab.diagnosis.result import UNEXPLAINED
 from model_lab.rules import RULES
 
 Array = np.ndarray
@@ -57,17 +59,18 @@ TERMS: dict[str, dict[str, int]] = {
         "repeats": 1, "base_at_bound": -1, "size": -1,
     },
 }  # fmt: skip
-SHOWN, IN_TURN = (2, 5), 7  # seeds that are not for the fit, of so many
+SHOWN, PARTS_OF_SETS = 2, 7  # parts that are not for the fit, of so many
 RIDGES = (0.3, 1.0, 3.0, 10.0, 30.0)
 PARTS = 5
 FEWEST_RANKED = 5  # measurements
 PRIOR = 1.0  # right and wrong verdicts more than were seen, half each
+GUESSED = 0.2
 REFUSED, LIMITS = 0.85, tuple(np.arange(0.5, 0.951, 0.05))
 
 
-def for_the_fit(seed: int) -> bool:
-    """Whether sets of a seed are for the fit."""
-    return seed % IN_TURN not in SHOWN
+def for_the_fit(key: str) -> bool:
+    """Whether a set, by its key, is for the fit."""
+    return crc32(key.encode()) % PARTS_OF_SETS >= SHOWN
 
 
 def answered(lines: Path) -> list[Record]:
@@ -156,13 +159,19 @@ def best_ridge(records: Sequence[Record], terms: Mapping[str, int]) -> float:
 
 def limit_of(records: Sequence[Record], said: Array) -> float:
     """The least limit below which a verdict is a guess, so that of the wrong ones enough are
-    refused: said as a guess, or as unexplained.
+    refused: said as a guess, or as unexplained. It calls no more of the right ones guesses than
+    are allowed.
     """
-    wrong = [(record, p) for record, p in zip(records, said, strict=True) if not right(record)]
+    pairs = list(zip(records, said, [right(record) for record in records], strict=True))
+    wrong = [(record, p) for record, p, fine in pairs if not fine]
+    found = LIMITS[0]
     for limit in LIMITS:
+        if np.mean([p < limit for _, p, fine in pairs if fine] or [0.0]) > GUESSED:
+            break
+        found = limit
         if np.mean([p < limit or refused(record) for record, p in wrong] or [1.0]) >= REFUSED:
-            return _short(limit)
-    return _short(LIMITS[-1])
+            break
+    return _short(found)
 
 
 def fitted(records: Sequence[Record]) -> dict[str, Any]:
@@ -201,9 +210,10 @@ def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]
 
 def rank_of_measurements(records: Sequence[Record], found: Mapping[str, Any]) -> list[float]:
     """Rank correlation of confidence with error over floor over measurements by others and their
-    parts, and how many these are; above 0 the worst fits would be the surest.
+    parts that are said to be explained, and how many these are; above 0 the worst fits would be the
+    surest.
     """
-    real = [r for r in records if r["row"] == "real"]
+    real = [r for r in records if r["row"] == "real" and verdict_of(r) != UNEXPLAINED]
     said = [probability(found["verdicts"][verdict_of(r)], r["answer"]["evidence"]) for r in real]
     left = [r["answer"]["evidence"][_judged_error(r)] for r in real]
     if len(real) < FEWEST_RANKED:
@@ -287,15 +297,15 @@ def main(arguments: list[str] | None = None) -> int:
         print(words_of(json.loads(OUT.read_text())))
         return 0
     records = answered(chose.lines)
-    used = [r for r in records if for_the_fit(r["seed"])]
-    others = [r for r in records if not for_the_fit(r["seed"])]
+    used = [r for r in records if for_the_fit(r["key"])]
+    others = [r for r in records if not for_the_fit(r["key"])]
     found = fitted(used)
     proof = shown(others, found) | {"rank_of_measurements": rank_of_measurements(records, found)}
     head = {
         "format": FORMAT,
         "made_by": "python -m bench.lab.gather and gather_others, then bench.lab.calibrate",
-        "fitted_to": _seeds(used),
-        "shown_on": _seeds(others) | proof,
+        "fitted_to": _rows(used),
+        "shown_on": _rows(others) | proof,
         "revisions": dict(Counter(record["revision"] for record in records)),
     }
     for name, value in (proof | {"limit": found["limit"]}).items():
@@ -307,8 +317,9 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _seeds(records: Sequence[Record]) -> dict[str, Any]:
-    return {"sets": len(records), "seeds": sorted({record["seed"] for record in records})}
+def _rows(records: Sequence[Record]) -> dict[str, Any]:
+    rows = Counter(record["row"] for record in records)
+    return {"sets": len(records), "rows": dict(sorted(rows.items()))}
 
 
 if __name__ == "__main__":

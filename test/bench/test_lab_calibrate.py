@@ -12,13 +12,13 @@ from bench.lab.scoring import SECOND_AUTHOR, right
 from model_lab.diagnosis.confidence import probability
 
 
-def gathered(count, first, verdict="effects_missing"):
+def gathered(count, first, verdict="effects_missing", steepness=8.0):
     """Sets of which the share right falls with what is left, from 1 to nearly 0."""
     random = np.random.default_rng(first)
     made = []
     for number in range(count):
         left = float(random.uniform())
-        fine = random.random() < 1.0 / (1.0 + np.exp(8.0 * (left - 0.6)))
+        fine = random.random() < 1.0 / (1.0 + np.exp(steepness * (left - 0.6)))
         evidence = dict.fromkeys({name for terms in TERMS.values() for name in terms}, 0.0)
         made.append({
             "key": f"{verdict}{first}{number}", "row": "catalogue", "seed": first,
@@ -94,13 +94,15 @@ def test_a_verdict_that_was_never_gathered_is_even_chance(found):
     assert probability(found["verdicts"]["adequate"], evidence) == 0.5
 
 
-def test_the_limit_refuses_most_of_the_wrong_verdicts():
-    sets = gathered(200, 603)
-    said = np.array([1.0 - one["answer"]["evidence"]["left"] for one in sets])
+@pytest.mark.parametrize(("steepness", "enough"), [(8.0, False), (80.0, True)])
+def test_the_limit_refuses_most_of_the_wrong_verdicts_unless_too_many_right_ones(steepness, enough):
+    sets = gathered(200, 603, steepness=steepness)
+    said = np.array([1.0 - 0.5 * one["answer"]["evidence"]["left"] for one in sets])
+    fine = np.array([right(one) for one in sets])
     limit = limit_of(sets, said)
-    names = [one["answer"]["effects"][0]["name"] for one in sets]
-    below = [p < limit for p, name in zip(said, names, strict=True) if name == "b"]
-    assert np.mean(below) >= calibrate.REFUSED or limit == calibrate.LIMITS[-1]
+    assert (np.mean(said[~fine] < limit) >= calibrate.REFUSED) == enough
+    assert np.mean(said[fine] < limit) <= calibrate.GUESSED
+    assert enough or np.mean(said[fine] < limit + 0.05) > calibrate.GUESSED
 
 
 def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path, monkeypatch):
@@ -111,22 +113,24 @@ def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path,
     lines.write_text("".join(json.dumps(one) + "\n" for one in sets))
     assert calibrate.main(["--lines", str(lines)]) == 0
     written = json.loads((tmp_path / "confidence.json").read_text())
-    assert written["fitted_to"] == {"sets": 40, "seeds": [603]}
-    assert written["shown_on"]["seeds"] == [604] and written["revisions"] == {"r": 80}
+    fitted_to, others = written["fitted_to"]["sets"], written["shown_on"]["sets"]
+    assert fitted_to + others == 80 and 10 < others < 36
+    assert written["fitted_to"]["rows"] == {"catalogue": fitted_to}
+    assert written["revisions"] == {"r": 80}
     assert (tmp_path / "confidence.png").stat().st_size > 5000
 
 
 def test_fit_and_proof_get_sets_of_every_case_that_no_threshold_has_seen():
     jobs = gather.jobs("r")
     halves = [
-        {job.case for job in jobs if calibrate.for_the_fit(job.seed) == fit}
+        {job.case for job in jobs if calibrate.for_the_fit(gather.name_of(job)) == fit}
         for fit in (True, False)
     ]
-    assert halves[0] == halves[1] and len(halves[0]) > 300
+    assert len(halves[0] & halves[1]) > 300 and len(halves[0] ^ halves[1]) < 10
     assert min(job.seed for job in jobs) >= gather.FIRST_SEED
     assert max(job.seed for job in jobs) < 1000
     assert not any(is_reserved(job.case) for job in jobs)
-    first = jobs[: len(halves[0])]
+    first = jobs[: len(halves[0] | halves[1])]
     assert len({gather.name_of(job) for job in first}) == len(first)
 
 
@@ -143,6 +147,9 @@ def test_measurements_of_which_the_worst_fits_are_the_surest_are_told(found):
 def test_what_is_shipped_says_where_it_comes_from():
     shipped = json.loads(calibrate.OUT.read_text())
     assert shipped["format"] == calibrate.FORMAT and set(shipped["verdicts"]) == set(TERMS)
-    assert not set(shipped["fitted_to"]["seeds"]) & set(shipped["shown_on"]["seeds"])
+    rows = shipped["fitted_to"]["rows"]
+    assert sum(rows.values()) == shipped["fitted_to"]["sets"]
+    for author in ("catalogue", "second author, forms", "second author, slips", "real"):
+        assert rows[author]
     for verdict, terms in TERMS.items():
         assert 0.0 < probability(shipped["verdicts"][verdict], dict.fromkeys(terms, 0.0)) < 1.0
