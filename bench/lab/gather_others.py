@@ -23,7 +23,7 @@ from bench.kept import append, read
 from bench.lab.adapter import diagnosis_of
 from bench.lab.gather import LINES
 from bench.lab.real import model_of, pieces, sets
-from bench.lab.scoring import SECOND_AUTHOR, groups
+from bench.lab.scoring import REAL, SECOND_AUTHOR, groups
 from bench.lab.store import revision_of_the_code
 from bench.second_author.__main__ import MAKERS
 from bench.second_author.score import score
@@ -89,8 +89,8 @@ def records_of_measurements(revision: str) -> Iterator[dict[str, Any]]:
         for part, piece in [("whole", data), *pieces(data)]:
             said = diagnose(piece, model_of(piece)[1]).diagnosis.as_json()
             yield {
-                "key": f"real|{name}: {part}",
-                "row": "real",
+                "key": f"{REAL}|{name}: {part}",
+                "row": REAL,
                 "experiment": said["experiment"],
                 "seed": number,
                 "revision": revision,

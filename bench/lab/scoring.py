@@ -9,6 +9,7 @@ from typing import Any
 
 Record = Mapping[str, Any]
 SECOND_AUTHOR = "second author"  # begins the row of such a set
+REAL = "real"  # row of measurements by others
 EXTRA_NAMES = 2  # in a tie beside the truth
 
 
