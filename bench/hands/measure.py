@@ -15,6 +15,7 @@ from model_lab.measurements.hands import (
     pressure_columns,
 )
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_common.numerics.arrays import Array
@@ -29,12 +30,19 @@ WRIST_NOISE = 0.002  # one sigma [rad] by which the frame of the wrist differs f
 MODULUS_SCALES = (0.93, 1.07)
 
 
-def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
+def measured(
+    hidden: Hidden,
+    random: np.random.Generator,
+    scales: tuple[float, float] = MODULUS_SCALES,
+    engine: str = PYBULLET,
+    step: float = STEP,
+) -> MeasurementSet:
     """Two noisy repeats of five protocols; each holds the wrist in another way and passes from one
-    drawn set of pressures to another.
+    drawn set of pressures to another. scales: between which the factor [-] on the modulus of all
+    rubber is drawn; engine and step [s]: of the simulated hand.
     """
     stated = load_hand(HAND)
-    markers, scale = default_markers(stated), float(random.uniform(*MODULUS_SCALES))
+    markers, scale = default_markers(stated), float(random.uniform(*scales))
     runs = []
     for number in range(PROTOCOLS):
         rpy = tuple(Rotation.random(random_state=random).as_euler("xyz").tolist())
@@ -42,7 +50,7 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
         ends[0] *= number % 2  # every other one begins without pressure
         at = np.linspace(0.0, 2.0, POSES)
         pressures = np.stack([np.interp(at, range(3), column) for column in ends.T], axis=1)
-        true = poses(hidden, pressures, rpy, scale)
+        true = poses(hidden, pressures, rpy, scale, engine, step)
         for repeat in "ab"[:REPEATS]:
             frame = Rotation.from_rotvec(WRIST_NOISE * random.standard_normal(3)).as_matrix()
             seen = true @ frame.T + MARKER_NOISE * random.standard_normal(true.shape)
@@ -58,7 +66,14 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
     return shuffled(made, hidden.name, random)
 
 
-def poses(hidden: Hidden, pressures: Array, rpy: tuple[float, ...], scale: float) -> Array:
+def poses(
+    hidden: Hidden,
+    pressures: Array,
+    rpy: tuple[float, ...],
+    scale: float,
+    engine: str = PYBULLET,
+    step: float = STEP,
+) -> Array:
     """Fingertips (poses, tips, 3) [m] at rest in the wrist frame at pressures (poses, channels)
     [Pa].
     """
@@ -68,8 +83,9 @@ def poses(hidden: Hidden, pressures: Array, rpy: tuple[float, ...], scale: float
         scene=scene,
         model=hidden.model,
         segments=SEGMENTS,
-        step=STEP,
+        step=step,
         modulus_scale=scale,
+        engine=engine,
     )
     simulation = Simulation(config)
     down = Rotation.from_euler("xyz", rpy).inv().apply([0.0, 0.0, -1.0])
@@ -89,7 +105,7 @@ def _at_rest(simulation: Simulation, pressures: Array) -> list[tuple[Array, Arra
     """
     pressures_abs, looks = simulation.ambient + pressures, round(LONGEST / LOOK)
     for _ in range(looks):
-        for _ in range(round(LOOK / STEP)):
+        for _ in range(round(LOOK / simulation.step_size)):
             rotations = simulation.bodies.rotations
             masses = simulation.air.masses(
                 pressures_abs, simulation.ambient, simulation.temperature, rotations
