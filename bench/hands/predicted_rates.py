@@ -60,12 +60,15 @@ def draw(rates: Mapping[str, Mapping[str, list[float]]], objects: list[str], pat
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, len(rates), figsize=(3.2 * len(rates) + 1.2, 4.2), sharey=True)
-    marks = {"true": ("k", "o", 70), "base": ("tab:red", "s", 34), "mended": ("tab:green", "D", 34)}
+    marks = {  # colour, marker, size and fill: what comes later lies above, and hides nothing
+        "base": ("tab:red", "s", 120, "none"),
+        "true": ("k", "o", 60, "none"),
+        "mended": ("tab:green", "D", 16, "tab:green"),
+    }
     rows = np.arange(len(objects))[::-1]
     for axis, (case, series) in zip(np.ravel(axes), rates.items(), strict=True):
-        for name, (colour, marker, size) in marks.items():
+        for name, (colour, marker, size, fill) in marks.items():
             if name in series:
-                fill = "none" if name == "true" else colour
                 style = {"marker": marker, "s": size, "facecolors": fill, "edgecolors": colour}
                 axis.scatter(series[name], rows, label=name, zorder=3, **style)
         axis.set(title=case, xlim=(-0.05, 1.05), xlabel="rate of success", yticks=rows)
