@@ -100,7 +100,9 @@ def records_of_measurements(revision: str) -> Iterator[dict[str, Any]]:
 
 
 def right_of_measurements(name: str, said: dict[str, Any]) -> bool:
-    """Whether a diagnosis of a measured set says what is known of it."""
+    """Whether a diagnosis of a measured set says what is known of it; none of them has a slip."""
+    if said["slips"]:
+        return False
     if not name.startswith(("rubber", "silicone")):
         return bool(said["verdict"] == "unexplained")
     if said["verdict"] == "unexplained":
