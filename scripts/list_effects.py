@@ -49,6 +49,8 @@ METHODS = {
             "palm_factor()",
             "tip_mass_of(chain)",
             "friction_factor()",
+            "damping_time()",
+            "lag_of(channel)",
             "marker_offset_of(marker)",
             "frame_turn()",
         ),

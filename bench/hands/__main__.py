@@ -51,7 +51,7 @@ def main() -> None:
             low, high = parameter["interval"]
             holds.append(low <= hidden.value <= high)
         scores.setdefault(_group(hidden), []).append(score)
-        print(_row(number, hidden, answer, took, score), flush=True)
+        print(row_of(number, hidden, answer, took, score), flush=True)
     print("\n| group | sets | scores |\n|---|---|---|")
     for group, found in scores.items():
         counts = ", ".join(f"{found.count(one)} {one}" for one in sorted(set(found)))
@@ -103,7 +103,8 @@ def _group(hidden: Hidden) -> str:
     return hidden.strength or hidden.name
 
 
-def _row(number: int, hidden: Hidden, answer: dict[str, Any], took: float, score: str) -> str:
+def row_of(number: int, hidden: Hidden, answer: dict[str, Any], took: float, score: str) -> str:
+    """A row of the table: number, what is hidden, answer as JSON, time [s] and score."""
     named = "; ".join(
         f"{effect['name']} {'>'.join(effect.get('where', {}).values())} "
         + ", ".join(f"{key} {one['value']:.3g}" for key, one in effect["parameters"].items())

@@ -28,7 +28,7 @@ EXCEPTIONS = {
     "diagnosis/evidence.py": {"LARGEST_LOGARITHM": "a feature of the calibrated confidence"},
     "experiments/base_torque.py": {"OUT_OF_REACH": FILE},
     "experiments/free_bending.py": {"GRAVITY_OF_MOUNT": "shares of the weight, by the mount"},
-    "experiments/hand_pose.py": {"KEPT_POSES": "how much is kept in memory"},
+    "experiments/hand_motion.py": {"MOST_KEPT": "how much is kept in memory"},
     "experiments/samples.py": {"JUMP": NUMERICS},
     "experiments/specimen_models.py": {"UNCHANGED": NUMERICS},
     "fitting/fit.py": dict.fromkeys(

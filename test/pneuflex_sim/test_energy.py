@@ -43,7 +43,7 @@ def let_go(simulation):
 def test_without_damping_energy_is_conserved_to_first_order_in_the_step(
     simulate, hold_pressure, weightless, monkeypatch
 ):
-    monkeypatch.setattr(layout, "DAMPING_TIME", 0.0)
+    monkeypatch.setattr("softhand_model.effects.hand.DAMPING_TIME", 0.0)
     monkeypatch.setattr(layout, "ADDED_INERTIA", 0.0)
     lost = []
     for step in (2e-4, 1e-4):

@@ -66,7 +66,7 @@ def test_steps_are_of_second_order():
 
     def tips(step):
         shape = body.roll(moved_wrist(time, place, turn, step), time, pressure)
-        return body.at_rest.point(shape, "finger", 1.0, np.zeros(3))
+        return body.point(shape, "finger", 1.0, np.zeros(3))
 
     exact = tips(0.000125)
     errors = [float(np.sqrt(np.mean((tips(step) - exact) ** 2))) for step in (0.002, 0.001, 0.0005)]
@@ -128,7 +128,7 @@ def test_constant_acceleration_pulls_as_weight_does():
     held = held_wrist(time, UPRIGHT, 0.002)
     pushed = replace(held, acceleration=held.acceleration + [4.0, 0.0, -2.0])
     moved = body.roll(pushed, time, pressure, gravity=0.0).frames[-1]
-    rest = body.at_rest.settle(pressure[:, :1], np.array([[-4.0, 0.0, 2.0]])).frames[0]
+    rest = body.settle(pressure[:, :1], np.array([[-4.0, 0.0, 2.0]])).frames[0]
     assert moved == pytest.approx(rest, abs=1e-6)
 
 

@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
+from model_lab.bench.hand_motion_set import hand_motion_set, moved_hand
 from model_lab.bench.layouts import driven_set, hand_pose_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL_CONDUCTANCE
+from model_lab.measurements.hands import HAND_MOTION
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import check_folder, set_files
 from softhand_common.documents.json_document import json_node
@@ -36,6 +38,7 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "valve_pulse": pulse_set,
     "base_torque": lambda random: held_tip_set(),
     "hand_pose": lambda random: hand_pose_set(),
+    HAND_MOTION: lambda random: hand_motion_set(),
 }
 EXPERIMENTS = tuple(EMPTY)
 NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
@@ -185,7 +188,7 @@ class _Rig:
 
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
         """The set with its outputs: the model with these effects, scatter of runs and noise."""
-        true = self._predicted(effects)
+        true = self._true(effects)
         runs = []
         for index, run in enumerate(self.empty.runs):
             factor = 1.0 + self._scatter * self._random.standard_normal()
@@ -198,6 +201,15 @@ class _Rig:
             runs.append(replace(run, columns=columns))
         noise = dict.fromkeys(self.empty.outputs, self.noise)
         return replace(self.empty, runs=tuple(runs), noise=noise)
+
+    def _true(self, effects: Sequence[Effect]) -> Array:
+        """What the rig does (samples,): what the model predicts; a hand in motion is followed in
+        shorter steps, and cut otherwise.
+        """
+        if self.empty.experiment != HAND_MOTION:
+            return self._predicted(effects)
+        (scale,) = self.calibration["modulus_scale"].values()
+        return moved_hand(self.empty, scale, tuple(effects))
 
     def _predicted(
         self, effects: Sequence[Effect], calibration: Mapping[str, Any] | None = None

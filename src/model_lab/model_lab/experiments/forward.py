@@ -13,6 +13,7 @@ from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
+from model_lab.experiments.hand_motion import HandMotion
 from model_lab.experiments.hand_pose import HandPose
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.rubber import Rubber
@@ -62,6 +63,7 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "valve_pulse": ValvePulse,
     "base_torque": BaseTorque,
     "hand_pose": HandPose,
+    "hand_motion": HandMotion,
 }
 
 

@@ -22,7 +22,9 @@ from softhand_model.chain.serial import serial_chains
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.hand import (
     altered,
+    channel_lags,
     check_places,
+    damping_time,
     effects_of_hand,
     modulus_factor,
     palm_factor,
@@ -31,9 +33,10 @@ from softhand_model.effects.hand import (
 )
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.stages import SectionShape
-from softhand_model.equilibrium.hand_statics import HandBody, Shape
+from softhand_model.equilibrium.hand_statics import Shape
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
+from softhand_model.motion.moving_body import MovingBody
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
@@ -57,14 +60,26 @@ class HandPose:
     Raises DocumentError for a missing column, ValueError for a marker on an arc.
     """
 
+    most_kept = KEPT_POSES
+
     def __init__(self, data: MeasurementSet, segments: int | None = None) -> None:
-        require_columns(data, data.inputs, "the model of hand_pose")
+        require_columns(data, data.inputs, f"the model of {data.experiment}")
         self._data, self._hand = data, data.hand
         self._segments = segments or data.hand_segments or HAND_SEGMENTS
+        self.strained = _sections(self._hand), "pure_shear"
+        self._chains = serial_chains(self._hand)
+        self._known: dict[Hashable, tuple[MovingBody, Shape | None]] = {}
+        self._body_of: dict[Hashable, MovingBody] = {}
+        self._models: dict[Hashable, ChainModel] = {}
+        self._take_rows()
+
+    def _take_rows(self) -> None:
+        """The poses, each once."""
+        data = self._data
         batches = list(dict.fromkeys(data.specimens[run.specimen].batch for run in data.runs))
         poses = np.concatenate([self._poses_of(run, batches) for run in data.runs])
         alike, self._pose = np.unique(poses, axis=0, return_inverse=True)  # as repeats are
-        channels = len(data.inputs)
+        channels = len(data.pressures)
         self._pressures = np.ascontiguousarray(alike[:, :channels].T)
         self._down = np.ascontiguousarray(alike[:, channels:-2])
         self._temperature = np.ascontiguousarray(alike[:, -2])
@@ -72,19 +87,14 @@ class HandPose:
         turned = turned_frame(data) if data.free_frame else None
         if turned is not None:
             self._down = np.ascontiguousarray(self._down @ turned.turn)
-        self.strained = _sections(self._hand), "pure_shear"
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
-        self._chains = serial_chains(self._hand)
-        self._known: dict[Hashable, tuple[HandBody, Shape | None]] = {}
-        self._body_of: dict[Hashable, HandBody] = {}
-        self._models: dict[Hashable, ChainModel] = {}
 
     def _poses_of(self, run: Run, batches: list[str]) -> Array:
         """Pressures [Pa], direction down in the frame of the wrist, temperature [K], and batch of
         each sample of a run (samples, channels + 5).
         """
         batch = batches.index(self._data.specimens[run.specimen].batch)
-        pressures = np.array([run.columns[name] for name in self._data.inputs]).T
+        pressures = np.array([run.columns[name] for name in self._data.pressures]).T
         return np.hstack(
             [pressures, np.tile([*down_of(run), run.temperature, batch], (run.samples, 1))]
         )
@@ -123,6 +133,8 @@ class HandPose:
         )
         weights = [e.values["mass_scale"] for e in effects if e.name == "gravity"]
         weight = float(weights[0]) if weights else 1.0
+        damping, channels = damping_time(effects), self._felt(effects)[:, rows]
+        lags = channel_lags(hand, effects)
         of_rubber = tuple(
             (e.name, *e.values.values()) for e in effects if e.stage not in BESIDE_RUBBER
         )
@@ -130,29 +142,40 @@ class HandPose:
         for chains in self._chains:
             parts = [hand.chain(name) for name in chains]
             names = [name for part in parts for name in part.actuators]
-            body = (*(self._key_of(part, effects) for part in parts), of_rubber)
+            body = (*(self._key_of(part, effects) for part in parts), of_rubber, damping)
             mounts = tuple(part.mount for part in parts)
-            key = (body, mounts, scale, weight, *(tuple(shares[name]) for name in names), rows[0])
+            felt = ((*shares[name], *(lags * np.sign(shares[name]))) for name in names)
+            key = (body, mounts, scale, weight, *felt, rows[0])
             if key not in self._known:
                 self._forget()
                 if (body, mounts) not in self._body_of:
                     models = {part.name: self._model_of(part, effects, of_rubber) for part in parts}
-                    self._body_of[body, mounts] = HandBody(hand, models)
-                acting = np.array([shares[name] for name in names]) @ self._pressures[:, rows]
-                pull = weight * STANDARD_GRAVITY * self._down[rows]
-                one = self._body_of[body, mounts]
-                self._known[key] = (one, self._settled(one, acting, pull, scale, rows))
+                    self._body_of[body, mounts] = MovingBody(hand, models, damping)
+                acting = np.array([shares[name] for name in names]) @ channels
+                one, gravity = self._body_of[body, mounts], weight * STANDARD_GRAVITY
+                self._known[key] = (one, self._shaped(one, acting, gravity, scale, rows))
             found.update(self._markers_of(*self._known[key], effects, len(rows)))
         return found
 
-    def _settled(
-        self, body: HandBody, pressures: Array, pull: Array, scale: float, rows: Indices
+    def _felt(self, effects: Sequence[Effect]) -> Array:
+        """Pressures (channels, samples) [Pa] of the channels as their actuators feel them."""
+        return self._pressures
+
+    def _shaped(
+        self, body: MovingBody, pressures: Array, gravity: float, scale: float, rows: Indices
     ) -> Shape | None:
-        """The body at rest; None without an equilibrium."""
+        """The body in its poses; None without an equilibrium."""
         try:
-            return body.settle(pressures, pull, scale, self._temperature[rows])
+            return self._moved(body, pressures, gravity, scale, rows)
         except NoEquilibriumError:
             return None
+
+    def _moved(
+        self, body: MovingBody, pressures: Array, gravity: float, scale: float, rows: Indices
+    ) -> Shape:
+        """The body at rest."""
+        pull = gravity * self._down[rows]
+        return body.settle(pressures, pull, scale, self._temperature[rows])
 
     def _key_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> Hashable:
         """What distinguishes the model of a chain under effects of a hand; not its mount."""
@@ -171,7 +194,7 @@ class HandPose:
         return self._models[key]
 
     def _markers_of(
-        self, body: HandBody, shape: Shape | None, effects: Sequence[Effect], rows: int
+        self, body: MovingBody, shape: Shape | None, effects: Sequence[Effect], rows: int
     ) -> dict[str, Array]:
         """Places (rows, 3) [m] of the markers on a body; NaN without an equilibrium."""
         chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
@@ -191,7 +214,7 @@ class HandPose:
     def _forget(self) -> None:
         """Drop the oldest of what is kept."""
         for kept in (self._known, self._body_of, self._models):
-            while len(kept) >= KEPT_POSES:
+            while len(kept) >= self.most_kept:
                 del kept[next(iter(kept))]
 
 
@@ -199,7 +222,7 @@ def turned_frame(data: MeasurementSet) -> WristFrame | None:
     """The frame of the places of a set; None where it is about that of the wrist, or where the
     shape of the hand does not tell.
     """
-    pressures = [[run.columns[name] for name in data.inputs] for run in data.runs]
+    pressures = [[run.columns[name] for name in data.pressures] for run in data.runs]
     places = {
         name: np.concatenate(
             [
@@ -230,13 +253,13 @@ def own_error(data: MeasurementSet, model: Model) -> float:
         return np.asarray(HandPose(data, segments).predict({}, acting)[0])
 
     stated = predicted(data)
-    shifts = [predicted(_shifted(data, channel)) - stated for channel in data.inputs]
+    shifts = [predicted(shifted(data, channel)) - stated for channel in data.pressures]
     if not data.hand_segments:
         shifts.append(4.0 / 3.0 * (predicted(data, 2 * HAND_SEGMENTS) - stated))
     return float(np.sqrt(sum(np.nanmean(shift**2) for shift in shifts)))
 
 
-def _shifted(data: MeasurementSet, channel: str) -> MeasurementSet:
+def shifted(data: MeasurementSet, channel: str) -> MeasurementSet:
     """The set with the pressures of a channel read with an error of the sensor's zero."""
     runs = tuple(
         replace(run, columns={**run.columns, channel: run.columns[channel] + RULES.pressure_zero})

@@ -145,18 +145,24 @@ class NoiseFloor:
 
 
 def noise_floor(
-    data: MeasurementSet, spectrum: Spectrum, residual: Array, own_error: float = 0.0
+    data: MeasurementSet, spectrum: Spectrum, residual: Array, own_error: float | Array = 0.0
 ) -> NoiseFloor:
     """The floor of a set, given the residual (samples,) of a model fitted to it.
 
     A model that is wrong in the same way for all repeats does not change it. own_error: of the
-    predictions themselves, root mean square, which adds to the noise in every band. Raises
-    ValueError for sets from which it cannot be estimated.
+    predictions themselves, which adds to the noise: its root mean square, in every band; or errors
+    (k, samples) that act together, in the bands where they are. Raises ValueError for sets from
+    which it cannot be estimated.
     """
     known = _measured_floor(data, spectrum, residual)
-    if own_error == 0.0:
+    if not np.any(own_error):
         return known
-    return _floor(known.variance + own_error**2, known.dof, spectrum, known.source)
+    if isinstance(own_error, np.ndarray):
+        power = spectrum.power(spectrum.coefficients(np.nan_to_num(own_error))).sum(axis=0)
+        own = power / spectrum.counts()
+    else:
+        own = np.full(spectrum.band_count, own_error**2)
+    return _floor(known.variance + own, known.dof, spectrum, known.source)
 
 
 def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:

@@ -10,10 +10,12 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import own_error, with_weight
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.measurements.hands import HAND_MOTION
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
@@ -50,7 +52,7 @@ class FitProblem:
     joints: SpringModel = THESIS
     rules: Rules = RULES
     floor_as_is: NoiseFloor | None = None
-    own_error: float = 0.0
+    own_error: float | Array = 0.0
     known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
@@ -110,7 +112,8 @@ def pose_problem(
         rough = noise_floor(data, spectrum, forward.measured - predicted)
         better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
-    own = own_error(data, model)
+    moves = data.experiment == HAND_MOTION
+    own = own_errors(data, model) if moves else own_error(data, model)
     floor = noise_floor(data, spectrum, better.residual, own)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
     problem = FitProblem(

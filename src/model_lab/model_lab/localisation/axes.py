@@ -176,7 +176,7 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
 
 def _hand_axes(data: MeasurementSet) -> list[Axis]:
     """Pressure of each channel, share of the weight along each axis of the wrist, and marker."""
-    axes = [Axis(name, name, "Pa", data.column(name)) for name in data.inputs]
+    axes = [Axis(name, name, "Pa", data.column(name)) for name in data.pressures]
     down = np.array([down_of(run) for run in data.runs]).T
     for axis, along in zip(MARKER_AXES, down, strict=True):
         name = f"down.{axis}"

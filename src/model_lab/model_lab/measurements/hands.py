@@ -10,13 +10,14 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError, Node
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
-HAND_POSE = "hand_pose"
-OF_HANDS = (HAND_POSE,)  # experiments
+HAND_POSE, HAND_MOTION = "hand_pose", "hand_motion"
+OF_HANDS = (HAND_POSE, HAND_MOTION)  # experiments
 MARKER_AXES = ("x", "y", "z")
 MOST_SEGMENTS = 80  # of an actuator
 FREE_FRAME = "free"
 FRAMES = ("wrist", FREE_FRAME)  # in which places are
 PRESSURE_OF = "pressure."  # before the name of a channel
+WRIST_POSE = tuple(f"wrist.{part}" for part in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 
 
 @dataclass(frozen=True)

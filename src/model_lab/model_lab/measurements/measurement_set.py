@@ -12,8 +12,10 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.hands import (
+    HAND_MOTION,
     HAND_POSE,
     OF_HANDS,
+    WRIST_POSE,
     HandSpecimen,
     Marker,
     marker_columns,
@@ -41,7 +43,7 @@ OUTPUTS = {
     "rubber": ("stress",),
     "valve_pulse": ("mass",),
     "base_torque": ("torque_x", "torque_y", "torque_z"),
-    HAND_POSE: (),  # those of its markers
+    **dict.fromkeys(OF_HANDS, ()),  # those of its markers
 }
 INPUTS = {
     "free_bending": ("pressure",),
@@ -51,6 +53,7 @@ INPUTS = {
     "valve_pulse": ("direction", "duration", "p_in", "p_out"),
     "base_torque": ("time", "pressure", *TIP_POSE),
     HAND_POSE: (),  # the pressures of its channels
+    HAND_MOTION: ("time",),  # and the same pressures
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",
@@ -59,7 +62,7 @@ OUTPUT_UNITS = {
     "rubber": "Pa",
     "valve_pulse": "kg",
     "base_torque": "N m",
-    HAND_POSE: "m",
+    **dict.fromkeys(OF_HANDS, "m"),
 }
 MODES = ("uniaxial", "pure_shear", "equibiaxial")  # in which rubber is stretched
 INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
@@ -206,9 +209,12 @@ class MeasurementSet:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the columns from which a model predicts them."""
-        if self.of_hand:
-            return pressure_columns(self.hand)
-        return INPUTS[self.experiment]
+        return (*INPUTS[self.experiment], *(self.pressures if self.of_hand else ()))
+
+    @property
+    def pressures(self) -> tuple[str, ...]:
+        """Names of the columns of pressure of a hand."""
+        return pressure_columns(self.hand)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -242,7 +248,8 @@ class MeasurementSet:
         """Whether every run was recorded against time, and it counts: poses of a hand are taken at
         rest.
         """
-        return not self.of_hand and all("time" in run.columns for run in self.runs)
+        timed = all("time" in run.columns for run in self.runs)
+        return timed and self.experiment != HAND_POSE
 
     @cached_property
     def table(self) -> SampleTable:
@@ -268,7 +275,7 @@ class MeasurementSet:
         channels, stretch [-], or the pressure drop of a pulse [Pa].
         """
         if self.of_hand:
-            return np.max([run.columns[name] for name in self.inputs], axis=0)
+            return np.max([run.columns[name] for name in self.pressures], axis=0)
         if self.stretched:
             return run.columns["stretch"]
         if self.experiment == "valve_pulse":
@@ -328,9 +335,13 @@ def _repeats(first: Run, second: Run) -> bool:
 
 
 def down_of(run: Run) -> Array:
-    """Direction (3,) of the weight in the frame of the wrist.
+    """Direction (3,) of the weight in the frame of the wrist, at the first sample.
 
     >>> down_of(Run("r", "h", "p", 293.15, {}, wrist_rpy=(0.0, np.pi, 0.0))).round(9).tolist()
     [0.0, 0.0, 1.0]
     """
-    return rotate(from_rpy(run.wrist_rpy) * INVERSE_QUATERNION, [0.0, 0.0, -1.0])
+    if WRIST_POSE[-1] in run.columns:
+        turn = np.array([run.columns[name][0] for name in WRIST_POSE[3:]])
+    else:
+        turn = from_rpy(run.wrist_rpy)
+    return rotate(turn * INVERSE_QUATERNION, [0.0, 0.0, -1.0])

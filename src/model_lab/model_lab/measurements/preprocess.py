@@ -17,6 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from model_lab.aliases import Array
+from model_lab.measurements.hands import HAND_MOTION
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 
@@ -35,13 +36,25 @@ def thinned(
     """The set with every k-th sample of its longer runs, so that it is searched in a minute or two:
     about `largest` in all, at least `shortest` of each run.
 
-    Pulses, of which each counts, stay as they are.
+    Pulses, of which each counts, stay as they are. So do motions, which need the course of what
+    drives them; of their runs the first half is kept where `largest` is 1.
     """
     samples = sum(run.samples for run in data.runs) * len(data.outputs)
     if samples <= largest or data.experiment == "valve_pulse":
         return data
+    if data.experiment == HAND_MOTION:
+        return _begun(data) if largest == 1 else data
     wanted = samples / largest
     return replace(data, runs=tuple(_thin(run, wanted, shortest) for run in data.runs))
+
+
+def _begun(data: MeasurementSet) -> MeasurementSet:
+    """The set with the first half of its runs."""
+    runs = (
+        replace(run, columns={n: values[: run.samples // 2] for n, values in run.columns.items()})
+        for run in data.runs
+    )
+    return replace(data, runs=tuple(runs))
 
 
 def _thin(run: Run, wanted: float, shortest: int) -> Run:

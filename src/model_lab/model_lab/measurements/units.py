@@ -31,6 +31,7 @@ COLUMN_UNITS = {
     "radius": "m",
 }  # those whose quantity is known; any other column may have any unit
 MARKER_COLUMN = re.compile(r".+\.[xyz]")
+QUATERNION_COLUMN = re.compile(r".+\.q[xyzw]")
 LARGEST_VALUES = {
     "s": 1e11,
     "Pa": 1e12,
@@ -58,6 +59,8 @@ def unit_of(column: str) -> str | None:
         return COLUMN_UNITS[column]
     if column.startswith("pressure."):
         return "Pa"
+    if QUATERNION_COLUMN.fullmatch(column):
+        return ""
     return "m" if MARKER_COLUMN.fullmatch(column) else None
 
 

@@ -52,7 +52,7 @@ def _worst(data: MeasurementSet, model: Model) -> tuple[Run, int]:
 
 def _panel(axes: Any, data: MeasurementSet, run: Run, sample: int, model: Model) -> None:
     """Draw one model in mm: chains as lines, what is measured as dots, errors as red lines."""
-    pressures = np.array([[run.columns[name][sample]] for name in data.inputs])
+    pressures = np.array([[run.columns[name][sample]] for name in data.pressures])
     gravity = STANDARD_GRAVITY * down_of(run)[None]
     segments = data.hand_segments or HAND_SEGMENTS
     chain_of = {name: chain.name for chain in data.hand.chains for name in chain.actuators}

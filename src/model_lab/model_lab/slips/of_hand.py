@@ -9,7 +9,7 @@ from typing import Any
 
 from model_lab.experiments.hand_pose import turned_frame
 from model_lab.measurements.hand_frame import WristFrame
-from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.hands import HAND_MOTION, MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.slips.columns import (
     Candidate,
@@ -28,16 +28,17 @@ ALL_PRESSURES, ALL_MARKERS = "all pressures", "all markers"
 
 def candidates_of_hand(data: MeasurementSet) -> Iterator[Candidate]:
     """All slips that a set of a hand may have."""
-    for words, columns in ((ALL_PRESSURES, data.inputs), (ALL_MARKERS, data.outputs)):
+    for words, columns in ((ALL_PRESSURES, data.pressures), (ALL_MARKERS, data.outputs)):
         yield from _units(data, words, columns)
     yield _absolute(data)
-    for first, second in combinations(data.inputs, 2):
+    for first, second in combinations(data.pressures, 2):
         yield _exchanged(data, (first, second), {first: second, second: first})
     for one, other in combinations(data.markers, 2):
         pairs = {f"{one}.{axis}": f"{other}.{axis}" for axis in MARKER_AXES}
         yield _exchanged(data, (one, other), {**pairs, **{b: a for a, b in pairs.items()}})
     yield from _mirrored(data)
-    frame = None if data.free_frame else turned_frame(data)
+    moves = data.experiment == HAND_MOTION
+    frame = None if data.free_frame or moves else turned_frame(data)
     if frame is not None:
         yield _turned(data, frame)
 
@@ -80,9 +81,9 @@ def _units(data: MeasurementSet, words: str, columns: Sequence[str]) -> Iterator
 def _absolute(data: MeasurementSet) -> Candidate:
     """Absolute pressures in place of gauge pressures."""
     entries = {
-        column: {"unit": stated_unit(data, column), "is": "absolute"} for column in data.inputs
+        column: {"unit": stated_unit(data, column), "is": "absolute"} for column in data.pressures
     }
-    mended = with_meaning(data, data.inputs, "absolute")
+    mended = with_meaning(data, data.pressures, "absolute")
     words = ("gauge pressure", "absolute pressure")
     return Candidate("absolute", ALL_PRESSURES, *words, column_mend(data, entries), mended)
 

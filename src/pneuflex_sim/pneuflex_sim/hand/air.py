@@ -12,7 +12,7 @@ from pneuflex_sim.hand.layout import HandLayout
 from softhand_common.numerics.compiled import compiled
 from softhand_model.dynamics.joint_springs import Actuation
 from softhand_model.dynamics.spatial import Array, IntArray
-from softhand_model.effects.hand import pressure_shares
+from softhand_model.effects.hand import channel_lags, pressure_shares
 from softhand_model.gas import GAS_CONSTANT
 
 MIN_VOLUME_SHARE = 0.2  # of a chamber bent the wrong way, as a share of that at rest
@@ -47,6 +47,7 @@ class AirCoupling:
         rest_volumes: (channels,) [m3].
         volume_gain: (channels, n) [m3/rad], with each joint's bend.
         total_gain: (channels,) [m3/rad], with an equal bend of all joints.
+        lags: (channels,) [s], with which the actuators follow the pressure of their channel.
         by_tables: whether the rest shape follows from tables alone, without effects of the model.
         actuation: effect of the pressures of the present step on the joints.
     """
@@ -60,6 +61,7 @@ class AirCoupling:
         }
         effects = next(iter(layout.models.values())).model.effects
         shares = pressure_shares(hand, effects)
+        self.lags = channel_lags(hand, effects)
         self._feed = dict(zip(hand.actuator_names, shares, strict=True))
         rest, gain = np.zeros(len(hand.channels)), np.zeros((len(hand.channels), n))
         for name, channels in self._fed.items():
@@ -105,6 +107,15 @@ class AirCoupling:
         heat = GAS_CONSTANT * temperature
         enclosed_pressures_abs(masses, heat, ambient, self.rest_volumes, volumes, pressures_abs)
         return pressures_abs, volumes
+
+    def acting(self, step: float, before: Array, pressures_abs: Array) -> Array:
+        """Absolute pressures (channels,) [Pa] in the actuators after a step [s], where they were
+        `before` at its start, and `pressures_abs` are those of the channels, absolute.
+        """
+        if not self.lags.any():
+            return pressures_abs
+        share = np.where(self.lags > 0.0, np.exp(-step / np.maximum(self.lags, 1e-9)), 0.0)
+        return np.asarray(pressures_abs + share * (before - pressures_abs))
 
     def masses(
         self, pressures_abs: Array, ambient: float, temperature: float, rotations: Array

@@ -16,14 +16,13 @@ from softhand_model.chain.segments import link_inertia
 from softhand_model.chain.serial import mounted, serial_chains
 from softhand_model.dynamics.chain import Links
 from softhand_model.dynamics.joint_springs import Springs
-from softhand_model.effects.hand import altered
+from softhand_model.effects.hand import altered, damping_time
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
 
 MAX_SPHERICAL_JOINTS = 30  # beyond that PyBullet returns empty joint states without an error
-DAMPING_TIME = 0.01  # Kelvin-Voigt: damping = DAMPING_TIME * stiffness [s]
 ADDED_INERTIA = 0.2  # at a step of 1 ms [-]
 TIP_SHARE = 0.3
 # chosen on the first frequency and on the clashes and blows of `bench.sim --rows holding`
@@ -63,6 +62,7 @@ class HandLayout:
     size: Array
     center: Array
     mass: Array
+    damping_time: float  # damping of all joints over their stiffness [s]
 
     def links(self, step: float) -> Links:
         """The links for the kernels, with the inertia that a step [s] needs."""
@@ -74,7 +74,7 @@ class HandLayout:
 
     def springs(self) -> Springs:
         """The joints' springs for the kernels."""
-        damping = DAMPING_TIME * self.stiffness
+        damping = self.damping_time * self.stiffness
         rest = np.ascontiguousarray(self.rest)
         return Springs(rest, self.stiffness, self.stretching, damping)
 
@@ -99,7 +99,7 @@ class HandLayout:
             np.maximum(own, TIP_SHARE * np.median(own[:, 1]), out=own)
             np.maximum(own, own[:, 1:2], out=own)
         share = ADDED_INERTIA * step / 1e-3
-        return box + share * (step**2 + step * DAMPING_TIME) * stiffness
+        return box + share * (step**2 + step * self.damping_time) * stiffness
 
 
 def build_layout(description: HandDescription, segments: int, model: Model) -> HandLayout:
@@ -149,4 +149,5 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         np.maximum(rows("body_size"), [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
         rows("body_center"),
         rows("mass"),
+        damping_time(model.effects),
     )

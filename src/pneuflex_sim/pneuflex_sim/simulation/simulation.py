@@ -33,6 +33,7 @@ SAVED_ATTRIBUTES = (
     "steps",
     "wrist",
     "pressures_abs",
+    "_acting_abs",
     "_volumes",
     "_imposed",
     "tip_sensors",
@@ -124,6 +125,7 @@ class Simulation:
         self._imposed: Array | None = None
         self._volumes = self.air.volumes(self.bodies.rotations)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
+        self._acting_abs = self.pressures_abs
         self._put_object()
 
     def _put_object(self) -> None:
@@ -218,13 +220,14 @@ class Simulation:
         its stop.
         """
         self._update_air(valves)
-        pressures = self.pressures()
+        self._acting_abs = self.air.acting(self.step_size, self._acting_abs, self.pressures_abs)
+        pressures = self._acting_abs - self.ambient
         self.stops.look(pressures)
         if not self.air.by_tables:
             self.air.bend_by_models(
                 self.step_size, pressures, self.bodies.rotations, self.temperature
             )
-        self.engine.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
+        self.engine.drive(self.ambient, self._acting_abs, self._volumes, self.wrist)
         if self._body is not None and self._object_weight:
             self._body.pull_down(self._object_weight)
         if self._body is not None and self._spring is not None:

@@ -25,6 +25,7 @@ EXPERIMENTS = (
     "valve_pulse",
     "base_torque",
     "hand_pose",
+    "hand_motion",
 )
 
 OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured

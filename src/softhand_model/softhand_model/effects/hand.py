@@ -19,8 +19,9 @@ from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import compose, from_rpy, to_rpy
 from softhand_model.effects.effect import Effect, Parameter
 from softhand_model.hand.hand import HandDescription
+from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
-HAND_EXPERIMENTS = frozenset({"hand_pose"})
+HAND_EXPERIMENTS = frozenset({"hand_pose", "hand_motion"})
 LARGEST_TILT, USUAL_TILT = 0.6, 0.12  # [rad]
 
 PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each made once
@@ -114,6 +115,14 @@ class HandEffect(Effect):
     def friction_factor(self) -> float:
         """Factor [-] on the friction of the hand's rubber with anything else."""
         return 1.0
+
+    def damping_time(self) -> float | None:
+        """Damping of all joints over their stiffness [s]; None: that of the base model."""
+        return None
+
+    def lag_of(self, channel: str) -> float:
+        """Time constant [s] with which the actuators of a channel follow its pressure."""
+        return 0.0
 
     def marker_offset_of(self, marker: str) -> Array:
         """Way (3,) [m] from where a marker is said to be, in the frame of the curve there."""
@@ -265,6 +274,18 @@ def palm_factor(effects: Iterable[Effect]) -> float:
 def friction_factor(effects: Iterable[Effect]) -> float:
     """Factor [-] on the friction of the hand's rubber with anything else, under all the effects."""
     return float(np.prod([effect.friction_factor() for effect in effects_of_hand(effects)]))
+
+
+def damping_time(effects: Iterable[Effect]) -> float:
+    """Damping of all joints over their stiffness [s] under all the effects."""
+    stated = [effect.damping_time() for effect in effects_of_hand(effects)]
+    return next((time for time in reversed(stated) if time is not None), DAMPING_TIME)
+
+
+def channel_lags(hand: HandDescription, effects: Iterable[Effect]) -> Array:
+    """Time constants (channels,) [s] with which the actuators follow the channels' pressures."""
+    acting = effects_of_hand(effects)
+    return np.array([sum(e.lag_of(name) for e in acting) for name in hand.channels], float)
 
 
 def tip_mass(chain: str, effects: Iterable[Effect]) -> float:

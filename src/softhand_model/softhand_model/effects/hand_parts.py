@@ -111,7 +111,9 @@ class Friction(HandEffect):
 
     name = "friction"
     experiments = frozenset()
-    unseen_in: ClassVar[Mapping[str, str]] = {"hand_pose": "the hand touches nothing"}
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("hand_pose", "hand_motion"), "the hand touches nothing"
+    )
     parameters = (
         Parameter(
             "factor",

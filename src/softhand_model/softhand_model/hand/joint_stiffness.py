@@ -54,6 +54,7 @@ from softhand_model.hand.section import arrays
 
 BY_RULE, BY_CURVATURE = "rule", "curvature"
 BY_SECTION = "section"
+DAMPING_TIME = 0.01  # Kelvin-Voigt: damping of a joint over its stiffness [s]
 LEAST_STRETCH = 0.7  # below, the rubber is extrapolated linearly, without buckling
 
 

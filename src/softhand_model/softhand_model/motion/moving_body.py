@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array
-from softhand_common.numerics.rotations import matrices, rotate
+from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.chain import ChainModel
 from softhand_model.chain.segments import link_inertia
 from softhand_model.chain.serial import mounted
 from softhand_model.dynamics.chain import Links
 from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.dynamics.rollout import Drive, roll_out
+from softhand_model.dynamics.spatial import (
+    ZERO,
+    apply,
+    multiply,
+    plus,
+    rotation_matrix,
+    rows,
+    write,
+    write_matrix,
+)
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import HandBody, Shape
 from softhand_model.gas import ROOM_TEMPERATURE
@@ -21,11 +32,8 @@ from softhand_model.hand.hand import HandDescription
 from softhand_model.motion.wrist_path import INVERSE_QUATERNION, WristPath
 
 
-class MovingBody:
-    """Chains in series, as in `HandBody`, with damping: `damping_time` [s] times their stiffness.
-
-    at_rest: the same in equilibrium, which knows where its points are.
-    """
+class MovingBody(HandBody):
+    """Chains in series that move, too, damped by `damping_time` [s] times their stiffness."""
 
     def __init__(
         self,
@@ -33,23 +41,20 @@ class MovingBody:
         models: Mapping[str, ChainModel],
         damping_time: float,
     ) -> None:
-        self.at_rest = HandBody(description, models)
-        self._models, self._damping_time = models, damping_time
+        super().__init__(description, models)
+        self._damping_time = damping_time
         cut = {name: chain.segments for name, chain in models.items()}
-        placed = [mounted(description, cut, name) for name in models]
-        size, mass = (
-            np.concatenate([getattr(part, key) for part in cut.values()])
-            for key in ("body_size", "mass")
+        size = np.concatenate([part.body_size for part in cut.values()])
+        whole, body = np.array([0, len(size)]), self.arrays
+        inertia = link_inertia(size, body.mass)
+        self._links = Links(
+            whole, body.offset, body.center, inertia, body.mass, np.zeros_like(inertia)
         )
-        offset = np.concatenate([found for found, _ in placed])
-        center = np.concatenate([part.body_center for part in cut.values()])
-        whole = np.array([0, len(mass)])
-        inertia = link_inertia(size, mass)
-        self._links = Links(whole, offset, center, inertia, mass, np.zeros_like(inertia))
-        self._frame = self.at_rest.arrays.frame
-        self._rest = np.ascontiguousarray(np.concatenate([found for _, found in placed]))
+        rest = [mounted(description, cut, name)[1] for name in models]
+        self._rest = np.ascontiguousarray(np.concatenate(rest))
         mount = description.chain(next(iter(models))).mount
-        self._place, self._turn = np.array(mount.position, float), mount.quaternion
+        self._to_base = mount.quaternion * INVERSE_QUATERNION
+        self._bases: dict[int, tuple[WristPath, Array, Array, Array, Array]] = {}
 
     def roll(
         self,
@@ -66,49 +71,87 @@ class MovingBody:
 
         Raises NoEquilibriumError as `HandBody.settle`.
         """
-        start = self.at_rest.settle(
-            pressures[:, :1], gravity * path.first_down[None], modulus, np.full(1, temperature)
+        return self.roll_runs([path], [time], [pressures], modulus, [temperature], gravity)[0]
+
+    def roll_runs(
+        self,
+        paths: Sequence[WristPath],
+        times: Sequence[Array],
+        pressures: Sequence[Array],
+        modulus: float,
+        temperatures: Sequence[float],
+        gravity: float,
+    ) -> list[Shape]:
+        """As `roll`, of several runs: of each a path, times [s], gauge pressures [Pa] and a
+        temperature [K].
+        """
+        warm, first = np.array(temperatures), [course[:, :1] for course in pressures]
+        down = gravity * np.array([path.first_down for path in paths])
+        start = self.settle(np.concatenate(first, axis=1), down, modulus, warm)
+        q = _turns(start.frames, self.arrays.frame)
+        acting = [
+            np.array([np.interp(path.at, time, one) for one in course])
+            for path, time, course in zip(paths, times, pressures, strict=True)
+        ]
+        counts = [len(path.at) for path in paths]
+        bends = self.free_rotations(
+            np.concatenate(acting, axis=1), modulus, np.repeat(warm, counts)
         )
-        springs = Springs(
-            self._rest,
-            self.at_rest.stiffness(modulus, np.full(1, temperature)),
-            self.at_rest.stretching,
-            self._damping_time * self.at_rest.stiffness(modulus),
-        )
-        acting = np.array([np.interp(path.at, time, course) for course in pressures])
-        bend = self.at_rest.free_rotations(acting, modulus, np.full(acting.shape[1], temperature))
-        drive = Drive(path.duration, np.ascontiguousarray(bend), *self._base(path, gravity))
-        q = _turns(start.frames[0], self._frame)
-        found = np.empty((len(time), *q.shape))
-        roll_out(self._links, springs, drive, path.kept, q, found)
-        return self._shape(found)
+        ends = np.cumsum(counts)
+        damping = self._damping_time * self.stiffness(modulus)
+        shapes = []
+        for run, path in enumerate(paths):
+            bend = np.ascontiguousarray(bends[ends[run] - counts[run] : ends[run]])
+            stiffness = self.stiffness(modulus, warm[run : run + 1])
+            springs = Springs(self._rest, stiffness, self.stretching, damping)
+            found = np.empty((len(times[run]), *q.shape[1:]))
+            drive = Drive(path.duration, bend, *self._base(path, gravity))
+            roll_out(self._links, springs, drive, path.kept, q[run], found)
+            shape = Shape(np.empty((*found.shape[:2], 3)), np.empty((*found.shape[:2], 3, 3)))
+            arrays = self.arrays
+            place_rows(found, arrays.offset, arrays.place, arrays.frame, shape.places, shape.frames)
+            shapes.append(shape)
+        return shapes
 
     def _base(self, path: WristPath, gravity: float) -> tuple[Array, Array, Array]:
         """Spin, rate and pull of the body's base, in its own axes (steps, 3)."""
-        away = self._place
-        about = np.cross(path.rate, away) + np.cross(path.spin, np.cross(path.spin, away))
-        to_base = self._turn * INVERSE_QUATERNION
-        moved = (path.spin, path.rate, path.acceleration - gravity * path.down + about)
-        spin, rate, pull = (np.ascontiguousarray(rotate(to_base, part)) for part in moved)
-        return spin, rate, pull
-
-    def _shape(self, q: Array) -> Shape:
-        """Places and frames in the wrist frame at orientations (rows, n, 4) of the joints."""
-        rows, joints = q.shape[:2]
-        turns = np.moveaxis(matrices(q.reshape(-1, 4).T), -1, 0).reshape(rows, joints, 3, 3)
-        shape = Shape(np.empty((rows, joints, 3)), np.empty((rows, joints, 3, 3)))
-        place = np.broadcast_to(self._place, (rows, 3))
-        frame = np.broadcast_to(self._frame, (rows, 3, 3))
-        for joint in range(joints):
-            place = place + frame @ self._links.offset[joint]
-            frame = frame @ turns[:, joint]
-            shape.places[:, joint], shape.frames[:, joint] = place, frame
-        return shape
+        kept = self._bases.get(id(path))
+        if kept is None:
+            away = self.arrays.place
+            about = np.cross(path.rate, away) + np.cross(path.spin, np.cross(path.spin, away))
+            moved = (path.spin, path.rate, path.acceleration + about, path.down)
+            spin, rate, pull, down = (
+                np.ascontiguousarray(rotate(self._to_base, part)) for part in moved
+            )
+            kept = self._bases[id(path)] = (path, spin, rate, pull, down)
+        _, spin, rate, pull, down = kept
+        return spin, rate, pull - gravity * down
 
 
 def _turns(frames: Array, base: Array) -> Array:
-    """Orientations (n, 4) of joints against the link before, of frames (n, 3, 3) on a base."""
+    """Orientations (rows, n, 4) of joints against the link before, of frames (rows, n, 3, 3) on a
+    base.
+    """
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
-    before = np.concatenate([base[None], frames[:-1]])
-    return np.asarray(Rotation.from_matrix(before.swapaxes(1, 2) @ frames).as_quat())
+    first = np.broadcast_to(base, (len(frames), 1, 3, 3))
+    before = np.concatenate([first, frames[:, :-1]], axis=1)
+    turns = before.swapaxes(2, 3) @ frames
+    quaternions = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_quat()
+    return np.asarray(quaternions).reshape(*frames.shape[:2], 4)
+
+
+@compiled
+def place_rows(
+    q: Array, offset: Array, place: Array, frame: Array, places: Array, frames: Array
+) -> None:
+    """Fill places (rows, n, 3) [m] and frames (rows, n, 3, 3) of joints of orientations (rows, n,
+    4) and offsets (n, 3) [m] on a base at `place` (3,) [m] with a frame (3, 3).
+    """
+    for row in range(len(q)):
+        turned, at = rows(frame), plus(place, ZERO)
+        for joint in range(len(offset)):
+            at = plus(at, apply(turned, offset[joint]))
+            turned = multiply(turned, rotation_matrix(q[row, joint]))
+            write(at, places[row, joint])
+            write_matrix(turned, frames[row, joint])

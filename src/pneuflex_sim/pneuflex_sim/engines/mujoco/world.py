@@ -26,11 +26,12 @@ from pneuflex_sim.hand.collision import (
     collision_groups,
     collision_hulls,
 )
-from pneuflex_sim.hand.layout import DAMPING_TIME, Body
+from pneuflex_sim.hand.layout import Body
 from pneuflex_sim.hand.palm_pad import PalmPad, pad_vertices
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL
 from softhand_common.numerics.rotations import compose, from_rpy, rotate
 from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
 Array = NDArray[np.float64]
 
@@ -99,7 +100,7 @@ def _chain(wrist: Element, assets: Element, around: Surroundings, body: Body) ->
             orientation = compose(body.orientation, orientation)
         name = layout.names[joint]
         parent = add(parent, "body", name=name, pos=place, quat=wxyz(orientation))
-        _joint(parent, name, layout.stiffness[joint])
+        _joint(parent, name, layout.stiffness[joint], layout.damping_time)
         center, moments = layout.center[joint], inertia[joint]
         add(parent, "inertial", pos=center, mass=layout.mass[joint], diaginertia=moments)
         if around.collision == BOXES:
@@ -110,18 +111,18 @@ def _chain(wrist: Element, assets: Element, around: Surroundings, body: Body) ->
         touching(geom, friction, groups[index], collides_with(groups[index]))
 
 
-def _joint(link: Element, name: str, stiffness: Array) -> None:
+def _joint(link: Element, name: str, stiffness: Array, damping_time: float) -> None:
     """A ball joint, or three hinges where the axes differ."""
     if np.ptp(stiffness) == 0.0:
-        add(link, "joint", name=name, type="ball", **_spring(stiffness[0]))
+        add(link, "joint", name=name, type="ball", **_spring(stiffness[0], damping_time))
         return
     for axis, direction in HINGES.items():
         value = stiffness["xyz".index(axis)]
-        add(link, "joint", name=f"{name}_{axis}", axis=direction, **_spring(value))
+        add(link, "joint", name=f"{name}_{axis}", axis=direction, **_spring(value, damping_time))
 
 
-def _spring(stiffness: float) -> dict[str, float]:
-    return {"stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
+def _spring(stiffness: float, damping_time: float) -> dict[str, float]:
+    return {"stiffness": stiffness, "damping": damping_time * stiffness}
 
 
 def _palm(wrist: Element, assets: Element, around: Surroundings) -> None:
@@ -145,7 +146,14 @@ def _palm(wrist: Element, assets: Element, around: Surroundings) -> None:
         mass, stiffness = PAD_DENSITY * sheet.length * sheet.width * sheet.thickness, pad.spring[0]
         put(body, gravcomp=1)
         axis = (1.0, 0.0, 0.0)
-        add(body, "joint", name=PALM_PAD, type="slide", axis=axis, **_spring(stiffness))
+        add(
+            body,
+            "joint",
+            name=PALM_PAD,
+            type="slide",
+            axis=axis,
+            **_spring(stiffness, DAMPING_TIME),
+        )
         add(body, "inertial", pos=(0.0, 0.0, 0.0), mass=mass, diaginertia=(1e-5,) * 3)
     geom = hull(body, assets, PALM_PAD, pad_vertices(sheet, COLLISION_MARGIN), COLLISION_MARGIN)
     touching(geom, friction, PALM_GROUP, collides_with(PALM_GROUP))
