@@ -40,7 +40,8 @@ def test_what_is_hidden_explains_the_set_and_without_it_the_model_fails(experime
     scatter = 0.006 * np.sqrt(np.mean(outputs(made.data) ** 2))
     assert left == pytest.approx(np.hypot(made.truth["noise"], scatter), rel=0.15)
     assert np.sqrt(np.mean(rest(made, []) ** 2)) > 3.0 * left
-    assert {run.samples for run in made.data.runs} == {12 if made.data.of_hand else 200}
+    samples = {"hand_pose": 12, "hand_motion": 121}.get(experiment, 200)
+    assert {run.samples for run in made.data.runs} == {samples}
     assert [len(group) for group in made.data.groups()] == [2] * 6
 
 
