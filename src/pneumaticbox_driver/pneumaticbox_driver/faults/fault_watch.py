@@ -64,6 +64,8 @@ class FrozenReading:
         self._learnt = False
         self.run: Floats = np.zeros(sensors)
         self.noise: Floats = np.full(sensors, np.inf)
+        # compile or load the kernel before the first sample
+        count_repeats(self._last, self._together, self._last.copy(), self.run)
 
     @property
     def frozen(self) -> Flags:

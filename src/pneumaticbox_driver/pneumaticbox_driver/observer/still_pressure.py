@@ -31,6 +31,8 @@ class StillPressure:
         self._last: Floats = np.full(channels, np.nan)
         self.mean: Floats = np.full(channels, np.nan)  # of the last full window [Pa]
         self.still: Flags = np.zeros(channels, dtype=bool)
+        self.add(0.0, self._sum.copy())  # compile or load the kernel before the first sample
+        self.restart()
 
     def restart(self, channels: Flags | slice = slice(None)) -> None:
         """Clear the samples of these channels, which are then not constant."""

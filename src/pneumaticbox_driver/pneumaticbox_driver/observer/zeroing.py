@@ -72,6 +72,9 @@ class Zeroing:
         self._lifted: Floats = np.zeros(n)  # by `_follow_outlets` since the mass was set [kg]
         self._pressures: Floats = np.zeros(n)  # of the last sample, gauge [Pa]
         self.restart()
+        # compile or load the kernel before the first sample
+        channels = self._pressures, self._peak, self._held_for, self.empty
+        follow_pressures(0.0, np.full(n, settings.ambient), settings.ambient, *channels)
 
     def restart(self) -> None:
         """Return to the state at the start, in which the sensors are averaged."""

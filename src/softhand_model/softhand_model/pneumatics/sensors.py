@@ -32,6 +32,9 @@ class PressureSensors:
 
     def __post_init__(self) -> None:
         self.reset()
+        self.follow(0.0, self.filtered.copy())  # compile or load the kernels before the first step
+        readings = np.zeros_like(self.filtered)
+        convert(self.filtered, self.ambient, self._errors, self._converter, readings)
 
     def reset(self) -> None:
         """Let the low-pass settle at ambient pressure."""
