@@ -15,6 +15,7 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import to_rpy
 from softhand_model.effects.load import Gravity
 from softhand_model.model_file import Model
 
@@ -55,7 +56,7 @@ def moved(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tupl
     pose = np.stack([run.columns[name] for name in WRIST_POSE], axis=1)
     way = CubicSpline(time, pose[:, :3])
     turning = RotationSpline(time, Rotation.from_quat(pose[:, 3:]))
-    rpy = tuple(Rotation.from_quat(pose[0, 3:]).as_euler("xyz").tolist())
+    rpy = tuple(to_rpy(pose[0, 3:]).tolist())
     scene = replace(load_scene("stand"), rigid_wrist=False, wrist_rpy=rpy)
     config = SimulationConfig(
         scene=scene,
