@@ -131,7 +131,7 @@ def _places(table: Table, hand: HandDescription, given: Maps) -> list[Meant]:
 def _part(parts: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     """Which part of a place or an attitude a name is, "" for none, and its other words."""
     kept = [word for word in parts if word not in LENGTH_WORDS | PLACE_WORDS | TURN_WORDS]
-    turns = len(kept) < len(parts) and any(word in TURN_WORDS for word in parts)
+    turns = any(word in TURN_WORDS for word in parts)
     known = [word for word in kept if word in (*MARKER_AXES, "w", *WRIST_TURN, *WRIST_ANGLES)]
     if len(known) != 1:
         return "", ()
