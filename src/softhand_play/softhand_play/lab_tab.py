@@ -127,7 +127,6 @@ class LabTab:
         if not self._files:
             return
         proposal, made = self._read()
-        self._columns.content = _table(table_rows(proposal))
         for old in self._set.glob("*"):
             old.unlink()
         made.write(self._set)
@@ -138,13 +137,14 @@ class LabTab:
         )
 
     def _read(self) -> tuple[Proposal, ImportedSet]:
-        """What the files hold, and their set."""
+        """What the files hold, which is shown, and their set."""
         hand, maps = self.finger.value, self._given_maps()
         if hand in _hands():
             held = _said(self.wrist, attitude)
             read = (None, DECIMAL_SIGNS.get(self.decimal.value, ""), _said(self.sheet, sheet_of))
             of_hand = set_of_hand(self._files, hand, HAND_POSE, maps, None, *read, held)
             if of_hand is not None:
+                self._columns.content = _table(table_rows(of_hand[1]))
                 return of_hand[1], of_hand[0]
         proposal = self._proposal(self._files, maps)
         self._columns.content = _table(table_rows(proposal))

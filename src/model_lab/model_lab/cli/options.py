@@ -88,15 +88,19 @@ def clock_shift(text: str) -> tuple[str, float]:
 
 
 def attitude(text: str) -> tuple[str, tuple[float, ...]]:
-    """File ("" for all) and roll, pitch, yaw [rad] of [FILE=]ROLL,PITCH,YAW in degrees."""
+    """File ("" for all) and roll, pitch, yaw [rad] of [FILE=]ROLL,PITCH,YAW in degrees.
+
+    >>> attitude("poses.csv=0,180,0")
+    ('poses.csv', (0.0, 3.141592653589793, 0.0))
+    """
     file, _, angles = text.rpartition("=")
     try:
-        held = tuple(math.radians(float(angle)) for angle in angles.split(","))
+        roll, pitch, yaw = (math.radians(float(angle)) for angle in angles.split(","))
     except ValueError:
-        held = ()
-    if len(held) != len(("roll", "pitch", "yaw")) or not all(map(math.isfinite, held)):
+        roll = pitch = yaw = math.nan
+    if not math.isfinite(roll + pitch + yaw):
         raise argparse.ArgumentTypeError(f"expected [FILE=]ROLL,PITCH,YAW in degrees, got {text}")
-    return file, held
+    return file, (roll, pitch, yaw)
 
 
 def stretch_before(text: str) -> tuple[str, float]:

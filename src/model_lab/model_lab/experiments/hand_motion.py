@@ -63,8 +63,7 @@ class HandMotion(HandPose):
         data, self._seen = self._data, None
         if data.free_frame:
             raise DocumentError(
-                f"{data.folder / DOCUMENT}: specimens: expected no free_frame in hand_motion, "
-                "which needs places in the frame of the wrist, got one"
+                f"{data.folder / DOCUMENT}: specimens: frame: expected wrist for a motion, got free"
             )
         for run in data.runs:
             _check(data, run)

@@ -15,7 +15,6 @@ from model_lab.importing.tables import Column, Table
 from model_lab.importing.units import unit_for, usual_unit
 from model_lab.measurements.hands import (
     MARKER_AXES,
-    PRESSURE_OF,
     default_markers,
     pressure_columns,
 )
@@ -275,8 +274,3 @@ def _of_pressure(table: Table, name: str, column: Column, given: Maps) -> Meant:
             f"{shortened(unit) or 'none'}; say it of all: --map {OF_PRESSURE}=:kPa"
         )
     return Meant(column.name, name, usual)
-
-
-def is_of_channels(quantity: str) -> bool:
-    """Whether a quantity of a set is the pressure of a channel."""
-    return quantity.startswith(PRESSURE_OF)

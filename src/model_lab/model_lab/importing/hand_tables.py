@@ -14,13 +14,17 @@ from model_lab.importing.hand_columns import (
     WRIST,
     WRIST_ANGLES,
     WRIST_TURN,
-    is_of_channels,
 )
 from model_lab.importing.hand_poses import HandCourse
 from model_lab.importing.meaning import Meant
 from model_lab.importing.runs import Source, clock_offset, paired
 from model_lab.importing.tables import Table
-from model_lab.measurements.hands import MARKER_AXES, default_markers, pressure_columns
+from model_lab.measurements.hands import (
+    MARKER_AXES,
+    PRESSURE_OF,
+    default_markers,
+    pressure_columns,
+)
 from model_lab.measurements.rows import check_time
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.quoted import listed
@@ -62,7 +66,7 @@ class HandFile:
                 WRIST
             ):
                 has[MARKERS_PART] = one.column
-            elif is_of_channels(one.quantity):
+            elif one.quantity.startswith(PRESSURE_OF):
                 has[OF_PRESSURE] = one.column
         return Source(self.table, tuple(Meant(column, part, "") for part, column in has.items()))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,9 @@ def compiled(function: Callable[..., Any], *, allocates: bool = True) -> Any:
         parts = own, kernels_stamp(COMMON_PACKAGE), function.__module__, stamps
         kernel._cache._cache_file._source_stamp = sha256(repr(parts).encode()).hexdigest()
     return kernel
+
+
+without_allocation = partial(compiled, allocates=False)
 
 
 def _kept_if_possible(cache: Any) -> Callable[[Any, Any], None]:

@@ -7,13 +7,12 @@ Models with an elastic effect or a wall that has no kernel go step by step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array, Indices
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.kernel import (
     MODE_OF,
@@ -102,9 +101,6 @@ def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array
 
 
 # ---------------------------------------------------------------------- compiled
-without_allocation = partial(compiled, allocates=False)
-
-
 @compiled
 def rest(chain: ElasticChain) -> None:
     """Reset to a virgin section at rest."""

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 from softhand_common.numerics.rotations import matrices
 from softhand_common.numerics.triples import (
     Matrix,
@@ -259,9 +258,6 @@ def _between(before: Array, after: Array, share: float) -> Array:
 
 
 # ---------------------------------------------------------------------- compiled
-without_allocation = partial(compiled, allocates=False)
-
-
 @without_allocation
 def _vector(array: Array) -> Vector:
     return (array[0], array[1], array[2])
