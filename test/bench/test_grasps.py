@@ -13,7 +13,7 @@ from bench.grasps.table_grasps import OBJECTS, strategy_for
 from bench.groups import groups, main
 from bench.kept import Unfinished
 from thesis.__main__ import main as thesis_main
-from thesis.chapter_8 import object_map
+from thesis.chapter_8 import map_evidence, object_map
 
 
 def test_every_object_on_the_table_has_a_strategy_of_the_hand():
@@ -51,12 +51,14 @@ def test_maps_that_are_not_made_are_rows_and_so_is_what_they_lack(kept_here, mon
     ]
     assert not any(row["met"] for row in rows)
     monkeypatch.setattr(object_map, "run_sweep", all_gripped)
+    monkeypatch.setattr(map_evidence, "run_sweep", all_gripped)
+    monkeypatch.setattr(map_evidence, "run_tasks", lines_gripped)
     cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
     thesis_main(["run", "push_map", *cell, "--objects", "cylinder", "--checks", "no_air"])
     found = {row["name"]: row["met"] for row in maps.run()}
     assert found["push_map: negative control: 0 kPa: 4 successes (0)"] is False
     assert found["push_map: largest hole: 0 cells, cylinder (<= 2)"] is True
-    assert found["push_map: checks: fine_step was not run"] is False
+    assert found["push_map: checks: other_step was not run"] is False
     assert found["push_map: objects: marker was not run"] is False
 
 

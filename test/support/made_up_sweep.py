@@ -5,7 +5,7 @@ from pathlib import Path
 from softhand_trials.sweep.results import Results
 
 
-def lines_gripped(lines, folder, jobs):
+def lines_gripped(lines, folder, jobs, name=""):
     """In place of `run_tasks`."""
     with Results(Path(folder), lines) as results:
         for line in lines:

@@ -8,7 +8,6 @@ those used here are our choice.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,16 +15,24 @@ from typing import Any, Self
 
 import numpy as np
 
-from pneuflex_sim.engines import check_engines, default_engine
-from pneuflex_sim.scene.friction import load_friction
+from grasp_strategies.judging.judge import OUTCOME_GRIPPED
+from pneuflex_sim.engines import check_engines
+from pneuflex_sim.scene.friction import RUBBER_MATERIAL, load_friction
 from pneuflex_sim.scene.objects import load_object
 from softhand_common.documents.quoted import listed
 from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
 from softhand_trials.sweep.plan import Cell, SweptObject, grid
-from softhand_trials.sweep.report import agreements, wilson
+from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.results import read_results
 from softhand_trials.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
 from softhand_trials.trials import TrialSettings
+from thesis.chapter_8.map_evidence import (
+    MAIN,
+    SMALL_EVIDENCE,
+    Evidence,
+    judged_again,
+    other_engines,
+)
 from thesis.frame import Finding, Job, Results, option
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
@@ -34,31 +41,20 @@ ALL = (
     *("cylinder", "tube", "marker", "water_bottle", "tape_dispenser", "staple_remover"),
     *("paper_cup", "sunglasses", "water_balloon", "tissue"),
 )
-MAIN = "main"  # name of the sweep that makes the maps
-SMALL_MAP = {"objects": ("cylinder", "marker"), "pitch": 0.06, "replicates": 1}
+SMALL_MAP = {"objects": ("cylinder", "marker"), "pitch": 0.06, **SMALL_EVIDENCE}
 LEAST_SHARE = 0.8  # of the successes in the largest component
 
 
-def engines_option() -> Any:
-    """The option of a map for its engines."""
-    usual = (default_engine(),)
-    return option(usual, "physics engine of the map; others run its trials to compare [-]")
-
-
 @dataclass(frozen=True)
-class MapParameters:
+class MapParameters(Evidence):
     """Options of a map."""
 
     x: tuple[float, ...] = option((-0.06, 0.06), "first and last displacement in x [m]")
     y: tuple[float, ...] = option((-0.08, 0.08), "first and last displacement in y [m]")
-    pitch: float = option(0.010, "of the grid [m]")
+    pitch: float = option(0.040, "of the grid [m]")
     objects: tuple[str, ...] = option(ALL, "names of objects [-]")
-    replicates: int = option(3, "jittered trials of a cell [-]")
+    replicates: int = option(1, "jittered trials of a cell [-]")
     checks: tuple[str, ...] = option((), "other sweeps beside the maps, by name [-]")
-    step: float = option(0.005, "of the physics [s]")
-    seed: int = option(0, "of the jitter [-]")
-    jobs: int = option(2, "processes [-]")
-    engines: tuple[str, ...] = engines_option()
 
     def __post_init__(self) -> None:
         known = type(self).checks
@@ -89,8 +85,9 @@ class Check:
     other_seed: int = 0
 
 
-# the rubber's friction with anything else at both ends of its range [-]
-RUBBER = dict(zip(("less_friction", "more_friction"), load_friction().rubber_range, strict=True))
+# factors [-] by which the rubber has these coefficients on wood, and others on other things
+ON_WOOD = load_friction().pair(RUBBER_MATERIAL, "wood")
+RUBBER = {f"rubber_{value:g}": value / ON_WOOD for value in (0.5, 0.7, 1.0)}
 RUBBER_CHECKS = {name: Check({"rubber_friction_scale": RUBBER[name]}) for name in RUBBER}
 
 
@@ -162,47 +159,41 @@ def run_maps(
     check_engines(given.engines)
     plans = {MAIN: main}
     plans |= {name: check_plan(main, name, check, headline) for name, check in checks.items()}
-    sweeps, engines = {}, []
+    sweeps, evidence = {}, {}
     for number, (name, plan) in enumerate(plans.items()):
         job.progress(name, number / len(plans))
         records = finished(run_sweep(plan, job.folder / name, given.jobs))
+        sweeps[name] = tallies(records, plan)
         if name == MAIN:
-            engines = compared(plan, records, given.engines, job.folder, given.jobs)
-        sweeps[name] = {swept.name: tally(records, swept.name) for swept in plan.objects}
+            others = other_engines(plan, given, job.folder)
+            sweeps |= {f"{MAIN}_{engine}": tallies(others[engine], plan) for engine in others}
+            evidence = judged_again(plan, {given.engines[0]: records, **others}, given, job.folder)
     xs, ys = (sorted({cell[axis] for cell in main.cells}) for axis in (0, 1))
-    return {"xs": xs, "ys": ys, "sweeps": sweeps, "engines": engines}
+    return {"xs": xs, "ys": ys, "engine": given.engines[0], "sweeps": sweeps, **evidence}
 
 
-def compared(
-    main: SweepPlan,
-    records: Sequence[Mapping[str, Any]],
-    engines: Sequence[str],
-    folder: Path,
-    jobs: int,
-) -> list[dict[str, Any]]:
-    """Run the trials of a map, whose records are given, in all engines but the first; how far they
-    agree (`Agreement.record`), by object. An engine may refuse an object.
-    """
-    found = [dict(record) for record in records]
-    for engine in engines[1:]:
-        plan = main.in_engines([engine])
-        found += run_sweep(plan, folder / f"{MAIN}_{engine}", jobs)
-    return [agreement.record() for agreement in agreements(found)]
+def tallies(records: Sequence[Mapping[str, Any]], plan: SweepPlan) -> dict[str, dict[str, Any]]:
+    """The tally of each object of which no trial was refused."""
+    refused = {record["object"] for record in records if "error" in record}
+    names = [swept.name for swept in plan.objects if swept.name not in refused]
+    return {name: tally(records, name) for name in names}
 
 
 def tally(records: Iterable[Mapping[str, Any]], name: str) -> dict[str, Any]:
-    """Of an object: cells [m] with success (1) or not by replicate, and the causes of failures."""
+    """Of an object: cells [m] with success (1) or not by replicate, and the cells of its failures
+    by cause.
+    """
     replicates: dict[str, list[tuple[Cell, int]]] = {}
-    causes: Counter[str] = Counter()
+    failed: dict[str, list[Cell]] = {}
     for record in records:
         if record["object"] == name:
-            gripped = record.get("outcome") == "gripped"
-            cells = replicates.setdefault(str(record["replicate"]), [])
-            cells.append((tuple(record["cell"]), int(gripped)))
-            causes.update([] if gripped else [str(record.get("cause"))])
+            cell, gripped = tuple(record["cell"]), record["outcome"] == OUTCOME_GRIPPED
+            replicates.setdefault(str(record["replicate"]), []).append((cell, int(gripped)))
+            if not gripped:
+                failed.setdefault(str(record["cause"]), []).append(cell)
     return {
         "replicates": {key: [g for _, g in sorted(cells)] for key, cells in replicates.items()},
-        "causes": dict(causes.most_common()),
+        "failed": failed,
     }
 
 
@@ -227,14 +218,10 @@ def maps_of(results: Results) -> dict[str, SuccessMap]:
 
 
 # ---------------------------------------------------------------- findings
-def engine_findings(results: Results) -> list[Finding]:
-    """A row an object on trials that several engines ran, and where they differ."""
-    rows = results.get("engines", [])
-    return [Finding(f"engines, {found['name']}", "-", found["text"]) for found in rows]
-
-
-def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> list[Finding]:
-    """What a map shows, and why trials failed, the four most frequent causes by name."""
+def about(
+    name: str, found: SuccessMap, failed: Mapping[str, Sequence[Sequence[float]]]
+) -> list[Finding]:
+    """What a map shows, and by what trials failed and where, the four most frequent causes."""
     count = found.replicates.size
     low, high = wilson(int(found.replicates.sum()), count)
     ring = ", to the grid's end" if found.reaches_border else ""
@@ -249,20 +236,28 @@ def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> list[Findi
     spoken = name.replace("_", " ")
     return [
         Finding(spoken, "a picture", ours),
-        Finding(f"{spoken}, failures", "-", _frequent(causes, 4)),
+        Finding(f"{spoken}, failures", "-", _frequent(failed, 4)),
     ]
 
 
-def _frequent(causes: Mapping[str, int], named: int) -> str:
-    """The most frequent causes of failures, and the sum of the others.
+def _frequent(failed: Mapping[str, Sequence[Sequence[float]]], named: int) -> str:
+    """The most frequent causes of failures with the middle half of their cells [m], and the sum of
+    the others.
 
-    >>> _frequent({"missed": 1, "tipped": 5, "rolled away": 2}, 1)
-    'tipped 5, others 3'
+    >>> _frequent({"missed": [(0.0, 0.0)], "tipped": [(0.02, 0.0)] * 3}, 1)
+    'tipped 3 (x 20 to 20, y 0 to 0 mm), others 1'
     """
-    ordered = Counter(causes).most_common()
-    others = sum(number for _, number in ordered[named:])
-    rows = [*ordered[:named], *([("others", others)] if others else [])]
-    return ", ".join(f"{cause} {number}" for cause, number in rows) or "none"
+    ordered = sorted(failed, key=lambda cause: -len(failed[cause]))
+    rows = [f"{cause} {len(failed[cause])} ({_middle(failed[cause])})" for cause in ordered[:named]]
+    others = sum(len(failed[cause]) for cause in ordered[named:])
+    return ", ".join([*rows, *([f"others {others}"] if others else [])]) or "none"
+
+
+def _middle(cells: Sequence[Sequence[float]]) -> str:
+    """Between which displacements the middle half of these cells [m] lies, in either axis."""
+    low, high = 1e3 * np.quantile(np.array(cells), (0.25, 0.75), axis=0)
+    ends = zip("xy", low, high, strict=True)
+    return ", ".join(f"{axis} {first:.0f} to {last:.0f}" for axis, first, last in ends) + " mm"
 
 
 def _share(found: SuccessMap) -> str:
@@ -304,13 +299,18 @@ def shared_finding(
     return Finding("regions that overlap in a cell", thesis, ours, count >= least)
 
 
+def rubber_row(name: str) -> str:
+    """What a row about another friction of the rubber is called."""
+    return f"friction of the rubber on wood {RUBBER[name] * ON_WOOD:g}, not {ON_WOOD:g}"
+
+
 def sensitivity(results: Results, name: str, objects: Sequence[str]) -> Finding:
     """Finding about another friction of the rubber: cells without jitter that succeed."""
     before, after = (
         sum(int(cells_of(results, sweep, object)[0].sum()) for object in objects)
         for sweep in (MAIN, name)
     )
-    return Finding(f"friction of the rubber x {RUBBER[name]:g}", "-", f"{before} -> {after} cells")
+    return Finding(rubber_row(name), "-", f"{before} -> {after} cells")
 
 
 def shrinking(

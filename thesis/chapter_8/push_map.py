@@ -8,17 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_trials.sweep.drawing import draw_maps
 from softhand_trials.sweep.success_map import correlation, overlap, window_mean
+from thesis.chapter_8.map_evidence import MAIN, evidence_findings
+from thesis.chapter_8.map_picture import PICTURE, draw_map
 from thesis.chapter_8.object_map import (
-    MAIN,
     RUBBER_CHECKS,
     SMALL_MAP,
     Check,
     MapParameters,
     about,
     cells_of,
-    engine_findings,
     headline,
     map_plan,
     maps_of,
@@ -30,12 +29,12 @@ from thesis.chapter_8.object_map import (
 )
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
-SIZE = (18.0, 4.6)
+SIZE = PICTURE
 HEADLINE = ("water_bottle", "paper_cup", "cylinder", "tube", "tape_dispenser", "marker")
 UPRIGHT = ("water_bottle", "cylinder", "tube")  # the cup stands as it is described
-FINE, OTHER, NO_AIR, NO_PUSH = "fine_step", "other_jitter", "no_air", "no_advance"
+STEP, OTHER, NO_AIR, NO_PUSH = "other_step", "other_jitter", "no_air", "no_advance"
 CHECKS = {
-    FINE: Check({"step": 0.002}),
+    STEP: Check({"step": 0.005}),
     OTHER: Check({}, replicates=1, other_seed=1),
     NO_AIR: Check({"air_scale": 0.0}),
     NO_PUSH: Check({"without": ("advance",)}),
@@ -63,8 +62,8 @@ def run(given: Parameters, job: Job) -> Results:
 def report(results: Results, given: Parameters) -> Report:
     """A row a map, then the criteria; the thesis tells of them in words and pictures alone."""
     maps, objects = maps_of(results), headline(HEADLINE, given)
-    causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
-    findings = [row for name in maps for row in about(name, maps[name], causes[name])]
+    failed = {name: found["failed"] for name, found in results["sweeps"][MAIN].items()}
+    findings = [row for name in maps for row in about(name, maps[name], failed[name])]
     somewhere = sum(maps[name].once.any() for name in objects)
     areas = {name: maps[name].area for name in objects}
     smallest = min(areas, key=lambda name: areas[name])
@@ -83,7 +82,7 @@ def report(results: Results, given: Parameters) -> Report:
             smallest == "marker",
         ),
         shared_finding(maps, objects, 4, "large overlaps"),
-        *engine_findings(results),
+        *evidence_findings(results, given.step),
         *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(
@@ -93,9 +92,9 @@ def report(results: Results, given: Parameters) -> Report:
     )
 
 
-def _fine(results: Results, objects: tuple[str, ...]) -> Finding:
-    pairs = {n: (cells_of(results, MAIN, n)[0], cells_of(results, FINE, n)[0]) for n in objects}
-    overlaps = {n: overlap(coarse, fine) for n, (coarse, fine) in pairs.items()}
+def _step(results: Results, objects: tuple[str, ...]) -> Finding:
+    pairs = {n: (cells_of(results, MAIN, n)[0], cells_of(results, STEP, n)[0]) for n in objects}
+    overlaps = {n: overlap(first, second) for n, (first, second) in pairs.items()}
     similar = _correlations(pairs)
     enough = min(overlaps.values()) >= 0.7 and min(similar.values()) >= 0.8
     ours = f"overlap {_least(overlaps)} (>= 0.7), correlation {_least(similar)} (>= 0.8)"
@@ -137,7 +136,7 @@ def _no_push(results: Results, objects: tuple[str, ...]) -> Finding:
     return shrinking(results, NO_PUSH, "without the advance", objects, 0.3)
 
 
-_CHECKED = {FINE: _fine, OTHER: _other, NO_AIR: _no_air, NO_PUSH: _no_push}
+_CHECKED = {STEP: _step, OTHER: _other, NO_AIR: _no_air, NO_PUSH: _no_push}
 
 
 def _checked(name: str, results: Results, objects: tuple[str, ...]) -> Finding:
@@ -146,5 +145,5 @@ def _checked(name: str, results: Results, objects: tuple[str, ...]) -> Finding:
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Maps of all objects."""
-    draw_maps(figure, maps_of(results))
+    """Maps of all objects, where engines differ, and by what trials failed."""
+    draw_map(figure, results)

@@ -7,17 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand_trials.sweep.drawing import draw_maps
+from thesis.chapter_8.map_evidence import MAIN, evidence_findings
+from thesis.chapter_8.map_picture import PICTURE, draw_map
 from thesis.chapter_8.object_map import (
     ALL,
-    MAIN,
     RUBBER_CHECKS,
     SMALL_MAP,
     YIELDING,
     Check,
     MapParameters,
     about,
-    engine_findings,
     headline,
     map_plan,
     maps_of,
@@ -29,7 +28,7 @@ from thesis.chapter_8.object_map import (
 )
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
-SIZE = (18.0, 4.6)
+SIZE = PICTURE
 HEADLINE = tuple(name for name in ALL if name not in ("water_bottle", "paper_cup"))
 FUZZY = ("sunglasses", "marker")
 NO_ROLL, SLIPPERY = "no_roll", "ptfe_table"
@@ -64,9 +63,9 @@ def report(results: Results, given: Parameters) -> Report:
     """A row a map, then the criteria; those on regions are asked of rigid objects alone."""
     maps, objects = maps_of(results), headline(HEADLINE, given)
     rigid = tuple(name for name in objects if name not in YIELDING)
-    causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
+    failed = {name: found["failed"] for name, found in results["sweeps"][MAIN].items()}
     wide = sum(int(maps[name].region.sum()) >= LEAST_CELLS for name in rigid)
-    findings = [row for name in maps for row in about(name, maps[name], causes[name])]
+    findings = [row for name in maps for row in about(name, maps[name], failed[name])]
     findings += [
         Finding(
             f"rigid objects with a region of {LEAST_CELLS} cells or more",
@@ -78,7 +77,7 @@ def report(results: Results, given: Parameters) -> Report:
         shared_finding(maps, objects, 5, "large overlaps"),
         _fuzziest(maps, rigid),
         _centres(maps, rigid),
-        *engine_findings(results),
+        *evidence_findings(results, given.step),
         *(_checked(name, results, objects) for name in given.checks),
     ]
     return Report(
@@ -122,5 +121,5 @@ def _checked(name: str, results: Results, objects: tuple[str, ...]) -> Finding:
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """Maps of all objects."""
-    draw_maps(figure, maps_of(results))
+    """Maps of all objects, where engines differ, and by what trials failed."""
+    draw_map(figure, results)

@@ -15,7 +15,14 @@ from softhand_trials.sweep.plan import SweptObject
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.success_map import finished
 from softhand_trials.trials import TrialSettings
-from thesis.chapter_8.object_map import RUBBER, compared, engine_findings, engines_option
+from thesis.chapter_8.map_evidence import (
+    SMALL_EVIDENCE,
+    Evidence,
+    evidence_findings,
+    judged_again,
+    other_engines,
+)
+from thesis.chapter_8.object_map import RUBBER, rubber_row
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 3.8)
@@ -24,11 +31,11 @@ YAW = 0.0873  # 5 deg [rad]; the thesis tells of none
 BEST, GOOD, OUTER, LOW = 60.0, (50.0, 70.0), (45.0, 80.0, 85.0, 90.0), 40.0  # inclinations [deg]
 FLAT = 0.15  # greatest difference of the success between starts
 NO_WALL = "no_wall"
-SMALL = {"inclinations": (60.0,), "starts": (0.10,), "replicates": 2, "jobs": 0}
+SMALL = {"inclinations": (60.0,), "starts": (0.10,), "replicates": 2, "jobs": 0, **SMALL_EVIDENCE}
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(Evidence):
     """Options of the experiment."""
 
     inclinations: tuple[float, ...] = option(
@@ -38,10 +45,7 @@ class Parameters:
         (0.06, 0.08, 0.10, 0.12, 0.14), "of the cylinder's axis before the corner [m]"
     )
     replicates: int = option(6, "jittered trials of an inclination and a start [-]")
-    step: float = option(0.005, "of the physics [s]")
     seed: int = option(1000, "of the jitter; the strategy was tuned at others [-]")
-    jobs: int = option(2, "processes [-]")
-    engines: tuple[str, ...] = engines_option()
 
 
 def plan(given: Parameters) -> SweepPlan:
@@ -74,7 +78,8 @@ def run(given: Parameters, job: Job) -> Results:
     main = plan(given)
     job.progress("trials at the wall", 0.0)
     records = finished(run_sweep(main, job.folder / "main", given.jobs))
-    engines = compared(main, records, given.engines, job.folder, given.jobs)
+    others = other_engines(main, given, job.folder)
+    evidence = judged_again(main, {given.engines[0]: records, **others}, given, job.folder)
     job.progress("trials without a wall", 0.8)
     bare = replace(
         main,
@@ -93,7 +98,7 @@ def run(given: Parameters, job: Job) -> Results:
     return {
         "trials": [_trial(record, distance) for record in records],
         "control": [_trial(record, distance) for record in control],
-        "engines": engines,
+        **evidence,
         **{name: [_trial(record, distance) for record in found] for name, found in other.items()},
     }
 
@@ -144,7 +149,7 @@ def report(results: Results, given: Parameters) -> Report:
     if len(rates) > 2:
         findings += [_one_peak(counts)]
     findings += [_flat(results["trials"]), _control(results["control"])]
-    findings += engine_findings(results)
+    findings += evidence_findings(results, given.step)
     findings += [_rubber(name, results[name]) for name in RUBBER if name in results]
     best = max(rates, key=lambda angle: rates[angle])
     return Report(findings, f"Most successes at {best:g} deg: {100 * rates[best]:.0f} %.")
@@ -204,7 +209,7 @@ def _control(trials: list[Mapping[str, Any]]) -> Finding:
 
 def _rubber(name: str, trials: list[Mapping[str, Any]]) -> Finding:
     held, count = share(trials)
-    what = f"friction of the rubber x {RUBBER[name]:g}, wall at {BEST:g} deg"
+    what = f"{rubber_row(name)}, wall at {BEST:g} deg"
     return Finding(what, "-", f"{held} of {count}")
 
 
