@@ -116,7 +116,7 @@ def test_a_single_word_among_numbers_is_left_out_and_said(tmp_path, capsys):
 
 def test_a_torn_row_is_left_out_and_said(tmp_path, capsys):
     message, columns = said(tmp_path, with_row(10, "1.00;1900.0"), capsys)
-    assert "1 lines" in message and len(columns["time"]) == len(ROWS) - 1
+    assert "1 line without" in message and len(columns["time"]) == len(ROWS) - 1
 
 
 def test_inputs_between_sparse_outputs_are_kept(tmp_path, capsys):

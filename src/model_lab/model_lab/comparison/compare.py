@@ -29,6 +29,7 @@ from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
 PROGRESS_STEPS = 3  # of the progress of a comparison
+ROUNDING = 1e-9  # of readings, below which they do not vary
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,11 @@ def accuracy(measured: Array, residual: Array, output: IntArray) -> Accuracy:
     """Accuracy of predictions, given measured values, residuals and outputs (samples,)."""
     spread = float(np.linalg.norm(measured - _means(measured, output)[output]))
     size = float(np.linalg.norm(residual))
+    varies = spread > ROUNDING * float(np.linalg.norm(measured))
     return Accuracy(
         len(residual),
         size / float(np.sqrt(len(residual))),
-        100.0 * (1.0 - size / spread) if spread > 0.0 else float("nan"),
+        100.0 * (1.0 - size / spread) if varies else float("nan"),
         float(residual.mean()),
         float(np.abs(residual).max()),
     )

@@ -57,6 +57,28 @@ def seconds(cells: Sequence[str]) -> Array:
     return _going_on(clock, (HOUR,) if short else (HALF_DAY, DAY))
 
 
+def is_newest_first(time: Array) -> bool:
+    """Whether times (rows,) fall from row to row."""
+    steps = np.diff(time)
+    return len(steps) > 1 and bool(np.all(steps <= 0.0)) and bool(np.any(steps < 0.0))
+
+
+def spread(time: Array) -> Array:
+    """Times (rows,) of which those of rows that share a stamp lie evenly between it and the next
+    one, the last ones as far apart as is usual; as they are if one falls or all are the same.
+
+    >>> spread(np.array([0.0, 0.0, 1.0, 1.0, 2.0]))
+    array([0. , 0.5, 1. , 1.5, 2. ])
+    """
+    if np.any(np.diff(time) < 0.0) or len(time) < 2 or time[0] == time[-1]:
+        return time
+    stamps, counts = np.unique(time, return_counts=True)
+    steps = np.diff(stamps) / counts[:-1]
+    steps = np.append(steps, np.median(steps))
+    within = np.arange(len(time)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(stamps, counts) + within * np.repeat(steps, counts)
+
+
 def _span(days: Array) -> float:
     return float(np.nanmax(days) - np.nanmin(days))
 

@@ -12,7 +12,7 @@ import numpy as np
 from model_lab.importing.headers import LENGTHS
 from model_lab.importing.meaning import WORDS, Meant, is_setpoint, meanings
 from model_lab.importing.tables import Column, Table
-from model_lab.importing.units import unit_for, usual_unit
+from model_lab.importing.units import ABSOLUTE, kind_of_pressure, unit_for, usual_unit
 from model_lab.measurements.hands import (
     MARKER_AXES,
     default_markers,
@@ -272,5 +272,10 @@ def _of_pressure(table: Table, name: str, column: Column, given: Maps) -> Meant:
         raise DocumentError(
             f"{table.path}: {column.name}: expected a unit of pressure, got "
             f"{shortened(unit) or 'none'}; say it of all: --map {OF_PRESSURE}=:kPa"
+        )
+    if kind_of_pressure(unit)[1] == ABSOLUTE:
+        raise DocumentError(
+            f"{table.path}: {column.name}: expected gauge pressures, got {shortened(unit)}; take "
+            "the pressure of the air off"
         )
     return Meant(column.name, name, usual)

@@ -19,6 +19,7 @@ from model_lab.importing.derived import (
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
+from model_lab.importing.set_columns import columns_of, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.tables import Column, Table, read_tables
 from model_lab.measurements.measurement_set import SET_FORMAT
@@ -221,8 +222,15 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
     for source in sources:
         for meant in source.meanings:
             if not meant.is_sure and _matters(meant, experiment):
-                unsure[f"the unit of {meant.column}"] = _how(source.table, meant)
+                unsure[_what(source.table, meant)] = _how(source.table, meant)
     return unsure
+
+
+def _what(table: Table, meant: Meant) -> str:
+    column = table.column(meant.column)
+    written = "" if column is None or column.is_clock else column.unit
+    said = f" (the file says {shortened(written)})" if written else ""
+    return f"the unit of {meant.column}{said}"
 
 
 def _how(table: Table, meant: Meant) -> str:
@@ -230,8 +238,8 @@ def _how(table: Table, meant: Meant) -> str:
     column, given = table.column(meant.column), f"--map '{meant.quantity}={meant.column}"
     if column is not None and column.is_clock:
         return f"{given}:h' if hours and minutes, {given}:min' if minutes and seconds"
-    unit = "UNIT" if meant.quantity != "time" else "UNIT, or a rate of frames as 30Hz"
-    return f"{given}:{unit}'"
+    frames = f", or of frames their rate, {given}:30Hz'" if meant.quantity == "time" else ""
+    return f"{given}:UNIT'{frames}"
 
 
 def _matters(meant: Meant, experiment: str | None) -> bool:
@@ -277,16 +285,18 @@ def make_set(
             found, specimens=dict.fromkeys(names, specimen or name), protocols=protocols
         )
     pulled = _pulled(runs, stretched_to or {}, experiment)
+    columns = columns_of(sources, runs)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
         "specimens": {one: dict(entry) for one in found.names},
-        "columns": {column: {"unit": unit} for column, unit in _units(sources, runs).items()},
+        "columns": columns,
         "runs": {run.name: _run_entry(run.name, found, pulled) for run in runs},
     }
     remarks = [remark for run in runs for remark in run.remarks]
     remarks += [
+        *remarks_on_air(columns),
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
     ]
@@ -380,22 +390,6 @@ def _shifted(source: Source, shifts: Mapping[str, float]) -> Source:
         unit = column_unit("time", meant.unit or "s").scale * meant.scale
         columns.append(replace(column, values=column.values + shift / unit))
     return replace(source, table=replace(source.table, columns=tuple(columns)))
-
-
-def _units(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> dict[str, str]:
-    """Unit of every column of the set. Raises DocumentError where files differ."""
-    units = {"time": "s"}
-    for source in sources:
-        for meant in source.meanings:
-            name = "stretch" if meant.quantity == "strain" else meant.quantity
-            unit = "" if name == "stretch" else "s" if name == "time" else meant.unit or ""
-            if units.setdefault(name, unit) != unit:
-                raise DocumentError(
-                    f"{source.table.path}: {name}: expected {units[name]} as in the other files, "
-                    f"got {unit}; import files of other units one by one"
-                )
-    kept = dict.fromkeys(name for run in runs for name in run.columns)
-    return {name: units[name] for name in kept}
 
 
 def _with_own_names(runs: Sequence[ImportedRun]) -> tuple[ImportedRun, ...]:

@@ -10,21 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.importing.tables import SHORT_CLOCK, Column, Table
-from model_lab.importing.units import unit_for, usual_unit
+from model_lab.importing.units import ABSOLUTE, kind_of_pressure, unit_for, usual_unit
 from model_lab.rules import RULES
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
 WORDS = {
-    "time": "time zeit temps tiempo t stamp timestamp zeitstempel uhrzeit heure hora sec seconds "
-    "elapsed clock datetime",
-    "pressure": "pressure druck pression presion p press innendruck kammerdruck luftdruck",
-    "tip_angle": "angle winkel angulo theta phi alpha bend bending biegung biegewinkel "
+    "time": "time zeit temps tiempo tempo t stamp timestamp zeitstempel uhrzeit heure hora sec "
+    "seconds elapsed clock datetime",
+    "pressure": "pressure druck pression presion pressione p press innendruck kammerdruck "
+    "luftdruck",
+    "tip_angle": "angle winkel angulo angolo theta phi alpha bend bending biegung biegewinkel "
     "spitzenwinkel flexion",
-    "tip_force": "force kraft fuerza fz fn blockierkraft spitzenkraft effort",
+    "tip_force": "force kraft fuerza forza fz fn blockierkraft spitzenkraft effort",
     "stretch": "stretch lambda streckung etirement estiramiento",
-    "strain": "strain dehnung deformation deformacion epsilon allongement",
-    "stress": "stress spannung contrainte tension sigma",
+    "strain": "strain dehnung deformation deformacion deformazione epsilon allongement",
+    "stress": "stress spannung contrainte tension sforzo sigma",
     "temperature": "temperature temperatur temp",
 }  # of each quantity; long ones are also found inside of other words
 SETPOINT_WORDS = (
@@ -42,6 +43,22 @@ SETPOINT_WORDS = (
     "consigne",
     "consigna",
 )  # of values that were asked of a controller, not measured
+ELSEWHERE_WORDS = (
+    "supply",
+    "source",
+    "tank",
+    "reservoir",
+    "compressor",
+    "ambient",
+    "atmospher",
+    "barometr",
+    "versorgung",
+    "vordruck",
+    "umgebung",
+    "alimenta",
+    "amb",
+)  # how words of pressures begin that were not measured in the actuator
+HEADER_STAMP = "header.stamp"  # of a ROS message: when it was measured
 TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
     "tip_angle": ("deg", "rad"),
@@ -71,13 +88,15 @@ class Meant:
 
     quantity: its name in a set, or `strain`. unit: as `experiment.yaml` writes it, "" where the
     quantity has none, None where it is not known. scale: factor on the numbers of the file before
-    that unit (clocks and epochs in seconds).
+    that unit (clocks and epochs in seconds). kind: `absolute` of a pressure whose name or unit says
+    so, else "".
     """
 
     column: str
     quantity: str
     unit: str | None
     scale: float = 1.0
+    kind: str = ""
 
     @property
     def is_sure(self) -> bool:
@@ -110,7 +129,7 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         elsewhere = quantity in given and quantity != "time"  # each file has times of its own
         if quantity in found or elsewhere or not likely:
             continue
-        likely = measured(likely)
+        likely = _with_unit(measured(likely), quantity)
         if len(likely) > 1:
             raise DocumentError(
                 f"{table.path}: expected one column for {quantity}, got "
@@ -126,8 +145,26 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
 
 
 def measured(columns: list[Column]) -> list[Column]:
-    """The columns without those that were asked of a controller, if others remain."""
-    return [one for one in columns if not is_setpoint(one.name)] or columns
+    """The columns without those that were asked of a controller or measured elsewhere, and of
+    stamps those of the measurement, if others remain.
+    """
+    for is_other in (is_setpoint, _is_elsewhere):
+        columns = [one for one in columns if not is_other(one.name)] or columns
+    return [one for one in columns if HEADER_STAMP in one.name] or columns
+
+
+def _is_elsewhere(name: str) -> bool:
+    """Whether a pressure is that of the supply or of the air around."""
+    return any(word.startswith(ELSEWHERE_WORDS) for word in re.split(r"[^a-z]+", name.casefold()))
+
+
+def _with_unit(columns: list[Column], quantity: str) -> list[Column]:
+    """The columns without those whose unit is none of the quantity, such as counts, if others have
+    one that is.
+    """
+    fits = [unit_for(quantity, one.unit) is not None for one in columns]
+    kept = [one for one, good in zip(columns, fits, strict=True) if good or not one.unit]
+    return kept if any(fits) else columns
 
 
 def is_setpoint(name: str) -> bool:
@@ -167,7 +204,7 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
             f"{table.path}: expected a unit of {quantity}, got {shortened(unit)} "
             f"(--map {quantity}={shortened(column.name)}:{shortened(unit)})"
         )
-    return Meant(column.name, quantity, usual)
+    return Meant(column.name, quantity, usual, kind=_kind(quantity, column.name, unit))
 
 
 def _quantity(column: Column) -> str | None:
@@ -200,7 +237,18 @@ def _fits(quantity: str, column: Column) -> bool:
 def _meant(column: Column, quantity: str) -> Meant:
     if quantity == "time":
         return _time(column)
-    return Meant(column.name, quantity, unit_for(quantity, column.unit))
+    unit, kind = unit_for(quantity, column.unit), _kind(quantity, column.name, column.unit)
+    return Meant(column.name, quantity, unit, kind=kind)
+
+
+def _kind(quantity: str, name: str, unit: str) -> str:
+    """`absolute` of a pressure whose unit says so, or whose name does and its unit nothing."""
+    if quantity != "pressure":
+        return ""
+    said = kind_of_pressure(unit)[1]
+    words = re.split(r"[^a-z]+", name.casefold())
+    named = any(word == "abs" or word.startswith(("absol", "assol")) for word in words)
+    return ABSOLUTE if said == ABSOLUTE or (named and not said) else ""
 
 
 def _time(column: Column) -> Meant:

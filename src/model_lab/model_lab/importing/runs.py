@@ -11,6 +11,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from model_lab.aliases import Array
+from model_lab.importing.clocks import is_newest_first, spread
 from model_lab.importing.meaning import INPUT, Meant
 from model_lab.importing.tables import Table
 from model_lab.measurements.rows import check_time
@@ -42,8 +43,33 @@ class Source:
 
     def series(self, quantity: str) -> tuple[Array | None, Array]:
         """Times (k,) [s], None without a clock, and values (k,) in the file's unit of a quantity,
-        where both are known; a strain is turned into a stretch.
+        where both are known; a strain is turned into a stretch. Rows that are written newest first
+        are turned round, and those that share a stamp of a coarse clock spread evenly.
         """
+        time, values = self._as_written(quantity)
+        if time is None:
+            return None, values
+        if is_newest_first(time):
+            time, values = time[::-1], values[::-1]
+        return spread(time), values
+
+    def remarks(self, quantity: str) -> list[str]:
+        """What was done to the clock of a quantity."""
+        time, _ = self._as_written(quantity)
+        if time is None:
+            return []
+        said, file = [], self.table.path.name
+        if is_newest_first(time):
+            said, time = [f"{file}: its rows are newest first, and were turned round"], time[::-1]
+        same = len(time) - len(np.unique(time))
+        if same and np.all(np.diff(spread(time)) > 0.0):
+            said.append(
+                f"{file}: {same} of {len(time)} rows of {quantity} have the stamp of the row "
+                "before; rows that share a stamp are spread evenly until the next one"
+            )
+        return said
+
+    def _as_written(self, quantity: str) -> tuple[Array | None, Array]:
         by_quantity = {one.quantity: one for one in self.meanings}
         meant = by_quantity.get(quantity) or by_quantity["strain"]
         values = self._values(meant)
@@ -136,7 +162,7 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     if time is None or input_time is None:
         lacking = of_output if time is None else of_input
         raise DocumentError(f"{_path(lacking)}: expected a column of time beside the other file")
-    remarks = []
+    remarks = [*of_input.remarks(driving), *of_output.remarks(output)]
     if min(time[-1], input_time[-1]) <= max(time[0], input_time[0]):
         remarks.append("the clocks of the two files have nothing in common: both begin at 0")
         time, input_time = time - time[0], input_time - input_time[0]
@@ -181,7 +207,9 @@ def _of_one_file(
             raise DocumentError(f"{paths[0]}: expected a column of time where cells are empty")
         return ImportedRun(name, {driving: inputs, output: values}, {}, paths)
     columns, lead = _at_outputs(input_time, inputs, time, values)
-    return ImportedRun(name, _named(columns, driving, output), _named(lead, driving), paths)
+    remarks = tuple(dict.fromkeys([*source.remarks(driving), *source.remarks(output)]))
+    named = _named(columns, driving, output), _named(lead, driving)
+    return ImportedRun(name, *named, paths, remarks)
 
 
 def _named(columns: Sequence[Array], *names: str) -> dict[str, Array]:

@@ -160,7 +160,8 @@ def _refuse_second_table(path: Path, rows: Sequence[Row], names: list[str], widt
 
 
 def _left_out(lines: int) -> list[str]:
-    return [f"{lines} lines without numbers are left out"] if lines else []
+    are = "line without numbers is" if lines == 1 else "lines without numbers are"
+    return [f"{lines} {are} left out"] if lines else []
 
 
 def _unreadable(path: Path, body: Sequence[Row], names: Mapping[int, str]) -> list[str]:

@@ -15,6 +15,7 @@ SPELLINGS = {
     "degres": "deg",
     "degree": "deg",
     "degrees": "deg",
+    "gradi": "deg",
     "radian": "rad",
     "radians": "rad",
     "sek": "s",
@@ -28,6 +29,7 @@ SPELLINGS = {
     "msec": "ms",
     "millis": "ms",
     "milliseconds": "ms",
+    "secondi": "s",
     "minutes": "min",
     "kgf/cm2": "kgf/cm**2",
     "kgf/cm^2": "kgf/cm**2",
@@ -50,9 +52,16 @@ SPELLINGS = {
     "°c": "degC",
     "celsius": "degC",
 }
+MASS_UNITS = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
+"""Units of mass that stand for the weight of it in a column of forces, as scales show it."""
+ABSOLUTE, GAUGE = "absolute", "gauge"
 DIMENSIONLESS = ("-", "1", "mm/mm", "m/m")
 QUANTITIES = ("time", "pressure", "tip_angle", "tip_force", "temperature")
-_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
+_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^\[\]()]*\))?)[\])]\s*$")
+_KIND = re.compile(
+    r"(?P<unit>.*?)[\s_,.(]*(?:(?P<absolute>abs(?:olut\w*)?|a)|gauge|rel(?:ativ\w*)?|g)\.?\)?$",
+    re.I,
+)  # of a pressure: psia, kPa abs, bar(g)
 _SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_]+)$")
 
 
@@ -72,6 +81,19 @@ def usual_unit(text: str) -> str:
     return SPELLINGS[plain.lower()] if plain == "%" else ""
 
 
+def kind_of_pressure(written: str) -> tuple[str, str]:
+    """The unit of a pressure as written, without what says that it is absolute or gauge pressure,
+    and which of these it is; as it is, and "", where it says neither.
+
+    >>> kind_of_pressure("psia"), kind_of_pressure("bar(g)"), kind_of_pressure("kPa")
+    (('psi', 'absolute'), ('bar', 'gauge'), ('kPa', ''))
+    """
+    found = None if usual_unit(written) else _KIND.match(written.strip())
+    if found is None or not usual_unit(found["unit"]):
+        return written, ""
+    return found["unit"], ABSOLUTE if found["absolute"] else GAUGE
+
+
 def unit_in_header(cell: str) -> tuple[str, str]:
     """Name and unit as written in a cell of a header; the unit is "" where there is none.
 
@@ -82,7 +104,8 @@ def unit_in_header(cell: str) -> tuple[str, str]:
     if found:
         return found["name"].strip() or cell, found["unit"].strip()
     found = _SEPARATED.match(cell.strip())
-    if found and usual_unit(found["unit"]) and len(found["unit"]) > 1:
+    unit = kind_of_pressure(found["unit"])[0] if found else ""
+    if found and usual_unit(unit) and len(unit) > 1:
         return found["name"], found["unit"]
     if found and found["unit"] in ("s", "N", "°") and found["name"]:
         return found["name"], found["unit"]
@@ -95,6 +118,10 @@ def unit_for(quantity: str, written: str) -> str | None:
     """
     if quantity in ("stretch", "strain"):
         return "" if written in (*DIMENSIONLESS, "") else usual_unit(written) or None
+    if quantity == "pressure":
+        written = kind_of_pressure(written)[0]
+    if quantity == "tip_force":
+        written = MASS_UNITS.get(written.strip().lower(), written)
     unit = usual_unit(written)
     if unit == "" and quantity == "stress":
         return None

@@ -5,13 +5,14 @@ A set says it under `columns` by the key `is`, such as `pressure: {unit: mbar, i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.hands import PRESSURE_OF
 from model_lab.measurements.units import MARKER_COLUMN
+from model_lab.rules import RULES
 
 ATMOSPHERE = 101_325.0  # [Pa] of the air, where the set states none
 AMBIENT = "ambient"  # name of the pressure of the air among columns
@@ -69,6 +70,19 @@ def meanings_of(column: str) -> Mapping[str, Meaning]:
     if column.startswith(PRESSURE_OF):
         return MEANINGS["pressure"]
     return _OPPOSITE if MARKER_COLUMN.fullmatch(column) else {}
+
+
+def air_pressure(least: Sequence[float]) -> float:
+    """Pressure of the air [Pa]: what absolute pressures are at rest, if that may be it.
+
+    least: the least pressure of each run [Pa].
+
+    >>> air_pressure([98.2e3, 98.1e3, 98.3e3]), air_pressure([0.0])
+    (98200.0, 101325.0)
+    """
+    usual = float(np.median(least))
+    low, high = RULES.atmosphere
+    return usual if low <= usual <= high else ATMOSPHERE
 
 
 def as_expected(

@@ -138,6 +138,8 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
         return _taper(key, node, length.positive())
     if key in PROFILES and isinstance(node.value, list):
         return _table(node, zero=key in MAY_VANISH)
+    if isinstance(node.value, str):
+        raise node.error(f"a number in {KNOWN[key][0] or 'no unit'}, without its unit")
     if KNOWN[key][0] == "m" and _is_number(node.value) and node.value > LONGEST_SPECIMEN:
         raise node.error(
             f"a length in m, {LONGEST_SPECIMEN:g} at most", f"{node.value:g}; 100 mm are 0.1"

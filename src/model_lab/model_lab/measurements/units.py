@@ -140,6 +140,11 @@ def column_unit(column: str, text: str) -> Unit:
             "expected a unit such as kPa, deg or m/s**2, without numbers but 1 and exponents of "
             f"one or two digits, got {quoted(text)}"
         )
+    if text.casefold() == "grad":
+        raise ValueError(
+            f"expected deg, or gon for the 400th part of a turn, got {quoted(text)}, which may be "
+            "either"
+        )
     usual = USUAL_UNITS.get(text)
     if usual is not None and usual.si == unit_of(column):
         return usual
@@ -151,8 +156,10 @@ def column_unit(column: str, text: str) -> Unit:
 
 def _unit(unit: Any, wanted: str | None, text: str) -> Unit:
     registry = _registry()
-    target = registry.get_base_units(unit)[1] if wanted is None else registry.Unit(wanted)
-    if unit.dimensionality != target.dimensionality:
+    base = registry.get_base_units(unit)[1]
+    target = base if wanted is None else registry.Unit(wanted)
+    counted = wanted == "rad" and text not in ("", "1") and base != target
+    if unit.dimensionality != target.dimensionality or counted:
         raise ValueError(
             f"expected a unit of the same quantity as {wanted or 'a number without unit'}, "
             f"got {quoted(text)} ({unit}){_meant(text, target)}"

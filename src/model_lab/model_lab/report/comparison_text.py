@@ -141,7 +141,7 @@ def _before_all(found: Comparison) -> list[str]:
     """What is told before the model is compared: slips, data outside the model, bounds."""
     said = slip_sentences(found.slips, found.data.output_display)
     if found.outside:
-        said.append(f"{found.outside[0].upper()}{found.outside[1:]}.")
+        said.append(f"No model can be judged by these data. {found.outside}.")
     bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
     return said or [bound] if bound else said
 
@@ -172,7 +172,7 @@ def _judgement(found: Comparison) -> str:
         times = found.errors.held_out.rmse / floor.total
         shown = f"{times:.0f}" if times >= MANY_TIMES else f"{times:.2g}"
         error = f"The held-out error is {shown} times the noise floor."
-        if not found.slips and times > RULES.explained_error:
+        if not (found.slips or found.outside) and times > RULES.explained_error:
             error += (
                 " No wrong unit or the like explains it alone; `diagnose` tries them with effects."
             )
@@ -184,7 +184,8 @@ def _judgement(found: Comparison) -> str:
 
 
 def _accuracy(accuracy: Accuracy, display: Display) -> list[str]:
-    return [display.number(accuracy.rmse), f"{accuracy.fit:.1f} %"]
+    fit = f"{accuracy.fit:.1f} %" if np.isfinite(accuracy.fit) else "-"
+    return [display.number(accuracy.rmse), fit]
 
 
 def _failures(found: Comparison) -> str:

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS
+from model_lab.measurements.meanings import AMBIENT, MEANINGS, air_pressure
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, column_unit
-from model_lab.rules import RULES
 from model_lab.slips.columns import (
     WITHOUT_UNIT,
     Candidate,
@@ -128,9 +127,7 @@ def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
 
 def _ambient(data: MeasurementSet, column: str) -> float:
     """Pressure of the air [Pa]: what absolute pressures are at rest, if that may be it."""
-    least = float(np.median([run.columns[column].min() for run in data.runs]))
-    low, high = RULES.atmosphere
-    return least if low <= least <= high else ATMOSPHERE
+    return air_pressure([float(run.columns[column].min()) for run in data.runs])
 
 
 def _possible(data: MeasurementSet, column: str) -> bool:

@@ -1,0 +1,70 @@
+"""What an imported set says of its columns: their units, and of pressures that are absolute."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from model_lab.importing.runs import ImportedRun, Source
+from model_lab.importing.units import ABSOLUTE
+from model_lab.measurements.meanings import AMBIENT, air_pressure
+from model_lab.measurements.units import column_unit
+from softhand_common.documents.yaml_document import DocumentError
+
+AIR_COLUMN = "pressure"  # which may be absolute
+Columns = dict[str, dict[str, object]]
+"""The entry of each column under `columns` of a set."""
+
+
+def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns:
+    """The entries of all columns of the runs. Raises DocumentError where files differ."""
+    columns: Columns = {name: {"unit": unit} for name, unit in _units(sources, runs).items()}
+    return columns | _absolute(sources, runs)
+
+
+def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]:
+    """What is said of pressures that are absolute."""
+    for name, entry in columns.items():
+        if AMBIENT in entry:
+            yield (
+                f"{name} is absolute: the air's, {entry[AMBIENT]} {entry['unit']}, is taken off "
+                "(in experiment.yaml: ambient)"
+            )
+
+
+def _units(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> dict[str, str]:
+    """Unit of every column of the set."""
+    units = {"time": "s"}
+    for source in sources:
+        for meant in source.meanings:
+            name = "stretch" if meant.quantity == "strain" else meant.quantity
+            unit = "" if name == "stretch" else "s" if name == "time" else meant.unit or ""
+            if units.setdefault(name, unit) != unit:
+                raise DocumentError(
+                    f"{source.table.path}: {name}: expected {units[name]} as in the other files, "
+                    f"got {unit}; import files of other units one by one"
+                )
+    kept = dict.fromkeys(name for run in runs for name in run.columns)
+    return {name: units[name] for name in kept}
+
+
+def _absolute(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns:
+    """The entry of a pressure that the files call absolute; the air's is what they show at rest."""
+    every = (one for source in sources for one in source.meanings)
+    meant = {one.kind: one for one in every if one.quantity == AIR_COLUMN}
+    if len(meant) > 1:
+        raise DocumentError(
+            f"{sources[0].table.path}: expected all pressures absolute or all gauge, got both; "
+            "import them one by one"
+        )
+    if ABSOLUTE not in meant:
+        return {}
+    unit = meant[ABSOLUTE].unit or ""
+    scale = column_unit(AIR_COLUMN, unit).scale
+    air = air_pressure([scale * _least(run) for run in runs]) / scale
+    return {AIR_COLUMN: {"unit": unit, "is": ABSOLUTE, AMBIENT: float(f"{air:.6g}")}}
+
+
+def _least(run: ImportedRun) -> float:
+    return float(np.min([*run.columns[AIR_COLUMN], *run.lead.get(AIR_COLUMN, ())]))

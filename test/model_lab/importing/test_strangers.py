@@ -1,0 +1,161 @@
+"""Files as strangers brought them: what their headers and clocks say is taken as they mean it."""
+
+import numpy as np
+import pytest
+
+from model_lab.cli.main import main
+from model_lab.importing.importing import make_set, propose
+from model_lab.measurements.load import load_measurements
+from softhand_common.documents.yaml_document import DocumentError
+
+TIME = np.arange(0.0, 6.0, 0.25)
+PRESSURE = 40.0 * np.sin(np.pi * TIME / 6.0) ** 2  # [kPa]
+ANGLE = 2.0 * PRESSURE + 0.01 * PRESSURE**2  # [deg]
+PSI = 6.894757  # [kPa]
+HAND = "rbo_hand_2:index"
+
+
+def write(path, header, *columns, delimiter=","):
+    rows = [delimiter.join(map(str, row)) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+def made(file, folder, **said):
+    found = make_set(propose([file], **said), HAND)
+    found.write(folder)
+    return load_measurements(folder).runs[0].columns, found
+
+
+def check(columns):
+    np.testing.assert_allclose(columns["time"], TIME, atol=1e-5)
+    np.testing.assert_allclose(columns["pressure"], PRESSURE * 1e3, atol=0.5)
+    np.testing.assert_allclose(columns["tip_angle"], np.radians(ANGLE), atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("Pressure (psig)", 1.0 / PSI),
+        ("p [bar(g)]", 0.01),
+        ("P_kPag", 1.0),
+        ("Druck [mbar rel.]", 10.0),
+    ],
+)
+def test_a_unit_of_gauge_pressure_is_that_unit(tmp_path, header, factor):
+    file = write(tmp_path / "r.csv", f"t [s],{header},angle [deg]", TIME, PRESSURE * factor, ANGLE)
+    columns, found = made(file, tmp_path / "set")
+    check(columns)
+    assert "is" not in found.document["columns"]["pressure"]
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("P (psia)", 1.0 / PSI),
+        ("pressure [kPa abs]", 1.0),
+        ("p [bar (a)]", 0.01),
+        ("Absolutdruck [mbar]", 10.0),
+        ("p_abs [kPa]", 1.0),
+        ("pression absolue (hPa)", 10.0),
+    ],
+)
+@pytest.mark.parametrize("air", [101.325, 96.2])
+def test_the_air_is_taken_off_a_pressure_that_is_said_to_be_absolute(tmp_path, header, factor, air):
+    absolute = (PRESSURE + air) * factor
+    file = write(tmp_path / "r.csv", f"t [s],{header},angle [deg]", TIME, absolute, ANGLE)
+    columns, found = made(file, tmp_path / "set")
+    check(columns)
+    assert any("pressure is absolute" in remark for remark in found.remarks)
+
+
+def test_absolute_and_gauge_pressures_are_not_put_into_one_set(tmp_path):
+    names = {"r1.csv": "p [kPa]", "r2.csv": "p [kPa abs]"}
+    files = [
+        write(tmp_path / name, f"t [s],{header},angle [deg]", TIME, PRESSURE + 101.0, ANGLE)
+        for name, header in names.items()
+    ]
+    with pytest.raises(DocumentError, match="all pressures absolute or all gauge, got both"):
+        make_set(propose(files), HAND)
+
+
+def test_the_pressure_of_the_supply_and_counts_are_not_what_was_measured(tmp_path):
+    header = "t [s],Supply pressure [kPa],p_amb [kPa],Pressure [kPa],Angle raw [counts],Angle [deg]"
+    columns = TIME, 0.0 * TIME + 600.0, 0.0 * TIME + 101.0, PRESSURE, 11.0 * ANGLE, ANGLE
+    check(made(write(tmp_path / "r.csv", header, *columns), tmp_path / "set")[0])
+
+
+def test_a_unit_of_no_pressure_is_named(tmp_path):
+    file = write(tmp_path / "r.csv", "t [s],pressure [V],angle [deg]", TIME, PRESSURE, ANGLE)
+    (what,) = propose([file]).unsure
+    assert what == "the unit of pressure (the file says V)"
+
+
+def test_of_a_printed_topic_the_stamp_of_the_message_is_its_time(tmp_path):
+    stamps = [f"{1741079702 + round(1e3 * t) / 1e3:.3f}".replace(".", "") + "000000" for t in TIME]
+    late = [str(int(stamp) + 30_000_000) for stamp in stamps]
+    header = "%time,field.header.seq,field.header.stamp,field.pressure,field.angle"
+    file = write(tmp_path / "r.csv", header, late, range(len(TIME)), stamps, PRESSURE, ANGLE)
+    maps = {"pressure": ("field.pressure", "kPa"), "tip_angle": ("field.angle", "deg")}
+    (source,) = propose([file], maps=maps).sources
+    (time,) = (one for one in source.meanings if one.quantity == "time")
+    assert time.column == "field.header.stamp"
+    check(made(file, tmp_path / "set", maps=maps)[0])
+
+
+@pytest.mark.parametrize("unit", ["g", "gf"])
+def test_grams_in_a_column_of_forces_are_their_weight(tmp_path, unit):
+    force = 0.1 * PRESSURE  # [N]
+    file = write(
+        tmp_path / "r.csv", f"t [s],p [kPa],force [{unit}]", TIME, PRESSURE, force / 9.80665e-3
+    )
+    columns, _ = made(file, tmp_path / "set")
+    np.testing.assert_allclose(columns["tip_force"], force, atol=1e-6)
+
+
+def test_rows_that_are_newest_first_are_turned_round(tmp_path):
+    columns = (one[::-1] for one in (TIME, PRESSURE, ANGLE))
+    file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", *columns)
+    read, found = made(file, tmp_path / "set")
+    check(read)
+    assert any("newest first" in remark for remark in found.remarks)
+
+
+def test_rows_that_share_a_stamp_of_a_coarse_clock_are_spread_evenly(tmp_path):
+    file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", np.floor(TIME), PRESSURE, ANGLE)
+    read, found = made(file, tmp_path / "set")
+    check(read)
+    assert any("18 of 24 rows" in remark for remark in found.remarks)
+
+
+def test_a_clock_that_falls_and_rises_is_refused(tmp_path):
+    wrong = np.where(TIME < 3.0, TIME, TIME - 3.0)
+    file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", wrong, PRESSURE, ANGLE)
+    with pytest.raises(DocumentError, match="expected a time after 2.75 s, got 0 s"):
+        make_set(propose([file]), HAND)
+
+
+def test_italian_headers_are_read(tmp_path):
+    header = "Tempo [s];Pressione [kPa];Angolo [gradi]"
+    file = write(tmp_path / "r.csv", header, TIME, PRESSURE, ANGLE, delimiter=";")
+    check(made(file, tmp_path / "set")[0])
+
+
+def test_a_size_with_its_unit_is_refused_with_the_unit_that_is_meant(tmp_path, capsys):
+    file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", TIME, PRESSURE, ANGLE)
+    make_set(propose([file])).write(tmp_path / "set")
+    document = tmp_path / "set" / "experiment.yaml"
+    document.write_text(document.read_text().replace("finger: {}", "finger: {length: 90 mm}"))
+    assert main(["compare", str(tmp_path / "set")]) == 2
+    said = capsys.readouterr().err
+    assert "length: expected a number in m, without its unit, got '90 mm'" in said
+
+
+def test_a_sensor_that_stands_still_has_no_fit(tmp_path, capsys):
+    still = np.full_like(TIME, 12.5)
+    file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", TIME, PRESSURE, still)
+    make_set(propose([file]), HAND).write(tmp_path / "set")
+    assert main(["compare", str(tmp_path / "set")]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("No model can be judged by these data. tip_angle: expected readings")
+    assert "%  fitted" not in said and "No wrong unit" not in said
