@@ -1,10 +1,16 @@
-"""Set-up of the middleware: the profile that is shipped, unless the user has one."""
+"""Set-up of the middleware: the profile, and shared memory that killed processes left."""
 
 import os
+import subprocess
+import sys
+import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from softhand_bringup.processes.domain import FIRST_PORT, PORTS
+from softhand_bringup.processes.suite import node_environment
+from softhand_ros import middleware
 from softhand_ros.middleware import PROFILE, PROFILE_VARIABLES, set_up_middleware
 
 SWITCH = "RMW_FASTRTPS_USE_QOS_FROM_XML"
@@ -31,3 +37,41 @@ def test_a_profile_of_the_users_stands(unset, monkeypatch, name):
     set_up_middleware()
     assert os.environ[name] == "mine.xml"
     assert SWITCH not in os.environ
+
+
+START = """
+from softhand_ros.middleware import set_up_middleware
+set_up_middleware()
+import rclpy
+rclpy.init()
+rclpy.create_node("late").destroy_node()
+"""
+
+
+def test_a_node_starts_where_a_killed_process_left_an_unfinished_port(domain, tmp_path):
+    first = FIRST_PORT + PORTS * domain + 11  # unicast of the first participant, RTPS 9.6.1.1
+    left = [middleware.SHARED_MEMORY / f"fastrtps_port{first + 2 * k}" for k in range(3)]
+    for path in left:
+        path.write_bytes((1).to_bytes(4, "little") + bytes(52396))
+        os.utime(path, (time.time() - 60, time.time() - 60))
+    environment = node_environment(tmp_path, domain)
+    try:
+        subprocess.run([sys.executable, "-c", START], env=environment, timeout=30, check=True)
+        assert not any(path.exists() and path.read_bytes()[0] == 1 for path in left)
+    finally:
+        for path in left:
+            path.unlink(missing_ok=True)
+
+
+def test_what_another_process_may_still_finish_is_waited_for(tmp_path, monkeypatch):
+    monkeypatch.setattr(middleware, "SHARED_MEMORY", tmp_path)
+    monkeypatch.setattr(middleware, "INITIALIZATION_LIMIT", 1.0)
+    young, done = tmp_path / "fastrtps_port8001", tmp_path / "fastrtps_port8003"
+    lock = tmp_path / "fastrtps_port8001_el"
+    lock.touch()
+    young.write_bytes(bytes(8))
+    done.write_bytes((2).to_bytes(4, "little"))
+    begun = time.monotonic()
+    middleware.remove_unfinished_segments()
+    assert time.monotonic() - begun > 0.8
+    assert not young.exists() and done.exists() and lock.exists()

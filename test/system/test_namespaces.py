@@ -69,6 +69,12 @@ def told_by(peer, name):
 
 def test_two_hands_grasp_at_once_by_one_clock(hands, peer):
     ticks = peer.listen(Clock, "/clock")
+    for hand in HANDS:  # the strategy waits for 10 s; six nodes may start for longer
+        peer.wait(
+            lambda hand=hand: peer.listen(JointState, f"{hand}/pneumaticbox/state"),
+            f"the {hand} driver",
+            PATIENCE,
+        )
     calls = [peer.request(Trigger, f"{hand}/grasp/surface_constrained", PATIENCE) for hand in HANDS]
     samples = [peer.listen(JointState, f"{hand}/pneumaticbox/sensors", 1) for hand in HANDS]
     lags, answered = [], []

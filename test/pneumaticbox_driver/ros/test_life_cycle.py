@@ -50,6 +50,29 @@ def reset(peer):
     peer.call(Trigger, "pneumaticbox/reset")
 
 
+def activates(peer):
+    """Whether the transition is made from a box that is not vented."""
+    reset(peer)
+    return change(peer, Transition.TRANSITION_ACTIVATE)
+
+
+def goes_and_comes_back(peer, by_enable=False):
+    """Whether an active box activates again after it was deactivated, without a reset between."""
+    if state(peer) != "active":
+        activates(peer)
+    if not change(peer, Transition.TRANSITION_DEACTIVATE):
+        return False
+    if by_enable:
+        return peer.call(SetBool, "pneumaticbox/enable", data=True).success
+    return change(peer, Transition.TRANSITION_ACTIVATE)
+
+
+def switched_on(peer):
+    """Whether `enable` is obeyed by a box that is not vented."""
+    reset(peer)
+    return peer.call(SetBool, "pneumaticbox/enable", data=True).success
+
+
 def inflates(peer, board):
     """Whether the board is told to inflate on a command."""
     reset(peer)
@@ -72,22 +95,22 @@ def test_air_flows_in_the_active_state_alone(start_on_board, peer, board):
     assert not inflates(peer, board)
     assert not change(peer, Transition.TRANSITION_CLEANUP + 100)
     assert not change(peer, Transition.TRANSITION_CONFIGURE)  # it is configured
-    reset(peer)
-    assert change(peer, Transition.TRANSITION_ACTIVATE)
+    peer.wait(lambda: activates(peer), "an active box")
     assert state(peer) == "active"
     peer.wait(lambda: inflates(peer, board), "an inlet that opens")
     begun = time.monotonic()
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
     peer.diagnosis("safety", "vented until pneumaticbox/reset: deactivated", keep_going=False)
-    assert change(peer, Transition.TRANSITION_ACTIVATE)  # the vent was that of the state alone
+    # the vent was that of the state alone
+    peer.wait(lambda: goes_and_comes_back(peer), "an active box after a deactivated one")
     peer.wait(lambda: inflates(peer, board), "an inlet that opens")
     assert peer.call(Trigger, "pneumaticbox/vent").success
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     assert not change(peer, Transition.TRANSITION_ACTIVATE)  # a vent that was asked for stays
     assert state(peer) == "inactive"
     assert peer.call(Trigger, "pneumaticbox/reset").success
-    assert change(peer, Transition.TRANSITION_ACTIVATE)
+    peer.wait(lambda: activates(peer), "an active box after the reset")
     goals = [event.goal_state.id for event in events]
     assert State.PRIMARY_STATE_ACTIVE in goals and State.PRIMARY_STATE_INACTIVE in goals
     assert stop_process(process) == 0 and "Traceback" not in process.output()
@@ -111,7 +134,7 @@ def test_after_cleanup_the_board_is_free_and_configure_connects_again(start_on_b
     assert len(peer.states) == count  # nothing is read
     assert change(peer, Transition.TRANSITION_CONFIGURE)
     peer.wait(lambda: len(peer.states) > count, "a state of the box")
-    assert change(peer, Transition.TRANSITION_ACTIVATE)
+    peer.wait(lambda: activates(peer), "an active box")
     peer.wait(lambda: inflates(peer, board), "an inlet that opens")
     assert process.exit_code is None and "Traceback" not in process.output()
 
@@ -119,12 +142,11 @@ def test_after_cleanup_the_board_is_free_and_configure_connects_again(start_on_b
 def test_enable_is_the_same_as_the_transitions(start_on_board, peer, board):
     start_on_board()
     peer.wait(lambda: peer.states, "a state of the box")
-    assert peer.call(SetBool, "pneumaticbox/enable", data=True).success
+    peer.wait(lambda: switched_on(peer), "an active box")
     assert state(peer) == "active"
     assert peer.call(SetBool, "pneumaticbox/enable", data=False).success
     assert state(peer) == "inactive"
     assert "deactivated" not in peer.diagnosis("safety", keep_going=False).message  # no vent
-    assert peer.call(SetBool, "pneumaticbox/enable", data=True).success
-    assert change(peer, Transition.TRANSITION_DEACTIVATE)
-    assert peer.call(SetBool, "pneumaticbox/enable", data=True).success  # its vent ends, too
+    peer.wait(lambda: switched_on(peer), "an active box")
+    peer.wait(lambda: goes_and_comes_back(peer, by_enable=True), "an active box")  # its vent ends
     assert state(peer) == "active"
