@@ -31,7 +31,7 @@ from model_lab.localisation.axes import resting_share
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import display_of
-from model_lab.report import write_report
+from model_lab.report.page import write_report
 from softhand_common.documents.output_file import save_figure
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.progress import Progress

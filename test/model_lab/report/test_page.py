@@ -16,9 +16,9 @@ from model_lab.diagnosis.result import Step
 from model_lab.fitting.notices import Notice
 from model_lab.learning.learn import learn
 from model_lab.measurements.units import display_of
-from model_lab.report import write_report
 from model_lab.report.curves import curves
 from model_lab.report.marks import LINE_POINTS, envelope
+from model_lab.report.page import write_report
 from model_lab.report.view import View
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model

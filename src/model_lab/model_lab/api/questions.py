@@ -23,11 +23,12 @@ from model_lab.learning.learn import Learning
 from model_lab.learning.learn import learn as learnt
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.own_effects import all_classes
-from model_lab.report import tables, write_report
+from model_lab.report import tables
 from model_lab.report.comparison_text import comparison_text, ladder_text
 from model_lab.report.drawing import Drawing
 from model_lab.report.learned import picture_of
 from model_lab.report.loops import loops, rest_over_input
+from model_lab.report.page import write_report
 from model_lab.report.sentences import slip_sentences, verdict_sentence
 from model_lab.report.tables import Table
 from model_lab.report.text import diagnosis_text, text_table

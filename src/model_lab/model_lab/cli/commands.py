@@ -124,7 +124,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
     answers.keep(answer)
     options.save_json(arguments, answer)
     if arguments.report is not None:
-        from model_lab.report import write_report
+        from model_lab.report.page import write_report
 
         write_json(arguments.report / answers.ANSWER, answer, arguments.force)
 
@@ -190,7 +190,7 @@ def learn(arguments: argparse.Namespace) -> None:
     _print_next(lines.after_learning(arguments, files))
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
-        from model_lab.report import write_learned
+        from model_lab.report.page import write_learned
 
         write_learned(found, arguments.report, lines.learned_again(arguments))
 

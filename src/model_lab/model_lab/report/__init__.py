@@ -1,5 +1,3 @@
-"""Reports of a diagnosis and of a learned curve: HTML pages that need nothing else."""
-
-from model_lab.report.page import write_learned, write_report
-
-__all__ = ["write_learned", "write_report"]
+"""What is said of a diagnosis and of a learned curve: in sentences, and by HTML pages that need
+nothing else. To load the pages (`report.page`) takes longer than most answers; nothing else does.
+"""
