@@ -29,6 +29,22 @@ def run(plant, duration, valves, volumes, dt=1e-3):
         plant.step(dt, valves, volumes)
 
 
+@pytest.mark.parametrize("step", [5e-4, 2e-3, 7e-3])
+def test_a_relief_valve_that_stays_closed_changes_no_bit(step):
+    """A plant without any is stepped by another kernel."""
+    plants = [PneumaticPlant(EIGHT, [FINGER] * 8, relief_pressures=r) for r in (None, [1e6] * 8)]
+    random, readings, valves = np.random.default_rng(2), [], [0] * 8
+    for _ in range(300):
+        if random.uniform() < 0.1:
+            valves = random.integers(-1, 2, 8)
+        volumes = FINGER * random.uniform(0.9, 1.3, 8)
+        for plant in plants:
+            pressures = plant.step(step, valves, volumes)
+            readings.append(np.concatenate([pressures, plant.read(), [plant.tank_pressure]]))
+    assert np.ptp(readings, axis=0)[:8].min() > 20e3
+    np.testing.assert_array_equal(readings[::2], readings[1::2])
+
+
 @pytest.mark.parametrize("gauge", [-30e3, 5e3, 100e3])
 def test_gauge_pressure_decays_exponentially_through_a_leak(gauge):
     conductance = 2e-9

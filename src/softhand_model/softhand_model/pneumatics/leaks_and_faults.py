@@ -48,6 +48,7 @@ class Escapes:
             self._relief_opens = given + self._ambient
             self._relief_rise = given * parameters.relief.accumulation
             self._relief = self._orifice(parameters.relief.diameter)
+        self.any = self.leaks or self.relieves
 
     def _orifice(self, diameter: ArrayLike) -> Array:
         area = np.pi / 4 * np.asarray(diameter, dtype=float) ** 2

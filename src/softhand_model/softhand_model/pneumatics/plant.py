@@ -16,6 +16,7 @@ from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 from softhand_model.pneumatics.pulse_effects import PulseEffects
 from softhand_model.pneumatics.sensors import build_sensors
+from softhand_model.pneumatics.sound_step import step_sound_plant
 from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
 
@@ -246,14 +247,45 @@ class PneumaticPlant:
         """
         if not dt > 0:
             raise ValueError(f"dt must be above 0 s, got {dt}")
-        command = checked_valves(valves, len(self.channels))
         target = self._checked_volumes(volumes)
-        self._valves.command(self.time, command, self._noise)
+        if not self._valves.commanded(valves):
+            command = checked_valves(valves, len(self.channels))
+            self._valves.command(self.time, command, self._noise)
         count = math.ceil(dt / LONGEST_SUBSTEP - 1e-9)
+        self._valves.advance(self.time + SHORTEST_SUBSTEP)
+        if self._sound and self._valves.next_change > self.time + dt:
+            return self._step_sound(dt / count, count, target)
         change = (target - self._volumes) / count
         for left in range(count - 1, -1, -1):
             self._substep(dt / count, target - left * change)
         return self.pressures
+
+    @property
+    def _sound(self) -> bool:
+        """Whether `step_sound_plant` has all that acts now."""
+        faults = self.faults.burst_any or self.faults.supply_bleed
+        return self._heat is None and self._pulses is None and not (self._escapes.any or faults)
+
+    def _step_sound(self, dt: float, count: int, target: Array) -> Array:
+        pressures, sensors = np.empty_like(target), self._sensors
+        step_sound_plant(
+            dt,
+            count,
+            self.faults.spools(self._valves.state),
+            target,
+            self._volumes,
+            self._gas,
+            self.parameters.ambient_pressure,
+            tuple(self._paths),  # numba takes plain tuples faster than named ones
+            tuple(self._contents),
+            (self._supply.state, tuple(self._supply.constants)),
+            (sensors.time_constant, self._at_box, sensors.filtered),
+            pressures,
+        )
+        self._volumes = target
+        for _ in range(count):
+            self.time += dt
+        return pressures
 
     def _checked_volumes(self, volumes: ArrayLike) -> Array:
         given = np.asarray(volumes, dtype=float)
@@ -282,8 +314,7 @@ class PneumaticPlant:
             self._heat.compress(self._volumes, volumes)
         self._volumes = volumes
         capacity = self._capacity
-        escapes = self._escapes.leaks or self._escapes.relieves or self.faults.burst_any
-        if escapes or self._pulses is not None:
+        if self._escapes.any or self.faults.burst_any or self._pulses is not None:
             self._let_escape(dt, capacity)
         taken = self._flow(dt, capacity)
         if self.faults.supply_bleed:

@@ -39,15 +39,12 @@ class PressureSensors:
     def reset(self) -> None:
         """Let the low-pass settle at ambient pressure."""
         self.filtered: Array = np.full(len(self.gain), self.ambient)
-        self._step, self._share = 0.0, self.filtered
         self._errors = self.gain, self.offset, self.noise
         self._converter = self.resolution, self.full_scale
 
     def follow(self, dt: float, pressures_abs: Array) -> None:
         """Let the low-pass follow true absolute pressures [Pa] for `dt` [s]."""
-        if dt != self._step:
-            self._step, self._share = dt, dt / (dt + self.time_constant)
-        follow_low_pass(self._share, pressures_abs, self.filtered)
+        follow_low_pass(dt, self.time_constant, pressures_abs, self.filtered)
 
     def read(self, noise: np.random.Generator) -> Array:
         """Return converted absolute pressures [Pa], ambient taken as exactly known."""
@@ -57,12 +54,13 @@ class PressureSensors:
 
 
 @compiled
-def follow_low_pass(share: Array, pressures_abs: Array, filtered: Array) -> None:
-    """Move the filtered absolute pressures (m,) [Pa] by a share (m,) [-] of their distance to the
-    true ones (m,) [Pa].
+def follow_low_pass(dt: float, time_constant: Array, pressures_abs: Array, filtered: Array) -> None:
+    """Let the filtered absolute pressures (m,) [Pa] follow the true ones (m,) [Pa] for `dt` [s],
+    with time constants (m,) [s], in place.
     """
     for i in range(len(filtered)):
-        filtered[i] += share[i] * (pressures_abs[i] - filtered[i])
+        share = dt / (dt + time_constant[i])
+        filtered[i] += share * (pressures_abs[i] - filtered[i])
 
 
 @compiled

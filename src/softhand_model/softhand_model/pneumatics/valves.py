@@ -44,9 +44,15 @@ class Valves:
         self._closes: Array = np.full(channels, np.inf)
         self.next_change = np.inf  # when the next spool will move [s]
 
+    def commanded(self, valves: ArrayLike) -> bool:
+        """Whether these valves (channels,), unchecked, are commanded already."""
+        given, own = np.asarray(valves), self._command
+        alike = given.dtype == own.dtype and given.shape == own.shape
+        return alike and given.tobytes() == own.tobytes()
+
     def command(self, time: float, valves: Spools, noise: np.random.Generator) -> None:
         """Switch the coils at `time` [s] to `valves` (channels,); `noise` draws the jitter."""
-        if valves.tobytes() == self._command.tobytes():
+        if self.commanded(valves):
             return
         changed = valves != self._command
         coil = (valves > 0).astype(int)
