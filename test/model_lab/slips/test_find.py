@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "examples" / "measurements" / "finger"
 CASES = ROOT.parent / "shared" / "cases"
 PSI = 6894.757  # [Pa]
+FINGER_LENGTH = 0.09  # [m] of both fingers of the example
 BASE = load_model("base")
 
 
@@ -140,6 +141,10 @@ KINDS = {
         "tip_angle",
     ),
     "chord": (lambda: stated_otherwise("tip_angle", lambda angle: 0.5 * angle), "tip_angle"),
+    "curvature": (
+        lambda: stated_otherwise("tip_angle", lambda a: np.radians(a / FINGER_LENGTH)),
+        "tip_angle",
+    ),  # [1/m], said to be in deg
     "youngs_modulus": (lambda: resized({"shear_modulus": 3.0}), "shear_modulus"),
     "radius": (lambda: resized({"height": 0.5, "width": 0.5}), "height, width"),
     "wall_total": (lambda: resized({"wall": 2.0, "side_wall": 2.0}), "wall, side_wall"),
@@ -262,6 +267,22 @@ def test_a_slip_is_found_beside_a_hidden_effect(hidden, tmp_path):
     (slip,) = find_all_slips(with_both_walls(data), BASE, effect_classes()).slips
     assert (slip.name, set(slip.column.split(", "))) == ("wall_total", {"wall", "side_wall"})
     assert slip.rmse_after < 0.5 * slip.rmse_before
+
+
+@pytest.mark.parametrize("hidden", ["tube_lag", "hysteresis"])
+def test_beside_an_effect_the_slip_is_told_that_needs_no_odd_modulus(hidden, tmp_path):
+    make_set(tmp_path, "free_bending", [(hidden, {})], seed=5, ratio=12.0)
+    data = load_measurements(tmp_path)
+    stiff = {
+        name: replace(
+            entry,
+            values=entry.values | {"shear_modulus": 3.0 * entry.values["shear_modulus"]},
+        )
+        for name, entry in data.specimens.items()
+    }
+    (slip,) = find_all_slips(replace(data, specimens=stiff), BASE, effect_classes()).slips
+    assert (slip.name, slip.beside) == ("youngs_modulus", hidden)
+    assert slip.alike == ("pressure is inHg, not kPa",)
 
 
 def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):

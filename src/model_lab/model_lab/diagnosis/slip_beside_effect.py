@@ -30,6 +30,7 @@ from model_lab.slips.find import (
     jumping_angle,
     nearest,
     scatters,
+    words,
 )
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
@@ -143,17 +144,29 @@ def find_slip_beside_effect(
     found = list(_explained(data, model, classes, stated, every))
     if not found:
         return Checked(data)
-    least = min(one.error for one in found)
-    best = next(one for one in found if one.error <= RULES.slip_alike * least)  # the commonest
+    best, *others = _alike(found)
     rivals = _pairs_as_good(stated, model, best.error)
     if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
         return Checked(data)  # two effects without a slip are as likely
     return Checked(
         best.candidate.mended,
-        (_slip(best, stated),),
+        (replace(_slip(best, stated), alike=tuple(words(one.candidate) for one in others)),),
         best.error,
         tuple(" and ".join(pair.effects[-2:]) for pair in rivals),
     )
+
+
+def _alike(found: list[_Found]) -> list[_Found]:
+    """The slips that explain about as much as the best one does: first those that need no modulus
+    at the end of what is usual, of these the commonest.
+    """
+    least = min(one.error for one in found)
+    alike = [one for one in found if one.error <= RULES.slip_alike * least]
+    return sorted(alike, key=lambda one: (_at_bound(one.effect), one.candidate.rare))
+
+
+def _at_bound(scored: Scored) -> bool:
+    return calibration_at_bound(scored) != ()
 
 
 def _slip(found: _Found, stated: _Searched) -> Slip:
@@ -223,7 +236,7 @@ def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored
         for scored in score_all(
             problem, first, [n for n in names if n not in first.effects], limit=SECOND_EFFECTS
         )
-        if isinstance(scored, Scored) and _is_usual(scored) and not calibration_at_bound(scored)
+        if isinstance(scored, Scored) and _is_usual(scored) and not _at_bound(scored)
     ]
     as_good = [pair for pair in pairs if stated.relative(pair) <= RULES.slip_alike * error]
     distinct = {frozenset(pair.effects): pair for pair in as_good}

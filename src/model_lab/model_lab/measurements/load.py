@@ -43,7 +43,12 @@ from model_lab.measurements.measurement_set import (
     Specimen,
 )
 from model_lab.measurements.rows import STRETCHES, check_rows
-from model_lab.measurements.specimens import document_of, known_fields, read_specimens
+from model_lab.measurements.specimens import (
+    bent_length,
+    document_of,
+    known_fields,
+    read_specimens,
+)
 from model_lab.measurements.units import Unit, column_unit, unit_of
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import (
@@ -235,7 +240,7 @@ class _RunReader:
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
-        columns, lead = self._columns(node, fields, told)
+        columns, lead = self._columns(node, fields, told, self._specimens[specimen])
         if "bag" in fields:
             self.bags.add(name)
         steady = initial == "steady"
@@ -246,7 +251,7 @@ class _RunReader:
         )
 
     def _columns(
-        self, node: Node, fields: Mapping[str, Node], told: Told
+        self, node: Node, fields: Mapping[str, Node], told: Told, specimen: Specimen
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Columns (samples,) of a run in SI units by name, and its lead."""
         if ("file" in fields) == ("bag" in fields):
@@ -254,7 +259,7 @@ class _RunReader:
             raise node.error("either file (CSV) or bag (a rosbag2 folder, or a ROS 1 file)", got)
         if "file" in fields:
             path = self._path(fields["file"])
-            columns = self._csv(fields["file"], path)
+            columns = self._csv(fields["file"], path, specimen)
             self.doubts += check_rows(path, columns)
             return parted(columns, self._outputs_that_begin())
         if "topics" not in fields:
@@ -263,7 +268,7 @@ class _RunReader:
             )
         path = self._path(fields["bag"])
         try:
-            columns, lead = self._bag(path, fields["topics"], told)
+            columns, lead = self._bag(path, fields["topics"], told, specimen)
         except DocumentError as reason:
             if self._is_own(path) or str(reason).startswith(node.file):
                 raise
@@ -289,7 +294,7 @@ class _RunReader:
         return inside and path.exists()
 
     # ---------------------------------------------------------------- CSV
-    def _csv(self, node: Node, path: Path) -> dict[str, Array]:
+    def _csv(self, node: Node, path: Path, specimen: Specimen) -> dict[str, Array]:
         names = self._csv_columns(node)
         other = self._files.setdefault(Path(os.path.realpath(path)), node.key)
         if other != node.key:
@@ -314,8 +319,9 @@ class _RunReader:
             raise DocumentError(f"{node.place}: {reason}") from reason
         columns = {name: read[source] for name, source in sources.items()}
         meanings = {name: column.meaning for name, column in self._stated.items() if column.meaning}
-        air = [self._stated[name].ambient for name in meanings]
-        return as_expected(_in_si(columns, self._units), meanings, *air[:1])
+        air = [self._stated[name].ambient for name in meanings] or [ATMOSPHERE]
+        length = bent_length(node, specimen, meanings.values())
+        return as_expected(_in_si(columns, self._units), meanings, air[0], length)
 
     def _csv_columns(self, node: Node) -> list[str]:
         """Columns to read from a CSV file; those that the experiment needs must have a unit."""
@@ -339,7 +345,9 @@ class _RunReader:
         return self._outputs if self._experiment in DRIVING_COLUMN else ()
 
     # ---------------------------------------------------------------- bags
-    def _bag(self, path: Path, node: Node, told: Told) -> tuple[dict[str, Array], dict[str, Array]]:
+    def _bag(
+        self, path: Path, node: Node, told: Told, specimen: Specimen
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
         topics = node.mapping()
         for name in self._needed():
             if name not in topics and name != "time":
@@ -371,9 +379,10 @@ class _RunReader:
             {name: entry["unit"].text() for name, entry in entries.items() if "unit" in entry}
         )
         meanings = {n: word for n, entry in entries.items() if (word := _meaning(entry, n))}
-        air = [_ambient(entries[name], units[name]) for name in meanings][:1]
+        air = [_ambient(entries[name], units[name]) for name in meanings] or [ATMOSPHERE]
+        length = bent_length(node, specimen, meanings.values())
         in_si = (_in_si(read, units) for read in (columns, lead))
-        of_run, before = (as_expected(read, meanings, *air) for read in in_si)
+        of_run, before = (as_expected(read, meanings, air[0], length) for read in in_si)
         return of_run, before
 
 

@@ -16,6 +16,7 @@ from model_lab.rules import RULES
 
 ATMOSPHERE = 101_325.0  # [Pa] of the air, where the set states none
 AMBIENT = "ambient"  # name of the pressure of the air among columns
+LENGTH = "length"  # of the specimen [m], among columns
 
 Columns = Mapping[str, Array]
 """Columns (samples,) of a run by name, in SI units."""
@@ -33,6 +34,7 @@ def _of_angle() -> dict[str, Meaning]:
         "supplement": lambda values, _: _TURNED["supplement"] - values,
         "complement": lambda values, _: _TURNED["complement"] - values,
         "from_vertical": lambda values, _: values - _TURNED["complement"],
+        "curvature": lambda values, columns: values * columns[LENGTH],
         "chord": lambda values, _: 2.0 * values,
         "wrapped": lambda values, _: np.unwrap(values),
         "wrapped_180": lambda values, _: np.unwrap(values, period=np.pi),
@@ -54,7 +56,8 @@ MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
     negative: its negative. absolute: of the pressure of the air too. gauge: without it.
     strain: the stretch less 1. true_stress: force over the area as it is then.
     supplement: 180 deg less the angle. complement: 90 deg less the angle. from_vertical: 90 deg
-    more than the angle. chord: the angle of the chord from base to tip, half of the tip's. wrapped:
+    more than the angle. curvature: the angle per metre of the arc, times the specimen's length.
+    chord: the angle of the chord from base to tip, half of the tip's. wrapped:
     it jumps by 360 deg. wrapped_180: by 180 deg, as the arc tangent of a quotient does.
 """
 
@@ -86,13 +89,16 @@ def air_pressure(least: Sequence[float]) -> float:
 
 
 def as_expected(
-    columns: Columns, meanings: Mapping[str, str], ambient: float = ATMOSPHERE
+    columns: Columns,
+    meanings: Mapping[str, str],
+    ambient: float = ATMOSPHERE,
+    length: float = float("nan"),
 ) -> dict[str, Array]:
     """The columns of a run as the lab expects them; meanings: words of `MEANINGS` by column;
-    ambient: pressure of the air [Pa].
+    ambient: pressure of the air [Pa]; length: of the specimen [m], which a curvature needs.
     """
     result = dict(columns)
-    known_to_all = {AMBIENT: np.array(ambient)}
+    known_to_all = {AMBIENT: np.array(ambient), LENGTH: np.array(length)}
     for name in dict.fromkeys([*MEANINGS, *meanings]):  # the stretch first: the stress needs it
         if name in meanings and name in result:
             known = meanings_of(name)[meanings[name]]

@@ -148,6 +148,16 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
     return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 
 
+def bent_length(node: Node, specimen: Specimen, meanings: Iterable[str]) -> float:
+    """Length [m] by which a column that is a curvature is an angle, NaN where none is stated.
+
+    meanings: what the columns of a run are. Raises DocumentError where it is needed, but not known.
+    """
+    if "curvature" in meanings and "length" not in specimen.values:
+        raise node.error(f"a length of {specimen.name}, by which a curvature is an angle", "none")
+    return float(specimen.values.get("length", np.nan))
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 

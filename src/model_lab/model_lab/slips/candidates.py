@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import AMBIENT, MEANINGS, air_pressure
+from model_lab.measurements.meanings import AMBIENT, LENGTH, MEANINGS, air_pressure
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, column_unit
 from model_lab.slips.columns import (
@@ -50,6 +50,7 @@ MEANING_WORDS = {
     "supplement": "180 deg less the tip angle",
     "complement": "90 deg less the tip angle",
     "from_vertical": "90 deg more than the tip angle",
+    "curvature": "the curvature (angle per metre)",
     "chord": "the angle of the chord",
     "wrapped": "an angle that jumps by 360 deg",
     "wrapped_180": "an angle that jumps by 180 deg",
@@ -106,6 +107,10 @@ def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
         units = [(said, 1.0)]
         if word in ("absolute", "strain"):  # which come in any unit
             units += factors_of(data, column)
+        if word == "curvature":
+            known = all(LENGTH in specimen.values for specimen in _used(data).values())
+            every = [*units, *factors_of(data, column)] if known else []
+            units = [(unit, factor) for unit, factor in every if unit == "rad"]
         for unit, factor in units:
             scaled = with_units(data, (column,), unit, factor)
             ambient = _ambient(scaled, column)
@@ -122,6 +127,7 @@ def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
                 MEANING_WORDS[word].format(column=column) + (f" in {unit}" if unit != said else ""),
                 column_mend(data, {column: entry}),
                 replace(mended, units={**data.units, column: unit}),
+                rare=word == "curvature",
             )
 
 

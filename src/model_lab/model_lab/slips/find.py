@@ -115,7 +115,7 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
     slip, mended, error = _told(candidate, before.rmse, after)
-    return replace(slip, alike=tuple(_words(other) for other, _ in others)), mended, error
+    return replace(slip, alike=tuple(words(other) for other, _ in others)), mended, error
 
 
 def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
@@ -150,12 +150,12 @@ def scatters(data: MeasurementSet, floor: float) -> bool:
 
 
 def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
-    """The slips that fit about as well as the best one does, the commonest first; none if that is
-    no slip.
+    """The slips that fit about as well as the best one does, none if that is no slip: first those
+    that need no modulus at the end of what is usual, of these the commonest.
     """
     least = min((after.relative for _, after in tried), default=np.inf)
     alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
-    alike.sort(key=lambda pair: pair[0].rare)
+    alike.sort(key=lambda pair: (pair[1].at_bound, pair[0].rare))
     return alike if alike and is_slip(alike[0][0].name, before, alike[0][1]) else []
 
 
@@ -167,7 +167,7 @@ def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Ca
     return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
 
 
-def _words(candidate: Candidate) -> str:
+def words(candidate: Candidate) -> str:
     """What another slip is, such as `pressure is inHg, not kPa`."""
     return f"{candidate.column} is {candidate.fits}, not {candidate.said}"
 
