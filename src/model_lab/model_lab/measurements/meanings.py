@@ -16,7 +16,7 @@ from model_lab.rules import RULES
 
 ATMOSPHERE = 101_325.0  # [Pa] of the air, where the set states none
 AMBIENT = "ambient"  # name of the pressure of the air among columns
-LENGTH = "length"  # of the specimen [m], among columns
+OF_LENGTH = "length"  # of the specimen [m], among columns
 
 Columns = Mapping[str, Array]
 """Columns (samples,) of a run by name, in SI units."""
@@ -34,7 +34,7 @@ def _of_angle() -> dict[str, Meaning]:
         "supplement": lambda values, _: _TURNED["supplement"] - values,
         "complement": lambda values, _: _TURNED["complement"] - values,
         "from_vertical": lambda values, _: values - _TURNED["complement"],
-        "curvature": lambda values, columns: values * columns[LENGTH],
+        "curvature": lambda values, columns: values * columns[OF_LENGTH],
         "chord": lambda values, _: 2.0 * values,
         "wrapped": lambda values, _: np.unwrap(values),
         "wrapped_180": lambda values, _: np.unwrap(values, period=np.pi),
@@ -98,7 +98,7 @@ def as_expected(
     ambient: pressure of the air [Pa]; length: of the specimen [m], which a curvature needs.
     """
     result = dict(columns)
-    known_to_all = {AMBIENT: np.array(ambient), LENGTH: np.array(length)}
+    known_to_all = {AMBIENT: np.array(ambient), OF_LENGTH: np.array(length)}
     for name in dict.fromkeys([*MEANINGS, *meanings]):  # the stretch first: the stress needs it
         if name in meanings and name in result:
             known = meanings_of(name)[meanings[name]]

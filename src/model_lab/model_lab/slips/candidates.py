@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import AMBIENT, LENGTH, MEANINGS, air_pressure
+from model_lab.measurements.meanings import AMBIENT, MEANINGS, OF_LENGTH, air_pressure
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, column_unit
 from model_lab.slips.columns import (
@@ -108,7 +108,7 @@ def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
         if word in ("absolute", "strain"):  # which come in any unit
             units += factors_of(data, column)
         if word == "curvature":
-            known = all(LENGTH in specimen.values for specimen in _used(data).values())
+            known = all(OF_LENGTH in specimen.values for specimen in _used(data).values())
             every = [*units, *factors_of(data, column)] if known else []
             units = [(unit, factor) for unit, factor in every if unit == "rad"]
         for unit, factor in units:

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import ATMOSPHERE, LENGTH, as_expected
+from model_lab.measurements.meanings import ATMOSPHERE, OF_LENGTH, as_expected
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.units import column_unit, display_of, unit_of
 
@@ -112,7 +112,7 @@ def with_meaning(
     meanings = dict.fromkeys(columns, word)
 
     def read(run: Run) -> dict[str, Array]:
-        length = float(data.specimens[run.specimen].values.get(LENGTH, np.nan))
+        length = float(data.specimens[run.specimen].values.get(OF_LENGTH, np.nan))
         found = as_expected(run.columns, meanings, ambient, length)
         return {name: found[name] for name in columns}
 
