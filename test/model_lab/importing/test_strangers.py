@@ -88,7 +88,7 @@ def test_the_pressure_of_the_supply_and_counts_are_not_what_was_measured(tmp_pat
 def test_a_unit_of_no_pressure_is_named(tmp_path):
     file = write(tmp_path / "r.csv", "t [s],pressure [V],angle [deg]", TIME, PRESSURE, ANGLE)
     (what,) = propose([file]).unsure
-    assert what == "the unit of pressure (the file says V)"
+    assert what == "the unit of pressure, V in the file"
 
 
 def test_of_a_printed_topic_the_stamp_of_the_message_is_its_time(tmp_path):
@@ -131,7 +131,7 @@ def test_rows_that_share_a_stamp_of_a_coarse_clock_are_spread_evenly(tmp_path):
 def test_a_clock_that_falls_and_rises_is_refused(tmp_path):
     wrong = np.where(TIME < 3.0, TIME, TIME - 3.0)
     file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", wrong, PRESSURE, ANGLE)
-    with pytest.raises(DocumentError, match="expected a time after 2.75 s, got 0 s"):
+    with pytest.raises(DocumentError, match="got 0 s; the clock begins anew: keep each run"):
         make_set(propose([file]), HAND)
 
 
@@ -159,3 +159,38 @@ def test_a_sensor_that_stands_still_has_no_fit(tmp_path, capsys):
     said = capsys.readouterr().out
     assert said.startswith("No model can be judged by these data. tip_angle: expected readings")
     assert "%  fitted" not in said and "No wrong unit" not in said
+
+
+def test_tables_side_by_side_keep_the_clock_of_each(tmp_path):
+    seen = np.arange(0.1, 5.5, 0.125)
+    angle = np.interp(seen, TIME, ANGLE)
+    rows = [f"{t},{p}," for t, p in zip(TIME, PRESSURE, strict=True)]
+    rows += [",,"] * (len(seen) - len(rows))
+    rows = [f"{row}{t},{a}" for row, t, a in zip(rows, seen, angle, strict=True)]
+    header = "Time [s],Pressure [kPa],Time [s],Angle [deg]"
+    (tmp_path / "r.csv").write_text("\n".join([header, *rows]) + "\n")
+    read, _ = made(tmp_path / "r.csv", tmp_path / "set")
+    np.testing.assert_allclose(read["time"], seen, atol=1e-6)
+    np.testing.assert_allclose(read["tip_angle"], np.radians(angle), atol=1e-6)
+    np.testing.assert_allclose(read["pressure"], 1e3 * np.interp(seen, TIME, PRESSURE), atol=0.5)
+
+
+def test_dates_of_a_spreadsheet_are_days(tmp_path):
+    days = [f"{45720.385439 + t / 86400.0:.12f}" for t in TIME]
+    file = write(tmp_path / "r.csv", "Time,p [kPa],angle [deg]", days, PRESSURE, ANGLE)
+    check(made(file, tmp_path / "set")[0])
+
+
+def test_what_the_user_says_of_columns_says_the_experiment(tmp_path):
+    header = "t [s],p [kPa],field.position0,effort [N]"
+    file = write(tmp_path / "r.csv", header, TIME, PRESSURE, ANGLE, 0.0 * TIME)
+    maps = {"tip_angle": ("field.position0", "deg")}
+    check(made(file, tmp_path / "set", maps=maps)[0])
+    assert propose([file]).experiment == "blocked_tip"
+
+
+@pytest.mark.parametrize("ending", [".json", ".parquet", ".ods", ".xls"])
+def test_a_file_of_another_format_is_refused_with_the_way_out(tmp_path, ending):
+    (tmp_path / f"r{ending}").write_text('{"time": [0, 1, 2], "pressure": [1, 2, 3]}')
+    with pytest.raises(DocumentError, match=f"got {ending}; save it as CSV"):
+        propose([tmp_path / f"r{ending}"])

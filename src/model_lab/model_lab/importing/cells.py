@@ -19,6 +19,11 @@ Row = list[str]
 LARGEST_TABLE = 2**28  # [bytes]
 JUDGED_LINES = 2000  # by which the delimiter is chosen
 SPREADSHEETS = (".xlsx", ".xlsm")
+OTHER_FORMATS = (".json", ".parquet", ".feather", ".h5", ".hdf5", ".npz", ".npy", ".pkl") + (
+    ".xls",
+    ".ods",
+    ".tdms",
+)  # that are not read
 DELIMITERS = (";", "\t", "|", ",", " ")  # in the order in which they are preferred
 COMMENT_SIGNS = re.compile(r"^\s*(?:#|%|//|\*)+\s*")
 LINE_ENDS = re.compile(r"\r*\n|\r")
@@ -45,6 +50,11 @@ def read_cells(path: Path, sheet: str = "") -> tuple[list[Row], str]:
     if path.stat().st_size > LARGEST_TABLE:
         size = path.stat().st_size
         raise DocumentError(f"{path}: expected at most {LARGEST_TABLE} bytes, got {size}")
+    if path.suffix.lower() in OTHER_FORMATS:
+        raise DocumentError(
+            f"{path}: expected a CSV or text file, a spreadsheet (XLSX), a MAT file or a bag, got "
+            f"{path.suffix}; save it as CSV"
+        )
     if path.suffix.lower() in SPREADSHEETS:
         rows, delimiter = _chosen(path, _sheets(path), sheet), ""
     else:

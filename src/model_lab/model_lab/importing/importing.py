@@ -21,7 +21,7 @@ from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, mea
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.set_columns import columns_of, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
-from model_lab.importing.tables import Column, Table, read_tables
+from model_lab.importing.tables import Column, Table, read_tables, side_by_side
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
@@ -110,12 +110,15 @@ def propose(
     for path in paths:
         sheet = sheet_of.get(path.name, sheet_of.get("", ""))
         read = read_tables(path, messages, decimal, sheet)
-        tables += [_with_all_derived(table, given) for table in read]
+        apart = [part for table in read for part in side_by_side(table)]
+        tables += [_with_all_derived(table, given) for table in apart]
     _check_maps(tables, given)
     given = {quantity: _in_rad(name, unit) for quantity, (name, unit) in given.items()}
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
-    found = experiment or experiment_of(set().union(*(one.quantities for one in sources)))
+    found = experiment or experiment_of(
+        set().union(*(one.quantities for one in sources)), stated=given
+    )
     unsure = _unsure(sources, found)
     tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
     if any(tracked) and set(unsure) & {"the experiment", "the column of tip_angle"}:
@@ -229,7 +232,7 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
 def _what(table: Table, meant: Meant) -> str:
     column = table.column(meant.column)
     written = "" if column is None or column.is_clock else column.unit
-    said = f" (the file says {shortened(written)})" if written else ""
+    said = f", {shortened(written)} in the file" if written else ""
     return f"the unit of {meant.column}{said}"
 
 

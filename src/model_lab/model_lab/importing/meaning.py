@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model_lab.importing.clocks import DAY
 from model_lab.importing.tables import SHORT_CLOCK, Column, Table
 from model_lab.importing.units import ABSOLUTE, kind_of_pressure, unit_for, usual_unit
 from model_lab.rules import RULES
@@ -69,6 +70,7 @@ CAMERA_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column 
 EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
 EPOCH_UNITS = (1.0, 1e-3, 1e-6, 1e-9)  # [s] of 1 in numbers since 1970
+SERIAL_DAYS = (2e4, 8e4)  # [days] since 1900 as spreadsheets count them: 1954 to 2119
 EPOCH_SECONDS = (9e8, 4e9)  # [s] between which a number since 1970 is believed: 1998 to 2096
 WHOLE_STEP = 5.0  # between whole numbers, from which on they may as well be milliseconds
 NEEDED = {
@@ -253,7 +255,8 @@ def _kind(quantity: str, name: str, unit: str) -> str:
 
 def _time(column: Column) -> Meant:
     """Time in the unit that the file writes, else since 1970 in the unit in which it is about
-    today, or in seconds if that makes a run of usual length and steps.
+    today, in seconds if that makes a run of usual length and steps, or in days if only that does
+    and they are dates of a spreadsheet.
     """
     if column.is_clock:
         return Meant(column.name, "time", None if column.unit == SHORT_CLOCK else "s")
@@ -263,14 +266,25 @@ def _time(column: Column) -> Meant:
         if EPOCH_SECONDS[0] <= float(np.nanmin(column.values)) * scale <= EPOCH_SECONDS[1]:
             return Meant(column.name, "time", "s", scale)
     known = column.values[np.isfinite(column.values)]
-    usual = RULES.durations[0] < float(np.ptp(known)) < RULES.durations[1]
+    low, high = RULES.durations
+    usual = low < float(np.ptp(known)) < high
+    dated = SERIAL_DAYS[0] < known.min() <= known.max() < SERIAL_DAYS[1]
+    if dated and not usual and low < DAY * float(np.ptp(known)) < high:
+        return Meant(column.name, "time", "s", DAY)
     steps = np.diff(known)
     whole = bool(np.all(known == np.round(known))) and float(np.median(steps)) >= WHOLE_STEP
     return Meant(column.name, "time", "s" if usual and not whole else None)
 
 
-def experiment_of(quantities: Iterable[str]) -> str | None:
-    """The experiment whose columns these are; None where none or several are."""
-    have = {"stretch" if name == "strain" else name for name in quantities}
+def experiment_of(quantities: Iterable[str], stated: Iterable[str] = ()) -> str | None:
+    """The experiment whose columns these are, of several the one that needs most of those that the
+    user stated; None where none or several are.
+    """
+    have, said = (
+        {"stretch" if name == "strain" else name for name in names}
+        for names in (quantities, stated)
+    )
     fitting = [name for name, needed in NEEDED.items() if have.issuperset(needed)]
+    most = max((len(said & set(NEEDED[name])) for name in fitting), default=0)
+    fitting = [name for name in fitting if len(said & set(NEEDED[name])) == most]
     return fitting[0] if len(fitting) == 1 else None

@@ -64,8 +64,8 @@ class Source:
         same = len(time) - len(np.unique(time))
         if same and np.all(np.diff(spread(time)) > 0.0):
             said.append(
-                f"{file}: {same} of {len(time)} rows of {quantity} have the stamp of the row "
-                "before; rows that share a stamp are spread evenly until the next one"
+                f"{file}: {same} of {len(time)} rows have the stamp of the row before; rows that "
+                "share a stamp are spread evenly until the next one"
             )
         return said
 

@@ -117,6 +117,25 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
     return Table(path, columns, tuple(remarks))
 
 
+def side_by_side(table: Table) -> tuple[Table, ...]:
+    """The tables that stand side by side in a file: each begins at a column of the same name as the
+    first one, such as Time, Pressure, Time, Angle; the table itself where there is one.
+    """
+    first = table.columns[0].name
+    starts = [
+        place
+        for place, column in enumerate(table.columns)
+        if column.name in (first, f"{first} ({place + 1})")
+    ]
+    ends = [*starts[1:], len(table.columns)]
+    if len(starts) < 2 or any(end - start < 2 for start, end in zip(starts, ends, strict=True)):
+        return (table,)
+    parts = (table.columns[start:end] for start, end in zip(starts, ends, strict=True))
+    return tuple(
+        replace(table, columns=(replace(of_part[0], name=first), *of_part[1:])) for of_part in parts
+    )
+
+
 def _first_below_header(rows: Sequence[Row], good: int, width: int) -> int:
     """Index of the first row of numbers below the header; good: of the first without words."""
     worded = [len(row) == width and not is_data(row) for row in rows[:good]]
