@@ -276,9 +276,9 @@ def _trial_coordinates(likelihood: Likelihood, point: _Point) -> Array:
     if free.any():
         system = normal[np.ix_(free, free)]
         ridge = np.diag(np.diag(system))
-        for move, factor in zip(moves, DAMPINGS, strict=True):
-            damped = system + factor * point.damping * ridge
-            move[free] = inverse(damped) @ gradient[free]
+        damped = np.stack([system + factor * point.damping * ridge for factor in DAMPINGS])
+        for move, inverted in zip(moves, inverse(damped), strict=True):
+            move[free] = inverted @ gradient[free]
     moves = np.clip(moves, -2.0 * scales.width, 2.0 * scales.width)
     return np.clip(point.coordinates + moves, scales.low, scales.high)
 
@@ -293,14 +293,14 @@ def _normal_equations(likelihood: Likelihood, point: _Point) -> tuple[Array, Arr
 
 
 def inverse(normal: Array, singular: float = 1e-14) -> Array:
-    """Pseudo-inverse (k, k) of normal equations, whatever the units of their parameters.
+    """Pseudo-inverses (..., k, k) of normal equations, whatever the units of their parameters.
 
     singular: eigenvalue, with a diagonal of ones, below which a direction is left alone.
     """
-    diagonal = np.diag(normal)
+    diagonal = np.diagonal(normal, axis1=-2, axis2=-1)
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = normal / np.outer(size, size)
-    return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
+    sizes = size[..., :, None] * size[..., None, :]
+    return np.asarray(np.linalg.pinv(normal / sizes, rcond=singular, hermitian=True) / sizes)
 
 
 def _finished(likelihood: Likelihood, point: _Point) -> Fit:
