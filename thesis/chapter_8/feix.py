@@ -58,6 +58,7 @@ SMALL = {
     "generation": 4,
     "tried": (1,),
     "trials": 1,
+    "judged_step": 0.004,
     "segments": 5,
     "jobs": 0,
 }
