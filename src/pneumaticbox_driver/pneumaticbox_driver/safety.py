@@ -69,7 +69,7 @@ class PressureGuard:
     """
 
     def __init__(self, limits: Floats) -> None:
-        self.limits = limits
+        self.limits, self._burst = limits, BURST_MARGIN * limits
         self.restart()
 
     def restart(self) -> None:
@@ -101,7 +101,7 @@ class PressureGuard:
 
     def burst(self, pressures: Floats) -> int | None:
         """Index of the first channel whose relief has failed; None for none."""
-        beyond = pressures > BURST_MARGIN * self.limits
+        beyond = pressures > self._burst
         return int(np.argmax(beyond)) if some(beyond) else None
 
     def unblock(self, channels: tuple[int, ...]) -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom, norm
 
-from pneumaticbox_driver.faults.fault_watch import FROZEN_CHANCE, LEARNING_SAMPLES, FrozenReading
+from pneumaticbox_driver.faults.frozen_reading import FROZEN_CHANCE, LEARNING_SAMPLES, FrozenReading
 
 STEP = 61.0  # of the converter [Pa]
 IN_RANGE = np.ones(1, dtype=bool)

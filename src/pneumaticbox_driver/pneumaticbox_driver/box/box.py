@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves, some
+from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves, same
 from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
 from pneumaticbox_driver.box.estimates import EstimateCheck
 from pneumaticbox_driver.box.ranges import target_ranges
@@ -327,8 +327,8 @@ class PneumaticBox:
         return self.control.update(view)
 
     def _switch(self, valves: Valves) -> Valves:
-        changed: Flags = valves != self.valves
-        if some(changed):
+        if not same(valves, self.valves):
+            changed: Flags = valves != self.valves
             self.valves = valves.copy()
             self._timing.note(self.time, changed)
             self.observer.switch(valves, self.pressures_abs, self.supply_abs)

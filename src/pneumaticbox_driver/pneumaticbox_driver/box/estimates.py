@@ -4,6 +4,7 @@ import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
 
 # Smallest possible volume of a channel over that at rest. The volume of a bottle is constant; the
@@ -32,8 +33,11 @@ class EstimateCheck:
         self._least = LEAST_VOLUME_SHARE[settings.volume_model] * self._rest
         self._greatest = np.maximum(greatest, SURELY_POSSIBLE * self._rest)
         self._since: Floats = np.full(n, np.inf)  # time from which it has been wrong [s]
-        self._mass = self._gauge = self._volume = np.zeros(n)
+        self._mass: Floats = np.zeros(n)
+        self._pressures_abs: Floats = np.full(n, settings.ambient)
         self.wrong: Flags = np.zeros(n, dtype=bool)
+        nothing = np.zeros(n, dtype=bool)  # compile or load the kernel before the first sample
+        self.look(0.0, self._mass, self._mass, self._pressures_abs, nothing)
 
     def look(
         self, time: float, mass: Floats, drift: Floats, pressures_abs: Floats, known: Flags
@@ -50,26 +54,58 @@ class EstimateCheck:
         Returns:
             A sentence for each channel that is newly marked.
         """
-        ambient = self._settings.ambient
-        self._mass, self._gauge = mass, pressures_abs - ambient
-        self._volume = (mass * self._gas + ambient * self._rest) / pressures_abs
-        margin = 2 * drift * self._gas / pressures_abs
-        possible = (self._volume + margin >= self._least) & (
-            self._volume - margin <= self._greatest
-        )
-        self._since = np.where(known & ~possible, np.minimum(self._since, time), np.inf)
-        wrong = time - self._since >= PERSISTENCE
-        new = np.flatnonzero(wrong & ~self.wrong).tolist()
-        self.wrong = wrong
+        self._mass, self._pressures_abs = mass, pressures_abs
+        before = self.wrong.tolist()
+        content = self._gas, self._settings.ambient
+        volumes = self._rest, self._least, self._greatest
+        if not judge_estimates(
+            time, mass, drift, pressures_abs, known, content, volumes, self._since, self.wrong
+        ):
+            return []
+        new = [i for i, wrong in enumerate(self.wrong.tolist()) if wrong and not before[i]]
         return [f"channel {self._settings.channels[i]}: {self.sentence(i)}" for i in new]
 
     def sentence(self, channel: int) -> str:
         """A warning for a marked channel; "" for others."""
         if not self.wrong[channel]:
             return ""
-        share = self._volume[channel] / self._rest[channel]
+        mass, pressure_abs = self._mass[channel], self._pressures_abs[channel]
+        ambient, rest = self._settings.ambient, self._rest[channel]
+        share = (mass * self._gas + ambient * rest) / pressure_abs / rest
         return (
-            f"an air mass of {self._mass[channel] * 1e6:.1f} mg above rest cannot be true at "
-            f"{self._gauge[channel] / 1e3:.0f} kPa: it needs {share:.2f} of the volume at rest; "
-            "check rest volume, calibration, tubes and sensor, then vent and tare"
+            f"an air mass of {mass * 1e6:.1f} mg above rest cannot be true at "
+            f"{(pressure_abs - ambient) / 1e3:.0f} kPa: it needs {share:.2f} of the volume at "
+            "rest; check rest volume, calibration, tubes and sensor, then vent and tare"
         )
+
+
+@compiled
+def judge_estimates(
+    time: float,
+    mass: Floats,
+    drift: Floats,
+    pressures_abs: Floats,
+    known: Flags,
+    content: tuple[float, float],
+    volumes: tuple[Floats, Floats, Floats],
+    since: Floats,
+    wrong: Flags,
+) -> bool:
+    """Bring `since` (n,) [s] and `wrong` (n,) of an `EstimateCheck` to a `time` [s], in place;
+    whether a channel is wrong.
+
+    `mass`, `drift`, absolute `pressures_abs` [Pa] and `known` as of its `look`; `content` is the
+    product of gas constant and temperature [J/kg], and ambient pressure [Pa]; `volumes` at rest,
+    least and greatest (n,) [m3].
+    """
+    gas, ambient = content
+    rest, least, greatest = volumes
+    found = False
+    for i in range(len(mass)):
+        volume = (mass[i] * gas + ambient * rest[i]) / pressures_abs[i]
+        margin = 2 * drift[i] * gas / pressures_abs[i]
+        possible = volume + margin >= least[i] and volume - margin <= greatest[i]
+        since[i] = min(since[i], time) if known[i] and not possible else np.inf
+        wrong[i] = time - since[i] >= PERSISTENCE
+        found |= wrong[i]
+    return found

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, same
 from pneumaticbox_driver.control.interface import BoxView, Controller
 from pneumaticbox_driver.control.mass import (
     MassController,
@@ -13,6 +13,7 @@ from pneumaticbox_driver.control.mass import (
 )
 from pneumaticbox_driver.control.pulsewise import Pressure, PulsewiseController, Volume
 from pneumaticbox_driver.modes import check_mode
+from softhand_common.numerics.compiled import compiled
 
 
 class ControlError(RuntimeError):
@@ -124,6 +125,9 @@ class PulseTiming:
     def __init__(self, channels: int, shortest_pulse: float, shortest_pause: float) -> None:
         self._pulse, self._pause = shortest_pulse, shortest_pause
         self._switched: Floats = np.full(channels, -np.inf)  # when each valve switched last [s]
+        # compile or load the kernel before the first sample
+        closed: Valves = np.zeros(channels, dtype=np.int8)
+        self.follow(0.0, closed, closed + np.int8(1))
 
     def follow(self, time: float, valves: Valves, wanted: Valves) -> Valves:
         """Return the valves to command at `time` [s].
@@ -133,13 +137,11 @@ class PulseTiming:
             valves: commanded until now (n,).
             wanted: by control (n,).
         """
-        if not some(wanted != valves):
+        if same(wanted, valves):
             return valves
-        is_open = valves != 0
-        through_pause = np.where(is_open & (wanted != valves), 0, wanted)
-        least = np.where(is_open, self._pulse, self._pause)
-        ready = time - self._switched >= least - 1e-6
-        return np.where(ready, through_pause, valves).astype(np.int8)
+        followed = np.empty_like(valves)
+        keep_timing(time, self._switched, (self._pulse, self._pause), valves, wanted, followed)
+        return followed
 
     def note(self, time: float, changed: Flags) -> None:
         """Note that the valves of the channels `changed` (n,) are switched at `time` [s]."""
@@ -148,3 +150,24 @@ class PulseTiming:
     def restart(self) -> None:
         """Clear the switching times, for a clock that was set back."""
         self._switched[:] = -np.inf
+
+
+@compiled
+def keep_timing(
+    time: float,
+    switched: Floats,
+    shortest: tuple[float, float],
+    valves: Valves,
+    wanted: Valves,
+    followed: Valves,
+) -> None:
+    """`PulseTiming.follow` into `followed` (n,).
+
+    `switched` (n,) is when the valves switched last [s], `shortest` pulse and pause [s].
+    """
+    pulse, pause = shortest
+    for i in range(len(valves)):
+        is_open = valves[i] != 0
+        followed[i] = valves[i]
+        if time - switched[i] >= (pulse if is_open else pause) - 1e-6:
+            followed[i] = 0 if is_open and wanted[i] != valves[i] else wanted[i]

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.special import betaincinv
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
+from pneumaticbox_driver.faults.frozen_reading import FrozenReading
 from pneumaticbox_driver.faults.pulse_effect import (
     EFFECT_SETTLING,
     LEAST_DROP,
@@ -20,17 +21,6 @@ from pneumaticbox_driver.settings import BoxSettings
 from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import air_mass
 
-LEARNING_SAMPLES = 100  # from which the noise of a sensor is learnt
-# The reading of a sensor with noise far below the step of its converter may be constant without a
-# fault. A sensor has sufficient noise if a fifth of its changes reverse direction and it has four
-# different readings: this excludes noise at the edge of one step, and slow drift.
-LEAST_REVERSALS = 0.2
-LEAST_READINGS = 4
-FROZEN_CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
-COMMON_NOISE = 0.5  # correlation of sensors' noise from which it is that of one source
-# Sensors that stand still together may do so for a moment because a board hands out old readings.
-FEWEST_TOGETHER = 10
-REPEATS_DOUBT = 1e-3  # that a sensor repeats readings more often than its lesson lets one expect
 FAULT_PERIOD = 0.008  # between two checks of pulses, whose effects take ten times as long [s]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
 # by that share, with nothing in it that pulls.
@@ -42,98 +32,7 @@ NO_SUPPLY = 20e3  # gauge [Pa]
 SUPPLY_SEEN = 40e3  # gauge; above it there is a supply [Pa]
 SUPPLY_PATIENCE = 0.05  # longer than noise and the drop by a pulse [s]
 BACKFLOW_PATIENCE = 0.1  # after the opening of an inlet, which takes 40 ms [s]
-
-
-class FrozenReading:
-    """Learns the noise of sensors at rest, and marks sensors with a constant reading.
-
-    `frozen` (m,) marks them, `run` (m,) counts the equal readings in a row. Sensors with noise of
-    their own that all stand still are marked sooner, as the chances multiply. A sensor without
-    visible noise is never marked. `noise` (m,) is one sigma [Pa], infinite until it is learnt.
-
-    Args:
-        sensors: number of sensors m.
-    """
-
-    def __init__(self, sensors: int) -> None:
-        self._longest: Floats = np.full(sensors, np.inf)  # run that noise may bring about
-        self._together: Flags = np.zeros(sensors, dtype=bool)  # whose noise shows and is their own
-        self._longest_together = np.inf  # run of all those that noise may bring about
-        self._last: Floats = np.full(sensors, np.nan)
-        self._lesson: list[Floats] = []
-        self._learnt = False
-        self.run: Floats = np.zeros(sensors)
-        self.noise: Floats = np.full(sensors, np.inf)
-        # compile or load the kernel before the first sample
-        count_repeats(self._last, self._together, self._last.copy(), self.run)
-
-    @property
-    def frozen(self) -> Flags:
-        """Sensors whose reading stands still (m,)."""
-        frozen = self.run > self._longest
-        if some(self._together) and self.run[self._together].min() > self._longest_together:
-            frozen |= self._together
-        return frozen
-
-    def look(self, readings: Floats, in_range: Flags) -> None:
-        """Add the unprocessed readings of one sample (m,).
-
-        Sensors that are not `in_range` (m,) may have a constant reading without a fault.
-        """
-        count_repeats(readings, in_range, self._last, self.run)
-        if not self._learnt:
-            self._lesson.append(readings.copy())
-            if len(self._lesson) == LEARNING_SAMPLES:
-                self._learn(np.array(self._lesson))
-                self._lesson.clear()
-
-    def _learn(self, lesson: Floats) -> None:
-        self._learnt = True
-        steps = np.diff(lesson, axis=0)
-        self.noise = np.sqrt(0.5 * np.mean(steps**2, axis=0))
-        reversals = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
-        for sensor in range(lesson.shape[1]):
-            readings = len(np.unique(lesson[:, sensor]))
-            if reversals[sensor] < LEAST_REVERSALS or readings < LEAST_READINGS:
-                continue
-            repeats = _share_of_repeats(steps[:, sensor], self.noise[sensor])
-            self._longest[sensor] = math.log(FROZEN_CHANCE) / math.log(repeats)
-        noisy = np.isfinite(self._longest)
-        if noisy.any() and _greatest_correlation(steps[:, noisy]) < COMMON_NOISE:
-            self._together = noisy
-            chance = 1.0 / np.sum(1.0 / self._longest[noisy])  # the logarithms add up
-            self._longest_together = max(float(chance), FEWEST_TOGETHER)
-
-
-@compiled
-def count_repeats(readings: Floats, in_range: Flags, last: Floats, run: Floats) -> None:
-    """Count equal readings in a row (m,) of sensors `in_range` (m,), and keep the `last` ones, in
-    place.
-    """
-    for i in range(len(run)):
-        run[i] = run[i] + 1.0 if in_range[i] and readings[i] == last[i] else 0.0
-        last[i] = readings[i]
-
-
-def _greatest_correlation(steps: Floats) -> float:
-    """Greatest correlation between columns of `steps` (n, k)."""
-    correlations = np.atleast_2d(np.corrcoef(steps, rowvar=False))
-    return float(np.abs(np.triu(correlations, 1)).max())
-
-
-def _share_of_repeats(steps: Floats, noise: float) -> float:
-    """Upper bound of the probability that a reading equals the one before it, wherever between two
-    steps of the converter the pressure lies.
-
-    The larger of two bounds: the upper confidence limit (Clopper and Pearson) of the share among
-    `steps` (n,) [Pa], the differences of readings, and the share of normal noise of one sigma
-    `noise` [Pa] in the step of the converter around its mean. The latter also holds for noise that
-    is correlated from sample to sample (AR(1)): `noise` then is at most that of its innovations.
-    """
-    moved = np.abs(steps[steps != 0])
-    equal = len(steps) - len(moved)
-    seen = float(betaincinv(equal + 1, len(steps) - equal, 1.0 - REPEATS_DOUBT))
-    return max(seen, math.erf(moved.min() / (2.0 * math.sqrt(2.0) * noise)))
+NO_SUPPLY_REASON = "supply lost: its pressure is below what any channel needs"
 
 
 @dataclass(frozen=True)
@@ -173,7 +72,16 @@ class FaultWatch:
         self._effect = PulseEffect(settings)
         # beyond the pressure limit, which the guard handles, a sensor may saturate
         self._range_end = np.array([*settings.pressure_limits, np.inf])
+        self._in_range = np.zeros(len(self._range_end), dtype=bool)
+        self._rehearse()
         self.begin()
+
+    def _rehearse(self) -> None:
+        """Compile or load the kernels before the first sample."""
+        zeros, no = np.zeros(len(self._names)), np.zeros(len(self._names), dtype=bool)
+        self.begin()
+        self.due(0.0, np.full(len(self._range_end), self._settings.ambient))
+        self.look(FaultView(zeros, 0.0, no.astype(np.int8), zeros, zeros, no, ready=True))
 
     def begin(self) -> None:
         """Clear all evidence, including that on sensors and supply."""
@@ -203,12 +111,11 @@ class FaultWatch:
             dt: time since the last sample [s].
             readings: absolute pressures as read by the sensors, the supply last (n + 1,) [Pa].
         """
-        if not math.isfinite(sum(readings.tolist())):
+        if not look_at_range(readings, self._settings.ambient, self._range_end, self._in_range):
             self._lost = ~np.isfinite(readings[:-1])
             return False  # the box vents for this reason
         self._lost[:] = False
-        raw = readings - self._settings.ambient
-        self._frozen.look(readings, (raw > RANGE_END) & (raw < self._range_end))
+        self._frozen.look(readings, self._in_range)
         self._unseen += dt
         return self._unseen > FAULT_PERIOD - 1e-9
 
@@ -225,18 +132,24 @@ class FaultWatch:
         noise = self._frozen.noise[:-1] * math.sqrt(self._spread)
         seen = Seen(self._smooth, noise, view.flow, view.mass)
         self._effect.look(dt, seen, view.supply, view.valves)
+        lost = self._supply_lost(dt, view)
+        memory = self._since_vented, self._closed_for, self._highest
+        evidence = self._empty_for, self._backward
+        air = self._smooth, view.mass, view.mass_known, view.valves
+        supply = math.inf if lost else view.supply
+        told = watch_air(dt, supply, air, self._surplus, memory, evidence)
         return [
             *self._sensor_faults(),
-            *self._supply_faults(dt, view),
+            *([NO_SUPPLY_REASON] if lost else self._backflow() if told else ()),
             *self._pulse_faults(),
-            *self._pressure_losses(dt, view),
+            *(self._pressure_losses() if told else ()),
         ]
 
     def _follow(self, dt: float, pressures: Floats) -> None:
         """Low-pass the pressures and update their noise, which grows with lost samples."""
         share = dt / (dt + PRESSURE_SMOOTHING)
-        fresh = np.isnan(self._smooth)
-        self._smooth = np.where(fresh, pressures, self._smooth + share * (pressures - self._smooth))
+        self._smooth = self._smooth.copy()  # what was handed out stays
+        smooth_pressures(share, pressures, self._smooth)
         self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:
@@ -262,15 +175,13 @@ class FaultWatch:
             f"sensor {names[i]}: its reading is constant" for i in np.flatnonzero(frozen).tolist()
         ]
 
-    def _supply_faults(self, dt: float, view: FaultView) -> list[str]:
+    def _supply_lost(self, dt: float, view: FaultView) -> bool:
         self._supply_seen |= view.supply > SUPPLY_SEEN
-        inflating = view.valves > 0
-        missing = view.supply < NO_SUPPLY and (self._supply_seen or some(inflating))
+        missing = view.supply < NO_SUPPLY and (self._supply_seen or some(view.valves > 0))
         self._without_supply = self._without_supply + dt if missing else 0.0
-        if self._without_supply > SUPPLY_PATIENCE:
-            return ["supply lost: its pressure is below what any channel needs"]
-        backward = inflating & (view.supply + 0.5 * LEAST_DROP < self._smooth)
-        self._backward = np.where(backward, self._backward + dt, 0.0)
+        return self._without_supply > SUPPLY_PATIENCE
+
+    def _backflow(self) -> list[str]:
         return [
             f"channel {self._names[i]}: the supply is below its pressure, air flows back"
             for i in np.flatnonzero(self._backward > BACKFLOW_PATIENCE).tolist()
@@ -295,20 +206,71 @@ class FaultWatch:
                 )
         return faults
 
-    def _pressure_losses(self, dt: float, view: FaultView) -> list[str]:
+    def _pressure_losses(self) -> list[str]:
         """Channels that should contain air but have lost it with the valve closed."""
-        vented = view.valves < 0
-        self._since_vented = np.where(vented, 0.0, self._since_vented + dt)
-        self._closed_for = np.where(view.valves == 0, self._closed_for + dt, 0.0)
-        apart = self._since_vented > EFFECT_SETTLING
-        self._highest = np.where(apart, np.maximum(self._highest, self._smooth), -np.inf)
-        # an open outlet lowers the pressure without a fault
-        empty = (self._closed_for > EFFECT_SETTLING) & (self._highest > 2 * UNMOVED)
-        empty &= np.abs(self._smooth) < UNMOVED
-        empty &= view.mass_known & (view.mass > self._surplus)
-        self._empty_for = np.where(empty, self._empty_for + dt, 0.0)
         return [
             f"channel {self._names[i]}: has lost its pressure with the valve closed: burst, or "
             "outlet stuck open"
             for i in np.flatnonzero(self._empty_for > EMPTY_FOR).tolist()
         ]
+
+
+@compiled
+def look_at_range(readings: Floats, ambient: float, range_end: Floats, in_range: Flags) -> bool:
+    """Mark the readings (m,) [Pa] `in_range` (m,), in gauge pressure between RANGE_END and
+    `range_end` (m,) [Pa]; whether all are finite.
+    """
+    total = 0.0
+    for i in range(len(readings)):
+        total += readings[i]
+        in_range[i] = RANGE_END < readings[i] - ambient < range_end[i]
+    return math.isfinite(total)
+
+
+@compiled
+def smooth_pressures(share: float, pressures: Floats, smooth: Floats) -> None:
+    """Move low-passed pressures (n,) [Pa], NaN before the first, by a share [-] of their distance
+    to the present ones (n,) [Pa], in place.
+    """
+    for i in range(len(smooth)):
+        if math.isnan(smooth[i]):
+            smooth[i] = pressures[i]
+        else:
+            smooth[i] += share * (pressures[i] - smooth[i])
+
+
+@compiled
+def watch_air(
+    dt: float, supply: float, air: Any, surplus: Floats, memory: Any, evidence: Any
+) -> bool:
+    """Follow the channels (n,) for `dt` [s]; whether one has lost its air, or lets it flow back.
+
+    Args:
+        dt: time since the last look [s].
+        supply: gauge pressure, infinite for one that is lost [Pa].
+        air: low-passed gauge pressures [Pa], estimated masses [kg], which of them are known, and
+            the commanded valves, each (n,).
+        surplus: of a mass above that at rest (n,) [kg].
+        memory: times since the outlet was commanded open and since the valve is closed [s], and
+            the highest pressure since [Pa], each (n,), changed.
+        evidence: times for which a channel that should contain air was empty, and for which its
+            pressure was above that of the open inlet [s], each (n,), changed.
+    """
+    smooth, mass, mass_known, valves = air
+    since_vented, closed_for, highest = memory
+    empty_for, backward = evidence
+    told = False
+    for i in range(len(smooth)):
+        if supply < np.inf:
+            back = valves[i] > 0 and supply + 0.5 * LEAST_DROP < smooth[i]
+            backward[i] = backward[i] + dt if back else 0.0
+        since_vented[i] = 0.0 if valves[i] < 0 else since_vented[i] + dt
+        closed_for[i] = closed_for[i] + dt if valves[i] == 0 else 0.0
+        # an open outlet lowers the pressure without a fault
+        apart = since_vented[i] > EFFECT_SETTLING
+        highest[i] = max(highest[i], smooth[i]) if apart else -np.inf
+        empty = closed_for[i] > EFFECT_SETTLING and highest[i] > 2 * UNMOVED
+        empty = empty and abs(smooth[i]) < UNMOVED and mass_known[i] and mass[i] > surplus[i]
+        empty_for[i] = empty_for[i] + dt if empty else 0.0
+        told |= empty_for[i] > EMPTY_FOR or backward[i] > BACKFLOW_PATIENCE
+    return told

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, same, some
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_common.numerics.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
@@ -124,9 +124,8 @@ class PulseEffect:
             supply: gauge pressure of the supply [Pa].
             valves: commanded during `dt` (n,).
         """
-        changed = valves != self._valve.state
-        if some(changed):
-            self._switch(changed, seen, valves)
+        if not same(valves, self._valve.state):
+            self._switch(valves != self._valve.state, seen, valves)
         np.add(self._valve.since, dt, out=self._valve.since)
         if not some(self._marks.counting):
             return

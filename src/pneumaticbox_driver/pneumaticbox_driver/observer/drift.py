@@ -115,6 +115,7 @@ class DriftBound:
         self.pulses: NDArray[np.int_] = np.zeros(n, dtype=int)  # since the mass was known
         self._sums: Floats = np.zeros((2, 5, n))
         self._variance: Floats = np.zeros(n)  # of all other errors [kg2]
+        self._bound: Floats | None = None  # until the next change
         self._take(calibrations)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
@@ -124,7 +125,7 @@ class DriftBound:
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Use other coefficients for the next pulses; the variance so far is kept."""
-        self._variance = self.variance()
+        self._variance, self._bound = self.variance(), None
         self._sums[:] = 0.0
         self._take(calibrations)
 
@@ -132,7 +133,7 @@ class DriftBound:
         """Clear the variance of a channel whose mass is known now."""
         self.pulses[channel] = 0
         self._sums[:, :, channel] = 0.0
-        self._variance[channel] = 0.0
+        self._variance[channel], self._bound = 0.0, None
 
     def add(self, channels: Flags, inflating: Flags, regressors: Floats, mean_flow: Floats) -> None:
         """Add a pulse on each of the `channels` (n,).
@@ -147,6 +148,7 @@ class DriftBound:
             self._sums[row] += regressors * here
             self._variance += here * (self._jitter[row] * mean_flow) ** 2
         self.pulses += channels
+        self._bound = None
 
     def variance(self) -> Floats:
         """Variance of the estimates (n,) [kg2]."""
@@ -155,5 +157,7 @@ class DriftBound:
 
     @property
     def bound(self) -> Floats:
-        """Two standard deviations of the estimates (n,) [kg]."""
-        return BOUND_SIGMAS * np.sqrt(self.variance())
+        """Two standard deviations of the estimates (n,) [kg], not to be changed."""
+        if self._bound is None:
+            self._bound = BOUND_SIGMAS * np.sqrt(self.variance())
+        return self._bound

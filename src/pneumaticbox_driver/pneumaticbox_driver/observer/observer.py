@@ -5,10 +5,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
+from pneumaticbox_driver.arrays import Flags, Floats, Valves, same, some
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.drift import DriftBound
-from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, sum_terms
+from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses
 from softhand_model.gas import AMBIENT_PRESSURE
 
 SHORTEST_MEAN = 1e-3  # shortest time for a mean flow [s]
@@ -50,13 +50,14 @@ class MassObserver:
 
     def _rehearse(self, ambient: float) -> None:
         """Compile or load the kernels before the first sample."""
-        n = len(self.flow)
-        pressures_abs, found = np.full(n, ambient), np.empty((2, n))
-        pulses = PulseIntegrals(n, ambient)
-        pulses.advance(SHORTEST_MEAN, pressures_abs, ambient)
-        terms = pulses.values, pulses.rates
-        sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
+        pressures_abs = np.full(len(self.flow), ambient)
+        pulses = PulseIntegrals(len(self.flow), ambient)
+        pulses.follow(SHORTEST_MEAN, pressures_abs, ambient, self._running())
         self.pulse_mass(SHORTEST_MEAN, pressures_abs, ambient)
+
+    def _running(self) -> tuple[Floats, Floats, Valves]:
+        """Coefficients, sign and direction of the running pulses."""
+        return self._coefficients, self._sign, self.direction
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = _columns(c.inflate.as_array() for c in calibrations)
@@ -106,12 +107,10 @@ class MassObserver:
         """
         integrals = self._integrals
         if some(self._sign):
-            integrals.advance(dt, pressures_abs, supply_abs)
-            found = np.empty((2, len(pressures_abs)))
-            terms = integrals.values, integrals.rates
-            sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
+            found, ended = integrals.follow(dt, pressures_abs, supply_abs, self._running())
             self.moved, self.flow = found
-            self._settle((self._sign != 0) & ~integrals.flowing)
+            if ended is not None:
+                self._settle(ended)
         if self.leak_model:
             pressures = pressures_abs - integrals.ambient
             self._settled = self._settled - dt * self._leak * np.maximum(pressures, 0.0)
@@ -124,9 +123,9 @@ class MassObserver:
             pressures_abs: absolute channel pressures (n,) [Pa].
             supply_abs: absolute supply pressure [Pa].
         """
-        changed = valves != self.direction
-        if not some(changed):
+        if same(valves, self.direction):
             return
+        changed = valves != self.direction
         self._integrals.end(changed)
         self.direction = valves.copy()
         self.flow = np.where(changed, 0.0, self.flow)

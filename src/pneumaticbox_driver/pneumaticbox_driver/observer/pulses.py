@@ -16,6 +16,7 @@ from softhand_model.gas import AMBIENT_PRESSURE, CRITICAL_RATIO, HEAT_CAPACITY_R
 
 RATIO_EXPONENT = 1 / HEAT_CAPACITY_RATIO
 FLOW_EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+ROUNDING = 1e-9  # of times [s]
 
 
 @compiled
@@ -104,6 +105,41 @@ def sum_terms(
 
 
 @compiled
+def follow_pulses(
+    dt: float,
+    pressures_abs: Floats,
+    ends: tuple[float, float, float],
+    courses: Any,
+    sums: Any,
+    pulses: Any,
+    found: Floats,
+    ended: Flags,
+) -> bool:
+    """`integrate_pulses`, if time has passed, and `sum_terms`; whether a pulse has `ended` (n,).
+
+    Args:
+        dt, ends, sums: as of `integrate_pulses`.
+        pressures_abs: absolute, of the channels now (n,) [Pa].
+        courses: its `is_open`, `inflating`, `delays` and `clock`.
+        pulses: `coefficients`, `sign` and `direction` of `sum_terms`.
+        found: as of `sum_terms`.
+        ended: result, of the pulses that ran.
+    """
+    is_open, inflating, delays, clock = courses
+    coefficients, sign, direction = pulses
+    if dt > 0:
+        integrate_pulses(dt, pressures_abs, ends, is_open, inflating, delays, clock, sums)
+    rates, _, values = sums
+    sum_terms(coefficients, values, rates, sign, direction, found)
+    some = False
+    for i in range(len(sign)):
+        flowing = is_open[i] or clock[0, i] < clock[1, i] + delays[1, i] - ROUNDING
+        ended[i] = sign[i] != 0 and not flowing
+        some |= ended[i]
+    return some
+
+
+@compiled
 def predict_pulses(
     duration: float,
     pressures_abs: Floats,
@@ -180,7 +216,7 @@ class PulseIntegrals:
     @property
     def flowing(self) -> Flags:
         """Channels whose pulse has not ended: open, or switched off and not closed yet (n,)."""
-        return self._open | (self._clock[0] < self._clock[1] + self._delays[1] - 1e-9)
+        return self._open | (self._clock[0] < self._clock[1] + self._delays[1] - ROUNDING)
 
     def begin(
         self,
@@ -225,6 +261,27 @@ class PulseIntegrals:
             self._clock,
             (self.rates, self._passed, self.values),
         )
+
+    def follow(self, dt: float, pressures_abs: Floats, supply_abs: float, pulses: Any) -> Any:
+        """As `advance`, and what equation 4.1 then gives.
+
+        Args:
+            dt: since the last sample, 0 or above [s].
+            pressures_abs: absolute, of the channels now (n,) [Pa].
+            supply_abs: absolute [Pa].
+            pulses: `coefficients` (5, n), `sign` (n,) and `direction` (n,) of `sum_terms`.
+
+        Returns:
+            Moved masses [kg] and flows [kg/s] (2, n); the pulses that have ended (n,), None without
+            any.
+        """
+        n = len(pressures_abs)
+        found, ended = np.empty((2, n)), np.empty(n, dtype=bool)
+        ends = supply_abs, self.ambient, self._unseen
+        courses = self._open, self._inflating, self._delays, self._clock
+        sums = self.rates, self._passed, self.values
+        some = follow_pulses(dt, pressures_abs, ends, courses, sums, pulses, found, ended)
+        return found, ended if some else None
 
     def _ends(self, pressures_abs: Floats, supply_abs: float) -> tuple[Floats, Floats]:
         upstream = np.where(self._inflating, supply_abs, pressures_abs)

@@ -1,5 +1,7 @@
 """Zeroing of the air-mass estimate: at the start, at ambient, in free posture, on tare."""
 
+from typing import Any
+
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves, some
@@ -72,9 +74,8 @@ class Zeroing:
         self._lifted: Floats = np.zeros(n)  # by `_follow_outlets` since the mass was set [kg]
         self._pressures: Floats = np.zeros(n)  # of the last sample, gauge [Pa]
         self.restart()
-        # compile or load the kernel before the first sample
-        channels = self._pressures, self._peak, self._held_for, self.empty
-        follow_pressures(0.0, np.full(n, settings.ambient), settings.ambient, *channels)
+        self._follow(0.0, np.full(n, settings.ambient), np.full(n, -1, dtype=np.int8))
+        # now the kernels are compiled or loaded, before the first sample
 
     def restart(self) -> None:
         """Return to the state at the start, in which the sensors are averaged."""
@@ -135,11 +136,7 @@ class Zeroing:
             valves: commanded until now (n,).
         """
         self._waited += dt
-        channels = self._pressures, self._peak, self._held_for, self.empty
-        follow_pressures(dt, pressures_abs, self._settings.ambient, *channels)
-        vented = valves < 0
-        if some(vented):
-            self._follow_outlets(vented)
+        self._follow(dt, pressures_abs, valves)
         if not self._still.add(dt, pressures_abs):
             return
         if self.ready:
@@ -148,21 +145,22 @@ class Zeroing:
             self.tare(pressures_abs)
             self.ready = True
 
-    def _follow_outlets(self, vented: Flags) -> None:
-        """Track the channels whose outlet is open (n,) until they are nearly empty.
+    def _follow(self, dt: float, pressures_abs: Floats, valves: Valves) -> None:
+        """Note the pressures, and track the channels whose outlet is open until they are nearly
+        empty.
 
         From then on, and always for channels that were not inflated, the estimates are kept above
         the air masses of the rest volumes at the measured pressures.
         """
-        observer = self._observer
-        mass, flow = observer.mass, observer.flow
-        high = vented & (self._pressures > NEARLY_EMPTY)
-        # the estimate is ahead by the air that flows while the valve closes
-        self._note_high(high, mass - VALVE_DELAY * np.minimum(flow, 0.0))
-        least = self._rest_capacity * (self._pressures - UNSEEN_DROP)
-        bounded = vented & ~(high & self._inflated)
-        short = np.where(bounded, np.maximum(least - mass, 0.0), 0.0)
-        if some(short):
+        observer, ambient = self._observer, self._settings.ambient
+        channels = self._pressures, self._peak, self._held_for, self.empty
+        follow_pressures(dt, pressures_abs, ambient, *channels)
+        if -1 not in valves.tolist():
+            return
+        short = np.empty_like(pressures_abs)
+        air = observer.mass, observer.flow, self._pressures
+        high = self._high_mass, self._high_pressure
+        if follow_outlets(air, valves, self._inflated, self._rest_capacity, high, short):
             observer.lift(short)
             self._lifted += short
 
@@ -344,3 +342,37 @@ def follow_pressures(
         if held_for[i] > 0:
             held_for[i] += dt
         empty[i] &= abs(pressures[i]) < UNEXPLAINED_PRESSURE
+
+
+@compiled
+def follow_outlets(
+    air: Any, valves: Valves, inflated: Flags, rest_capacity: Floats, high: Any, short: Floats
+) -> bool:
+    """Track the channels (n,) whose outlet is open, in place; whether an estimate is too low.
+
+    Args:
+        air: estimated mass [kg] and flow [kg/s], and gauge pressure [Pa], each (n,).
+        valves: commanded until now (n,).
+        inflated: channels that were inflated since they were zeroed (n,).
+        rest_capacity: of the rest volumes (n,) [kg/Pa].
+        high: mass [kg] when the pressure was last above `NEARLY_EMPTY`, and that pressure [Pa],
+            each (n,), changed.
+        short: result, by how much the mass is below that of the rest volume (n,) [kg].
+    """
+    mass, flow, pressures = air
+    high_mass, high_pressure = high
+    some_short = False
+    for i in range(len(valves)):
+        short[i] = 0.0
+        if valves[i] >= 0:
+            continue
+        above = pressures[i] > NEARLY_EMPTY
+        if above:
+            # the estimate is ahead by the air that flows while the valve closes
+            high_mass[i] = mass[i] - VALVE_DELAY * min(flow[i], 0.0)
+            high_pressure[i] = pressures[i]
+        if not (above and inflated[i]):
+            least = rest_capacity[i] * (pressures[i] - UNSEEN_DROP)
+            short[i] = max(least - mass[i], 0.0)
+            some_short |= short[i] > 0.0
+    return some_short
