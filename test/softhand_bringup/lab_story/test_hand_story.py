@@ -7,8 +7,9 @@ import pytest
 
 from grasp_strategies.strategy import load_strategy
 from model_lab.bench.layouts import hand_pose_set
+from model_lab.bench.pose_strategy import POSE_HOLD
 from model_lab.measurements.save import write_set
-from softhand_bringup.lab_story.free_poses import POSE_HOLD, POSE_PEAK, free_poses
+from softhand_bringup.lab_story.free_poses import POSE_PEAK, free_poses
 from softhand_bringup.lab_story.hand_story import HIDDEN_SIZES, distance, hidden_effect, is_right
 from softhand_model.hand.hand import load_hand
 

@@ -1,13 +1,13 @@
 """Trial runs that could be measured next, within the limits of a set's bench, one change at a time.
 
 A change is another mount, a warmer room, another specimen of the set, or a new one of another wall;
-protocols and durations cost nothing.
+of a hand, a wrist that is held as it never was. Protocols and durations cost nothing.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,15 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.bench.layouts import PUSHES, SAMPLES_A_RUN, held_columns, pulse_columns
 from model_lab.bench.protocols import PROTOCOLS
-from model_lab.measurements.measurement_set import INFLATE, MODES, MeasurementSet, Run, Specimen
+from model_lab.measurements.hands import HAND_POSE
+from model_lab.measurements.measurement_set import (
+    INFLATE,
+    MODES,
+    MeasurementSet,
+    Run,
+    Specimen,
+    down_of,
+)
 from model_lab.measurements.specimens import MOUNTS
 
 DURATION_FACTORS = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
@@ -29,6 +37,17 @@ THICKEST_WALL = 0.9  # of half the height
 LENGTH_FACTOR = 0.6  # length of another specimen
 PLANNED_HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
 PROTOCOL_SEED = 0  # of the pulses
+RIGHT_ANGLE = float(np.pi / 2.0)
+WRIST_ATTITUDES = {  # roll, pitch, yaw [rad] of the wrist of the shipped hands
+    "fingers up": (0.0, 0.0, 0.0),
+    "palm down": (0.0, RIGHT_ANGLE, 0.0),
+    "palm up": (0.0, -RIGHT_ANGLE, 0.0),
+    "thumb up": (-RIGHT_ANGLE, 0.0, 0.0),
+    "thumb down": (RIGHT_ANGLE, 0.0, 0.0),
+    "fingers down": (2.0 * RIGHT_ANGLE, 0.0, 0.0),
+}
+POSE_STEPS = (0.0, 0.25, 0.5, 0.75, 1.0)  # pressures of a gesture over the highest
+ATTITUDE_APART = 0.3  # between directions of gravity: 17 deg
 
 
 @dataclass(frozen=True)
@@ -36,7 +55,7 @@ class TrialRun:
     """An experiment that could be done: its inputs (samples,) by column in SI units.
 
     specimen: as it would be mounted; changes: what is new beside the protocol, in words; mode: in
-    which rubber is stretched.
+    which rubber is stretched; wrist_rpy (3,) [rad]: how the wrist of a hand is held.
     """
 
     protocol: str
@@ -46,12 +65,13 @@ class TrialRun:
     columns: Mapping[str, Array]
     changes: tuple[str, ...] = ()
     mode: str = ""
+    wrist_rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
 
 
 def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
     """Experiments of the same kind as the set, within its pressures."""
     if data.of_hand:
-        return []
+        return list(_gestures(data)) if data.experiment == HAND_POSE else []
     if data.experiment == "valve_pulse":
         return list(_pulses(data))
     if data.experiment == "base_torque":
@@ -219,9 +239,52 @@ def _pulses(data: MeasurementSet) -> Iterator[TrialRun]:
             )
 
 
+# ---------------------------------------------------------------------- poses of a hand
+def _gestures(data: MeasurementSet) -> Iterator[TrialRun]:
+    """Channels filled together, in turn, each alone, or one alone in steps, up to the highest share
+    of their limits so far, with the wrist in each of WRIST_ATTITUDES. None where the frame of the markers is free: how it
+    moves with the explanation is not known.
+    """
+    if data.free_frame:
+        return
+    first, usual = data.specimens[data.runs[0].specimen], data.runs[0].temperature
+    limits = data.hand.max_pressures()
+    highest = [max(float(np.max(run.columns[c])) for run in data.runs) for c in data.pressures]
+    peaks = float(np.max(np.array(highest) / limits)) * limits
+    held = [down_of(run) for run in data.runs]
+    for attitude, rpy in WRIST_ATTITUDES.items():
+        down = down_of(replace(data.runs[0], wrist_rpy=rpy))
+        known = any(np.linalg.norm(down - other) < ATTITUDE_APART for other in held)
+        changes = () if known else (f"the wrist turned: {attitude}",)
+        for name, shares in _filled(data.hand.channels):
+            columns = dict(zip(data.pressures, (shares * peaks).T, strict=True))
+            protocol = f"{name}_{attitude}".replace(" ", "_")
+            words = f"{name}, {attitude}"
+            yield TrialRun(protocol, words, first, usual, columns, changes, wrist_rpy=rpy)
+
+
+def _filled(channels: Sequence[str]) -> Iterator[tuple[str, Array]]:
+    """Gestures by name: pressures (poses, channels) over the highest, the first pose empty."""
+    empty, alone = np.zeros((1, len(channels))), np.eye(len(channels))
+    steps = np.array(POSE_STEPS)[:, None]
+    yield "each channel alone", np.vstack([empty, alone])
+    yield "channels one after the other", np.vstack([empty, np.tri(len(channels))])
+    yield "all channels in steps", steps * np.ones(len(channels))
+    for name, shares in zip(channels, alone, strict=True):
+        yield f"channel {name} alone in steps", steps * shares
+
+
 def run_of(trial: TrialRun, name: str, outputs: tuple[str, ...]) -> Run:
     """The trial as a run whose outputs are zero."""
     samples = len(next(iter(trial.columns.values())))
     zeros = {output: np.zeros(samples) for output in outputs}
     columns = {**trial.columns, **zeros}
-    return Run(name, trial.specimen.name, name, trial.temperature, columns, mode=trial.mode)
+    return Run(
+        name,
+        trial.specimen.name,
+        name,
+        trial.temperature,
+        columns,
+        mode=trial.mode,
+        wrist_rpy=trial.wrist_rpy,
+    )

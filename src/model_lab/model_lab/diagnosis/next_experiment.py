@@ -29,7 +29,7 @@ from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import JACOBIAN_STEP
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
 from model_lab.fitting.problem import FitProblem
-from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run
+from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 from softhand_model.effects import InputEffect
 
@@ -65,6 +65,7 @@ class Experiment:
             "length": _number(trial.specimen.values.get("length")),
             "temperature": float(trial.temperature),
             **({"mode": trial.mode} if trial.mode else {}),
+            **({"wrist_rpy": list(trial.wrist_rpy)} if trial.specimen.hand else {}),
             "duration": _number(duration),
             "peak": _furthest(trial.columns[driving]) if driving else None,
             "separation": self.separation,
@@ -221,7 +222,7 @@ class _Planned:
         specimens, runs = dict(data.specimens), list(earlier)
         for index, trial in enumerate(trials):
             name = f"trial {index}"
-            run = run_of(trial, name, OUTPUTS[data.experiment])
+            run = run_of(trial, name, data.outputs)
             if problem.base == "linear":  # its coefficients belong to specimens by name
                 runs.append(run)
                 continue
@@ -311,7 +312,7 @@ def _history(data: MeasurementSet, trial: TrialRun, name: str) -> Run | None:
     columns = {
         "time": np.arange(HISTORY_SAMPLES) * float(np.max(trial.columns["time"])) / HISTORY_SAMPLES,
         driving: rest + (most - rest) * rise,
-    } | {name: np.zeros(HISTORY_SAMPLES) for name in OUTPUTS[data.experiment]}
+    } | {name: np.zeros(HISTORY_SAMPLES) for name in data.outputs}
     return Run(name, "", name, trial.temperature, columns, mode=trial.mode)
 
 

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import yaml
 
+from model_lab.bench.pose_strategy import PosedRun, pose_strategy
 from model_lab.comparison.add import NOT_PHYSICS, Addition
 from model_lab.diagnosis.result import ADEQUATE, Diagnosis
+from model_lab.measurements.hands import PRESSURE_OF, HandSpecimen
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.save import (
     column_entries,
@@ -36,8 +38,8 @@ from softhand_common.documents.output_file import write_files
 
 ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
 MOST_RANKED = 8
-COURSE, PART = "next.csv", "experiment-part.yaml"
-RUN_NAMES = ("next_a", "next_b")
+COURSE, PART, GESTURE = "next.csv", "experiment-part.yaml", "gesture.yaml"
+RUN_NAMES, NOT_TURNED = ("next_a", "next_b"), (0.0, 0.0, 0.0)
 
 
 def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
@@ -227,14 +229,23 @@ def plan_json(answer: Mapping[str, Any], files: list[Path]) -> dict[str, Any]:
 
 
 def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Path) -> list[Path]:
-    """Write the course of the inputs, and what experiment.yaml gets when it has been measured.
+    """Write the course of the inputs, and what experiment.yaml gets when it has been measured; of a
+    hand also a strategy that plays it twice.
 
     planned: `next_experiment` of a diagnosis. Returns the files.
     """
     specimen = _specimen(planned, data)
     columns = {name: np.array(values) for name, values in planned["inputs"].items()}
     mode = planned.get("mode", "")
-    run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns, mode=mode)
+    run = Run(
+        "",
+        specimen.name,
+        planned["protocol"],
+        planned["temperature"],
+        columns,
+        mode=mode,
+        wrist_rpy=tuple(planned.get("wrist_rpy", NOT_TURNED)),
+    )
     outputs = data.outputs
     entries = column_entries([*columns, *outputs])
     document: dict[str, Any] = {"columns": entries}
@@ -249,8 +260,17 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
     ]
     text = "".join(f"# {line}\n" for line in comment)
     text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
-    write_files({folder / COURSE: csv_text(run), folder / PART: text})
-    return [folder / COURSE, folder / PART]
+    files = {folder / COURSE: csv_text(run), folder / PART: text}
+    if specimen.hand is not None:
+        files[folder / GESTURE] = _strategy(run, specimen.hand, data)
+    write_files(files)
+    return list(files)
+
+
+def _strategy(run: Run, hand: HandSpecimen, data: MeasurementSet) -> str:
+    poses = np.array([run.columns[name] for name in data.pressures]).T
+    runs = [PosedRun(name, run.wrist_rpy, list(poses[1:])) for name in RUN_NAMES]  # begins empty
+    return pose_strategy(hand.description, hand.stated, "gesture", run.protocol, runs)
 
 
 def _specimen(planned: Mapping[str, Any], data: MeasurementSet) -> Specimen:
@@ -280,6 +300,15 @@ def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
         *([("mount", planned["mount"].replace("_", " "))] if "pressure" in inputs else []),
         ("temperature", display_of("K").shown(planned["temperature"])),
     ]
+    if "wrist_rpy" in planned:
+        turned = ", ".join(f"{angle:.0f}" for angle in np.degrees(planned["wrist_rpy"]))
+        rows.append(("wrist", f"roll, pitch, yaw {turned} deg"))
+        peaks = (
+            f"{name.removeprefix(PRESSURE_OF)} {shown_as('pressure').shown(max(course))}"
+            for name, course in inputs.items()
+            if max(course) > 0.0
+        )
+        rows.append(("peak pressures", listed(list(peaks))))
     if planned["duration"] is not None:
         rows.append(("duration", f"{planned['duration']:.3g} s"))
     if planned["peak"] is not None:
