@@ -242,8 +242,8 @@ def _pulses(data: MeasurementSet) -> Iterator[TrialRun]:
 # ---------------------------------------------------------------------- poses of a hand
 def _gestures(data: MeasurementSet) -> Iterator[TrialRun]:
     """Channels filled together, in turn, each alone, or one alone in steps, up to the highest share
-    of their limits so far, with the wrist in each of WRIST_ATTITUDES. None where the frame of the markers is free: how it
-    moves with the explanation is not known.
+    of their limits so far, with the wrist in each of WRIST_ATTITUDES. None where the frame of the
+    markers is free: how it moves with the explanation is not known.
     """
     if data.free_frame:
         return
