@@ -79,13 +79,18 @@ class _Turns:
 
     def __init__(self) -> None:
         self._next = 0
+        self._present: list[Any] = []
+        self._served: list[Any] = []  # of them those without another owner
 
     def serve(self, entities: Iterable[Any], end: float) -> bool:
         """Serve one message of each entity in turn until none waits or the time `end` [s] has
         passed; returns whether more may be waiting.
         """
-        served = [e for e in entities if not isinstance(e.callback_group, TakenByHand)]
-        quiet = 0
+        present = list(entities)
+        if present != self._present:  # groups are given once
+            self._present = present
+            self._served = [e for e in present if not isinstance(e.callback_group, TakenByHand)]
+        served, quiet = self._served, 0
         while quiet < len(served):
             self._next = (self._next + 1) % len(served)
             quiet = 0 if _serve(served[self._next]) else quiet + 1

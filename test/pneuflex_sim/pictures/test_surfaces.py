@@ -13,7 +13,7 @@ from pneuflex_sim.pictures.surfaces import (
     PRESSURE_LIMIT_COLOR,
     UNPRESSURIZED_COLOR,
     SceneSurfaces,
-    contact_lines,
+    contact_line,
     pressure_color,
     total_arrow,
     total_force,
@@ -126,7 +126,7 @@ CONTACTS = [
 
 
 def test_lines_begin_at_the_contacts_and_are_as_long_as_their_forces():
-    lines = contact_lines(CONTACTS)
+    lines = np.reshape([contact_line(contact) for contact in CONTACTS], (-1, 2, 3))
     np.testing.assert_allclose(lines[:, 0], [c.position for c in CONTACTS])
     length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
     np.testing.assert_allclose(length, [3 * METRES_PER_NEWTON, METRES_PER_NEWTON])
@@ -140,7 +140,7 @@ def test_the_arrow_of_a_pair_is_the_vector_sum_at_the_weighted_place():
 
 def test_friction_turns_the_lines_and_the_arrow():
     rubbing = [replace(CONTACTS[0], friction=(0.0, 0.0, -4.0))]
-    for start, end in (contact_lines(rubbing)[0], total_arrow(rubbing)):
+    for start, end in (np.reshape(contact_line(rubbing[0]), (2, 3)), total_arrow(rubbing)):
         np.testing.assert_allclose((end - start) / METRES_PER_NEWTON, [3.0, 0.0, -4.0])
     assert total_force(rubbing) == 3.0  # stays what presses
 

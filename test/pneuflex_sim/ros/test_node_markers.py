@@ -7,7 +7,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
 from grasp_strategies.ros.messages import read_touching
-from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces, contact_lines
+from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces, contact_line
 from pneuflex_sim.ros.markers import ContactMarkers, SceneMarkers, SerialisedMessage, SurfaceMarkers
 from pneuflex_sim.scene.contacts import Contact, by_pair
 
@@ -182,7 +182,8 @@ def test_markers_of_contacts_put_together_from_bytes_are_read_as_they_were_made(
         assert all(marker.header.stamp == stamp for marker in [deleting, *lines])
         assert all(marker.type == Marker.LINE_LIST and marker.color.a == 1.0 for marker in lines)
         for marker, contacts in zip(lines, pairs.values(), strict=True):
-            assert array(marker.points) == pytest.approx(contact_lines(contacts).reshape(-1, 3))
+            ends = np.reshape([contact_line(contact) for contact in contacts], (-1, 3))
+            assert array(marker.points) == pytest.approx(ends)
         assert [float(marker.text) for marker in lines] == pytest.approx(
             [force * len(contacts) for contacts in pairs.values()], rel=1e-3
         )

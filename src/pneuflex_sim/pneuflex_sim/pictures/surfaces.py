@@ -91,16 +91,20 @@ def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
     return (mesh.vertices @ rotation.T + position)[mesh.indices]
 
 
-def contact_lines(contacts: list[Contact]) -> Array:
-    """Start (the contact point) and end (k, 2, 3) [m] of one line per contact, along the force on
-    the first side.
+def contact_line(contact: Contact) -> tuple[float, ...]:
+    """Start (the contact point) and end (6,) [m] of a line along the force on the first side.
 
-    >>> one = Contact("thumb", "thumb_4", "object", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 2.0)
-    >>> contact_lines([one]).tolist()
-    [[[0.0, 0.0, 0.1], [0.0, 0.0, 0.14]]]
+    >>> contact_line(Contact("thumb", "thumb_4", "object", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 2.0))
+    (0.0, 0.0, 0.1, 0.0, 0.0, 0.14)
     """
-    start = np.array([contact.position for contact in contacts])
-    return np.stack([start, start + METRES_PER_NEWTON * _forces(contacts)], axis=1)
+    (x, y, z), (fx, fy, fz) = contact.position, contact.friction
+    (nx, ny, nz), force, scale = contact.normal, contact.force, METRES_PER_NEWTON
+    end = (
+        x + scale * (force * nx + fx),
+        y + scale * (force * ny + fy),
+        z + scale * (force * nz + fz),
+    )
+    return x, y, z, *end
 
 
 def total_arrow(contacts: list[Contact]) -> Array:

@@ -6,7 +6,9 @@ next only numbers at fixed offsets change, so messages are serialised once and u
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pneuflex_sim.pictures.render import Color
-from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_lines, total_arrow, total_force
+from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_line, total_arrow, total_force
 from pneuflex_sim.scene.contacts import Contact, by_pair
 from pneuflex_sim.simulation import Simulation
 from softhand_ros.topics import has_subscribers
@@ -35,6 +37,7 @@ MARKER_LINE_WIDTH, CONTACT_BALL_SIZE, ARROW_SHAFT_WIDTH, ARROW_HEAD_WIDTH = (
 # bytes of a serialised MarkerArray before its first marker: representation, count
 MESSAGE_PREFIX = 8
 TIME_PLACEHOLDER = np.array([123456789, 987654321], np.int32)  # s and ns, found again in a message
+TWO_TIMES = struct.Struct("=2i")  # as they stand in a message
 FORCE_TEXT_LENGTH, TEXT_PLACEHOLDER = (
     12,
     "#",
@@ -57,13 +60,20 @@ class SerialisedMessage:
         >>> np.frombuffer(message.data).tolist()
         [0.0, 7.0, 7.0, 3.0]
         """
+        found = np.frombuffer(self._data, numbers.dtype, numbers.size, self.place(numbers))
+        return found.reshape(numbers.shape)
+
+    def place(self, numbers: NDArray[Any]) -> int:
+        """Where the bytes of these numbers begin; raises as `view` does."""
         wanted = numbers.tobytes()
         count = self._data.count(wanted)
         if count != 1:
             raise ValueError(f"numbers: expected once in the message, got {count} times")
-        start = self._data.find(wanted)
-        found = np.frombuffer(self._data, numbers.dtype, numbers.size, start)
-        return found.reshape(numbers.shape)
+        return self._data.find(wanted)
+
+    def write(self, layout: struct.Struct, place: int, *values: Any) -> None:
+        """Write values of a layout at a place: of some dozen numbers, faster than by a view."""
+        layout.pack_into(self._data, place, *values)
 
     @property
     def data(self) -> bytes:
@@ -166,17 +176,23 @@ class _Lines:
             return marker
 
         self._message, text = _serialised(lines, FORCE_TEXT_LENGTH * TEXT_PLACEHOLDER)
-        self._time, self._points = self._message.view(TIME_PLACEHOLDER), self._message.view(points)
-        self._text = self._message.view(np.frombuffer(text.encode(), np.uint8))
+        self._width, place = len(text), self._message.place
+        self._time, self._points = place(TIME_PLACEHOLDER), place(points)
+        self._text = place(np.frombuffer(text.encode(), np.uint8))
+        self._all_points, self._whole_text = (
+            struct.Struct(f"={points.size}d"),
+            struct.Struct(f"{self._width}s"),
+        )
 
     def data(self, stamp: Time, contacts: list[Contact]) -> bytes:
         """Its bytes now."""
-        width, force = len(self._text), total_force(contacts)
+        width, force, write = self._width, total_force(contacts), self._message.write
         text = f"{force:{width}.4f}"
         text = text if len(text) == width else f"{force:{width}.3e}"
-        self._text[:] = np.frombuffer(text.encode(), np.uint8)
-        self._time[:] = stamp.sec, stamp.nanosec
-        self._points[:] = contact_lines(contacts).reshape(-1, 3)
+        write(self._whole_text, self._text, text.encode())
+        write(TWO_TIMES, self._time, stamp.sec, stamp.nanosec)
+        points = chain.from_iterable(map(contact_line, contacts))
+        write(self._all_points, self._points, *points)
         return self._message.data[MESSAGE_PREFIX:]
 
 
