@@ -343,6 +343,13 @@ class Rules:
         "the same of one run that is unlike its repeats",
         SERIES_SEEDS,
     )
+    event_evidence: float = _rule(
+        6.0,
+        "twice the log likelihood ratio of runs without an event to those with effects, from which "
+        "the event stands; strong evidence after Kass and Raftery (1995)",
+        CONVENTION,
+        neutral=inf,
+    )
     few_event_freedom: int = _rule(
         4, "differences between repeats up to which a large event needs less proof", SERIES_SEEDS
     )

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bench import rig_faults as rig
+from bench.second_author import series_faults
 from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
@@ -68,6 +69,13 @@ def test_an_effect_with_memory_wins_over_an_event(classes):
     assert found.verdict == "effects_missing"
     assert [effect.name for effect in found.effects] == ["mullins_softening"]
     assert found.events == ()
+
+
+def test_a_changed_sensor_is_no_drift_that_fits_less_well(tmp_path):
+    truth = series_faults.make(60016, tmp_path)
+    found = diagnose(load_measurements(tmp_path), Model("pneuflex")).diagnosis
+    assert found.verdict == "unexplained" and "sensor_drift" in effect_classes()
+    assert {event["run"] for event in found.events} == set(truth.runs)
 
 
 def test_an_effect_is_named_beside_an_event(classes):

@@ -29,7 +29,6 @@ from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
 PROGRESS_STEPS = 3  # of the progress of a comparison
-ROUNDING = 1e-9  # of readings, below which they do not vary
 
 
 @dataclass(frozen=True)
@@ -50,13 +49,14 @@ class Accuracy:
 
 def accuracy(measured: Array, residual: Array, output: IntArray) -> Accuracy:
     """Accuracy of predictions, given measured values, residuals and outputs (samples,)."""
-    spread = float(np.linalg.norm(measured - _means(measured, output)[output]))
+    mean = _means(measured, output)[output]
+    spread = float(np.linalg.norm(measured - mean))
+    stands = np.allclose(measured, mean, rtol=1e-9, atol=0.0)  # but for rounding
     size = float(np.linalg.norm(residual))
-    varies = spread > ROUNDING * float(np.linalg.norm(measured))
     return Accuracy(
         len(residual),
         size / float(np.sqrt(len(residual))),
-        100.0 * (1.0 - size / spread) if varies else float("nan"),
+        float("nan") if stands else 100.0 * (1.0 - size / spread),
         float(residual.mean()),
         float(np.abs(residual).max()),
     )

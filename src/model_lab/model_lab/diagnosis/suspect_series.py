@@ -137,8 +137,9 @@ def _may_explain(problem: FitProblem, base: Scored, effects: Sequence[str]) -> b
 
 def _explains(first: Judgement, again: Judgement, events: Sequence[Event]) -> bool:
     """Whether effects explain a set as it is: to about the floor, or nearly as well as others do
-    without the events. Where these concern the first run of a specimen, which effects of first
-    loading change whatever their equations, less than half of the error is reason enough.
+    without the events, unless the runs are strong evidence for these: effects have as many
+    parameters as an event at least. Where events concern the first run of a specimen, which effects
+    of first loading change whatever their equations, less than half of the error is reason enough.
     """
     if first.verdict != EFFECTS_MISSING:
         return False
@@ -146,7 +147,9 @@ def _explains(first: Judgement, again: Judgement, events: Sequence[Event]) -> bo
     error, without = first.named.held_out.rmse, again.named.held_out.rmse
     if all(_of_first_loading(event, data) for event in events):
         return without > rules.removed_share * error
-    return error <= rules.explained_error * max(again.problem.floor.total, without)
+    evidence = 2.0 * len(data.runs) * np.log(error / without)  # each run counts once
+    most = rules.explained_error * max(again.problem.floor.total, without)
+    return bool(error <= most and evidence <= rules.event_evidence)
 
 
 def _of_first_loading(event: Event, data: MeasurementSet) -> bool:
