@@ -6,6 +6,7 @@ import signal
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, WrenchStamped
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 from refused_start import refusal
 from ros_peer import PATIENCE
@@ -141,6 +142,48 @@ def test_the_residual_is_judged_in_diagnostics_once_a_second(start, bench):
     bench.play(lambda t: 20e3, lambda t: good - 0.5, START + 1020 * MS, START + 3000 * MS)
     bench.status("finger", DiagnosticStatus.WARN, "contact", "deg rms, above 2.86 deg")
     bench.status("finger", DiagnosticStatus.STALE, "no message on")
+
+
+def test_a_shadow_tells_contact_from_what_the_model_lacks(start, bench, peer):
+    """The fingertip is as predicted, then 20 mm off, with a force at the wrist and without one."""
+    start(model_file="gravity", shadow=True)
+    bench.status("shadow", DiagnosticStatus.STALE, "waiting for hand/fingertips and wrist/pose")
+    bench.connect()
+    shadows = peer.listen(PoseArray, "model/fingertips", 50)
+    angle = float(FINGER.tip_angle(20e3))
+    times = itertools.count(START, 200 * MS)
+
+    def show(off, force):
+        stamp = next(times)
+        bench.play(lambda t: 20e3, lambda t: angle, stamp, stamp + 180 * MS)
+        wrist = PoseStamped()
+        wrist.pose.orientation.w = 1.0
+        wrench = WrenchStamped()
+        wrench.wrench.force.z = force
+        place = shadows[-1].poses[0].position if shadows else Point()
+        tip = Pose(position=Point(x=place.x + off, y=place.y, z=place.z))
+        for kind, topic, made in (
+            (PoseStamped, "wrist/pose", wrist),
+            (WrenchStamped, "wrist/wrench", wrench),
+            (PoseArray, "hand/fingertips", PoseArray(poses=[tip])),
+        ):
+            made.header.stamp = message(stamp + 160 * MS).header.stamp
+            peer.publish(kind, topic, made)
+
+    def told(level, words, off=0.0, force=0.0):
+        def found():
+            show(off, force)
+            every = [s for array in bench.told[-2:] for s in array.status]
+            return any(
+                s.name == "monitor: shadow" and s.level == level and words in s.message
+                for s in every
+            )
+
+        peer.wait(found, words)
+
+    told(DiagnosticStatus.OK, "fingertips 0.0 mm rms")
+    told(DiagnosticStatus.WARN, "contact, as the wrist bears 1.50 N", 0.02, 1.5)
+    told(DiagnosticStatus.WARN, "the model lacks an effect", 0.02, 0.01)
 
 
 def test_a_simulation_that_starts_again_resets_the_memory(start, bench, tmp_path):

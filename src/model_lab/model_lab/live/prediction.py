@@ -207,6 +207,14 @@ class LivePrediction:
             self._waiting.append((stamp, angles))
         return self._due()
 
+    def pressures_at(self, stamp: int) -> tuple[Array, bool] | None:
+        """Gauge pressures (channels,) [Pa] at a stamp [ns], and whether all have stood; None where
+        none are kept from before and after it.
+        """
+        if not self._pressures.covers(stamp):
+            return None
+        return self._pressures.at(stamp), bool(np.all(self._stood(stamp)))
+
     def _is_new(self, stamp: int, newest: int | None) -> bool:
         """False for a sample that is there already; forgets all when the clock was set back."""
         if newest is not None and stamp < newest:

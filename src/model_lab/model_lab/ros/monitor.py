@@ -15,8 +15,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
 from model_lab.live.prediction import Comparison, LivePrediction, Settling, angles_of, pressures_of
+from model_lab.live.shadow import HandShadow, ShadowLimits
 from model_lab.live.watch import ANGLE, PRESSURE, Limits, Watch
 from model_lab.ros.interface import HELP, PARAMETERS
+from model_lab.ros.shadow_topics import ShadowTopics
 from softhand_model.effects.own.guard import EffectError
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
@@ -53,6 +55,13 @@ class Monitor(Node):
         # what was queued between two looks comes out in one go
         self._predicted = self.create_publisher(JointState, "model/prediction", QUEUED)
         self._residual = self.create_publisher(JointState, "model/residual", QUEUED)
+        self._shadow: ShadowTopics | None = None
+        if value["shadow"]:
+            bounds = ShadowLimits(value["warn_distance"], value["contact_force"])
+            shadow = HandShadow(
+                hand, value["hand"], self.prediction.model, bounds, value["temperature"]
+            )
+            self._shadow = ShadowTopics(self, QUEUED, shadow, self.prediction)
         self._diagnostics = Diagnostics(self, "monitor", "model_lab")
         self._executor = RoundRobin(self)
         self.get_logger().info(f"ready: {hand.name}, model {name}")
@@ -64,6 +73,8 @@ class Monitor(Node):
         self._executor.serve(POLL_PERIOD)
         self._take_all(self._pressures, PRESSURE, self._on_pressures)
         self._take_all(self._angles, ANGLE, self._on_angles)
+        if self._shadow is not None:
+            self._shadow.look()
 
     def _take_all(
         self, queue: Any, topic: str, compare: Callable[[JointState], list[Comparison]]
@@ -110,7 +121,10 @@ class Monitor(Node):
     def report(self) -> None:
         """Publish the diagnostics, with the stamp of the latest comparison if there is one."""
         self._executor.serve_rest()
-        self._diagnostics.publish(self.watch.reports(time.monotonic()), self._latest)
+        reports = self.watch.reports(time.monotonic())
+        if self._shadow is not None:
+            reports.append(self._shadow.report())
+        self._diagnostics.publish(reports, self._latest)
 
     def close(self) -> None:
         """End the node."""
