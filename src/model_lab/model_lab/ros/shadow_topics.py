@@ -15,7 +15,7 @@ from model_lab.live.shadow import HandShadow, Seen
 from softhand_common.status import Level, Report
 from softhand_ros.topics import nanoseconds, subscribe_by_hand, take
 
-TIPS_TOPIC, WRIST_TOPIC, WRENCH_TOPIC = "hand/fingertips", "wrist/pose", "wrist/wrench"
+TIPS_TOPIC, HELD_TOPIC, WRENCH_TOPIC = "hand/fingertips", "wrist/pose", "wrist/wrench"
 WAITING = "waiting for"
 
 
@@ -26,7 +26,7 @@ class ShadowTopics:
         self, node: Node, qos: QoSProfile, shadow: HandShadow, prediction: LivePrediction
     ) -> None:
         self._shadow, self._prediction = shadow, prediction
-        kinds = {TIPS_TOPIC: PoseArray, WRIST_TOPIC: PoseStamped, WRENCH_TOPIC: WrenchStamped}
+        kinds = {TIPS_TOPIC: PoseArray, HELD_TOPIC: PoseStamped, WRENCH_TOPIC: WrenchStamped}
         self._queues = {t: subscribe_by_hand(node, kind, t, qos) for t, kind in kinds.items()}
         self._latest: dict[str, Any] = {}
         self._predicted = node.create_publisher(PoseArray, "model/fingertips", qos)
@@ -39,7 +39,7 @@ class ShadowTopics:
 
     def report(self) -> Report:
         """Compare, publish the predicted fingertips, and say what the difference means."""
-        missing = [topic for topic in (TIPS_TOPIC, WRIST_TOPIC) if topic not in self._latest]
+        missing = [topic for topic in (TIPS_TOPIC, HELD_TOPIC) if topic not in self._latest]
         if missing:
             return Report("shadow", Level.STALE, f"{WAITING} {' and '.join(missing)}")
         message = self._latest.pop(TIPS_TOPIC)  # each is compared once
@@ -69,11 +69,11 @@ class ShadowTopics:
                 f"got {len(message.poses)}"
             )
         at = [(p.position.x, p.position.y, p.position.z) for p in message.poses]
-        turn = self._latest[WRIST_TOPIC].pose.orientation
+        turn = self._latest[HELD_TOPIC].pose.orientation
         orientation = np.array([turn.x, turn.y, turn.z, turn.w])
         if not (np.isfinite(at).all() and np.isfinite(orientation).all() and orientation.any()):
             raise ValueError(
-                f"{TIPS_TOPIC}, {WRIST_TOPIC}: expected finite numbers and a quaternion"
+                f"{TIPS_TOPIC}, {HELD_TOPIC}: expected finite numbers and a quaternion"
             )
         wrench = self._latest.get(WRENCH_TOPIC)
         force = None
