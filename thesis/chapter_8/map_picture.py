@@ -21,8 +21,8 @@ CAUSES_SHOWN = 9  # by colour; the rest is grey
 
 
 def draw_map(figure: Figure, results: Results) -> None:
-    """A column an object: share of success in each engine with the border of the region, crosses
-    where the verdicts of two engines differ, and the commonest cause of failures of each cell.
+    """A column an object: share of success in each engine, crosses where the verdicts of two
+    engines differ, and the commonest cause of failures of each cell.
     """
     maps, apart = maps_of(results), differing_cells(results)
     sweeps = [name for name in results["sweeps"] if name.startswith(MAIN)]
@@ -37,6 +37,7 @@ def draw_map(figure: Figure, results: Results) -> None:
                 _cross(panel, apart.get(name, []))
             else:
                 panel.text(0.5, 0.5, "refused", ha="center", transform=panel.transAxes)
+                panel.set_aspect("equal")
         failed = results["sweeps"][MAIN][name]["failed"]
         _draw_causes(panels[-1, column], found, failed, causes)
     labels = [sweep.removeprefix(f"{MAIN}_") for sweep in sweeps]

@@ -234,7 +234,7 @@ def _row(size: float, trials: list[Mapping[str, Any]]) -> Finding:
     good = [f"{1e3 * place:.0f}" for place, s in zip(places, share[0], strict=True) if s >= ENOUGH]
     causes = Counter(trial["cause"] for trial in own if not trial["gripped"]).most_common(2)
     failures = ", ".join(f"{cause} {number}" for cause, number in causes)
-    where = f"at {' '.join(good)} mm" if good else "nowhere in two of three"
+    where = f"at {' '.join(good)} mm" if good else "nowhere"
     ours = f"{count} of {len(own)} ({low:.2f} to {high:.2f}), {where}; {failures}"
     return Finding(f"diameter {1e3 * size:.0f} mm", "a picture", ours)
 
