@@ -20,7 +20,7 @@ from softhand_ros.middleware import set_up_middleware
 from softhand_ros.parameters import SIM_TIME
 from softhand_ros.services import MANY_CALLS
 from softhand_ros.strangers import strangers
-from softhand_ros.topics import NEWEST, seconds, subscribe_by_hand, take
+from softhand_ros.topics import NEWEST, now_of, seconds, subscribe_by_hand, take
 
 WAIT_STEP = 0.05  # wall time between two checks of a condition that is waited for [s]
 
@@ -77,7 +77,7 @@ class ClientLink:
     @property
     def now(self) -> float:
         """Time of the node's clock [s]."""
-        return float(self.node.get_clock().now().nanoseconds * 1e-9)
+        return now_of(self.node)
 
     def follow_simulated_time(self, follow: bool) -> None:
         """Have the node's clock follow /clock (True) or the system time (False)."""

@@ -89,6 +89,11 @@ def seconds(stamp: Any) -> float:
     return float(stamp.sec + 1e-9 * stamp.nanosec)
 
 
+def now_of(node: Node) -> float:
+    """Time of a node's clock [s], without the object that `Clock.now` makes of it."""
+    return float(node.get_clock().handle.get_now().nanoseconds * 1e-9)
+
+
 class Due:
     """Tells which samples are published: the first one in each period of a rate.
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from grasp_strategies.pose import Pose
 from grasp_strategies.ros.marker_bytes import MarkerBytes
+from grasp_strategies.ros.stamped_bytes import StampedBytes
 from grasp_strategies.scene import Array
 from softhand_ros.diagnostics import PREPARING, cut
 from softhand_ros.topics import seconds
@@ -41,19 +42,17 @@ class AirState:
 
 
 def _finite(field: str, values: Sequence[float], count: int) -> Array:
-    array = np.array(values, float)
-    if array.shape != (count,) or not np.isfinite(array).all():
-        raise ValueError(f"{field}: expected {count} finite numbers, got {array.tolist()}")
-    return array
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise ValueError(f"{field}: expected {count} finite numbers, got {list(values)}")
+    return np.array(values, float)
 
 
 def read_pose(message: Any) -> Pose:
-    """Pose in `world` of a geometry_msgs/PoseStamped."""
-    if message.header.frame_id != WORLD:
-        raise ValueError(f"header.frame_id: expected {WORLD}, got {message.header.frame_id!r}")
-    place, rotation = message.pose.position, message.pose.orientation
-    position = _finite("pose.position", (place.x, place.y, place.z), 3)
-    orientation = _finite("pose.orientation", (rotation.x, rotation.y, rotation.z, rotation.w), 4)
+    """Pose in `world` of the bytes of a geometry_msgs/PoseStamped."""
+    if message.frame != WORLD:
+        raise ValueError(f"header.frame_id: expected {WORLD}, got {message.frame!r}")
+    position = _finite("pose.position", message.numbers[:3], 3)
+    orientation = _finite("pose.orientation", message.numbers[3:], 4)
     norm = float(np.linalg.norm(orientation))
     if abs(norm - 1.0) > 1e-2:
         raise ValueError(
@@ -63,9 +62,8 @@ def read_pose(message: Any) -> Pose:
 
 
 def read_force(message: Any) -> Array:
-    """Force (3,) [N] of a geometry_msgs/WrenchStamped."""
-    force = message.wrench.force
-    return _finite("wrench.force", (force.x, force.y, force.z), 3)
+    """Force (3,) [N] of the bytes of a geometry_msgs/WrenchStamped."""
+    return _finite("wrench.force", message.numbers[:3], 3)
 
 
 def read_air_state(message: Any) -> AirState:
@@ -221,6 +219,6 @@ class Feed:
 
 def stamp_of_message(message: Any) -> float:
     """Stamp [s] of a message, or of the first marker of an array; infinite when there is none."""
-    if isinstance(message, MarkerBytes):
+    if isinstance(message, (MarkerBytes, StampedBytes)):
         return message.stamp
     return seconds(message.header.stamp)

@@ -28,6 +28,7 @@ from softhand_ros.topics import (
     TakenByHand,
     clock_conflict,
     full_name,
+    now_of,
     seconds,
     stamp_of_seconds,
     subscribe_by_hand,
@@ -81,7 +82,7 @@ class SceneClock:
         """Time of the last tick taken, or of the node's clock without simulated time [s]."""
         if self.simulated:
             return self._newest or 0.0
-        return float(self._node.get_clock().now().nanoseconds * 1e-9)
+        return now_of(self._node)
 
     @property
     def effect(self) -> float:

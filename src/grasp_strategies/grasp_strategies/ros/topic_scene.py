@@ -8,10 +8,10 @@ the tick at which it acts, by the stamps, whatever has come since.
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from collections.abc import Callable, Collection
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,7 @@ from grasp_strategies.ros.messages import (
 from grasp_strategies.ros.object_command import ObjectCommand
 from grasp_strategies.ros.reports import DRIVER, FAULT_MEMORY, SIMULATOR, Reports
 from grasp_strategies.ros.scene_clock import SceneClock
+from grasp_strategies.ros.stamped_bytes import POSE, WRENCH, StampedBytes
 from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
 from softhand_ros.topics import RELIABLE_DEEP, stamp_of_seconds, subscribe_by_hand, take
@@ -63,11 +64,13 @@ class TopicScene:
         self.interrupt, self.resume = self._clock.interrupt, self._clock.resume
         self.release = self._clock.release
         self._subscriptions: dict[str, Subscription] = {}
-        self._wrist = self._feed(PoseStamped, "wrist/pose", SIMULATOR, read_pose)
-        self._object = self._feed(PoseStamped, "scene/object_pose", SIMULATOR, read_pose)
-        self._force = self._feed(WrenchStamped, "wrist/wrench", SIMULATOR, read_force)
+        self._of_bytes: dict[str, Callable[[bytes], Any] | None] = {}  # None: not serialised
+        pose, wrench = (partial(StampedBytes, count=count) for count in (POSE, WRENCH))
+        self._wrist = self._feed(PoseStamped, "wrist/pose", SIMULATOR, read_pose, pose)
+        self._object = self._feed(PoseStamped, "scene/object_pose", SIMULATOR, read_pose, pose)
+        self._force = self._feed(WrenchStamped, "wrist/wrench", SIMULATOR, read_force, wrench)
         self._contacts = self._feed(
-            MarkerArray, "hand/contacts", SIMULATOR, read_touching, raw=True
+            MarkerArray, "hand/contacts", SIMULATOR, read_touching, MarkerBytes
         )
         self._contacts.each_tick = False
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
@@ -82,9 +85,17 @@ class TopicScene:
         self._modes: tuple[str, ...] = ()  # of the channels, as switched last
         self._reported_modes: tuple[str, ...] = ()  # by a report since then
 
-    def _feed(self, kind: type, topic: str, source: str, read: Any, raw: bool = False) -> Feed:
+    def _feed(
+        self,
+        kind: type,
+        topic: str,
+        source: str,
+        read: Callable[[Any], Any],
+        of_bytes: Callable[[bytes], Any] | None = None,
+    ) -> Feed:
+        raw = of_bytes is not None
         subscription = subscribe_by_hand(self._node, kind, topic, RELIABLE_DEEP, raw)
-        self._subscriptions[topic] = subscription
+        self._subscriptions[topic], self._of_bytes[topic] = subscription, of_bytes
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
@@ -364,11 +375,12 @@ class TopicScene:
         return False
 
     def _follow(self, feed: Feed) -> bool:
-        return feed.follow(functools.partial(self._take, feed), self.time, time.monotonic())
+        return feed.follow(partial(self._take, feed), self.time, time.monotonic())
 
     def _take(self, feed: Feed) -> Any:
         message = take(self._subscriptions[feed.topic])
-        return MarkerBytes(message) if isinstance(message, bytes) else message
+        of_bytes = self._of_bytes[feed.topic]
+        return message if message is None or of_bytes is None else of_bytes(message)
 
 
 def _complaint(feed: Feed) -> str:

@@ -27,6 +27,14 @@ class HandShape:
     def __init__(self, layout: HandLayout) -> None:
         self.layout, self._links = layout, layout.links(0.0)
         self._bases = [Rotation.from_quat(body.orientation).as_matrix() for body in layout.bodies]
+        self._tips: dict[str, slice] = {}  # joints from the base to each fingertip
+        tips = []
+        for name in layout.description.tips:
+            k = next(k for k, body in enumerate(layout.bodies) if name in body.chains)
+            last = layout.chain_joints[name].stop
+            self._tips[name] = slice(layout.bodies[k].joints.start, last)
+            tips.append((self._bases[k], layout.bodies[k].position, layout.chain_tips[name]))
+        self._tip_frames = tuple(map(np.array, zip(*tips, strict=True)))
 
     def frames(self, q: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
@@ -46,14 +54,16 @@ class HandShape:
         """Position [m] and quaternion of each fingertip in the wrist frame, in the order of the
         hand's `tips`.
         """
-        position, frame, _ = self.frames(q)
-        names, layout = self.layout.description.tips, self.layout
-        last = [layout.chain_joints[name].stop - 1 for name in names]
-        turns = Rotation.from_matrix(frame[last]).as_quat() if last else []
-        return {
-            name: (position[k] + frame[k] @ layout.chain_tips[name], turn)
-            for name, k, turn in zip(names, last, turns, strict=True)
-        }
+        if not self._tips:
+            return {}
+        frame, arm, *_ = placed = not_placed(len(q))
+        place_links(q, self._links, placed)
+        base, place, tip = self._tip_frames
+        arms = np.array([arm[joints].sum(axis=0) for joints in self._tips.values()])
+        turn = base @ frame[[joints.stop - 1 for joints in self._tips.values()]]
+        position = place + (base @ arms[..., None] + turn @ tip[..., None])[..., 0]
+        turns = Rotation.from_matrix(turn).as_quat()
+        return dict(zip(self._tips, zip(position, turns, strict=True), strict=True))
 
     def tip_angles(self, bend: Array) -> dict[str, float]:
         """Angle [rad] of the tip of each actuator relative to its base: the sum of its joints'

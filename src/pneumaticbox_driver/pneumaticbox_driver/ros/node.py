@@ -56,7 +56,7 @@ from softhand_ros.parameters import SIM_TIME, Table, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.single import ALLOW_SECOND, Single
-from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
+from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, now_of, seconds
 
 if TYPE_CHECKING:
     from pneumaticbox_driver.backends.embedded import EmbeddedBoard
@@ -211,7 +211,7 @@ class PneumaticBoxNode(ManagedNode):
         """Time for the detection of missing samples [s]: of the plant, or a monotonic clock."""
         if self.backend != "topic":
             return self.steady.now()
-        return self.get_clock().now().nanoseconds * 1e-9
+        return now_of(self)
 
     def _box_time(self) -> float:
         return self.box.time if self._watch.started else self._node_time()

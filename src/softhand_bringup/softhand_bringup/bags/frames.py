@@ -160,6 +160,7 @@ class FrameWriter:
         self._single: dict[str, FrameMessage] = {}  # by topic
         self.refused = ""  # why the links of a description have no frames
         self._next: dict[str, int] = {}  # when the links of a namespace are due [ns]
+        self._endings: dict[tuple[str, str], str] = {}  # by topic and kind; "" makes no frames
         self._handlers: dict[str, Callable[[str, str, int, int, bytes], None]] = {
             "wrist/pose": self._wrist,
             "scene/object_pose": self._object,
@@ -169,9 +170,12 @@ class FrameWriter:
 
     def take(self, topic: str, kind: str, logged: int, published: int, data: bytes) -> None:
         """Take a recorded message of a kind; stamps of reception and of sending [ns]."""
-        for ending, handler in self._handlers.items():
-            if topic.endswith(f"/{ending}") and kind == KINDS[ending]:
-                handler(topic, topic[1:].removesuffix(ending), logged, published, data)
+        if (topic, kind) not in self._endings:
+            endings = (e for e in KINDS if topic.endswith(f"/{e}") and kind == KINDS[e])
+            self._endings[topic, kind] = next(endings, "")
+        if ending := self._endings[topic, kind]:
+            prefix = topic[1:].removesuffix(ending)
+            self._handlers[ending](topic, prefix, logged, published, data)
 
     def _wrist(self, topic: str, prefix: str, logged: int, published: int, data: bytes) -> None:
         self._pose(topic, f"{prefix}wrist", logged, published, data)
@@ -180,7 +184,9 @@ class FrameWriter:
         self._pose(topic, f"{prefix}object", logged, published, data)
 
     def _pose(self, topic: str, child: str, logged: int, published: int, data: bytes) -> None:
-        frame = self._single.setdefault(topic, FrameMessage([(WORLD, child)]))
+        frame = self._single.get(topic)
+        if frame is None:
+            frame = self._single[topic] = FrameMessage([(WORLD, child)])
         pose = np.frombuffer(data[-POSE_SIZE:], dtype="<f8")[None, :]
         self._bag.write(self._moving, logged, published, frame.encoded(_stamp(data), pose))
 
