@@ -12,6 +12,7 @@ from model_lab.cli.main import main
 USABLE = bending_sets() | other_sets()
 REFUSED = refused_sets()
 VERDICTS = {"adequate", "effects_missing", "unexplained", "slip"}
+REPORTED = ("no_time", "one_pulse_a_run", "no_stretch")
 PLANNED = ("single_run", "drifting_gauge_linear", "negative_stress", "pulses")
 
 
@@ -36,10 +37,13 @@ def test_what_no_model_can_be_judged_by_is_refused_before_any_search(name, said,
 
 
 @pytest.mark.parametrize("name", sorted(USABLE.keys() - NO_MODEL.keys()))
-def test_diagnose_comes_to_a_verdict(name, tmp_path, capsys):
+def test_diagnose_comes_to_a_verdict_and_writes_a_report(name, tmp_path, capsys):
     folder, out = USABLE[name].write(tmp_path / "set"), tmp_path / "d.json"
     given = ["diagnose", folder, "--model", USABLE[name].model, "--json", out, "--jobs", 1]
-    assert _run(given) == 0
+    report = tmp_path / "report"
+    assert _run([*given, *(["--report", report] if name in REPORTED else [])]) == 0
+    if name in REPORTED:
+        assert "</html>" in (report / "report.html").read_text()
     content = json.loads(out.read_text())
     assert content["verdict"] in VERDICTS
     assert content["noise_floor"] > 0.0
@@ -54,14 +58,6 @@ def test_plan_compare_and_ladder_come_to_an_end(name, tmp_path, capsys):
     assert _run(["compare", folder, "--model", model]) == 0
     assert _run(["ladder", folder, model]) == 0
     assert "noise floor" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("name", ("no_time", "one_pulse_a_run", "no_stretch"))
-def test_a_report_is_written(name, tmp_path):
-    folder, model = USABLE[name].write(tmp_path / "set"), USABLE[name].model
-    given = ["diagnose", folder, "--model", model, "--jobs", 1, "--report", tmp_path / "report"]
-    assert _run(given) == 0
-    assert "</html>" in (tmp_path / "report" / "report.html").read_text()
 
 
 def test_strain_in_place_of_a_stretch_is_told_as_a_slip(tmp_path):
