@@ -1,10 +1,11 @@
 """Test pulses on the simulated box, and the driver as a process; ROS is loaded when asked for."""
 
 import pytest
+from forked_nodes import ForkingLauncher
 from ros_domain import held_domain
 
 from pneumaticbox_driver.calibration.command import BOTTLE, record_on_rig
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
 
@@ -28,7 +29,7 @@ def domain():
 @pytest.fixture
 def launcher(domain, tmp_path):
     """Starts processes; none is left when the test ends."""
-    with Launcher(tmp_path / "log", node_environment(tmp_path / "log", domain)) as launcher:
+    with ForkingLauncher(tmp_path / "log", node_environment(tmp_path / "log", domain)) as launcher:
         yield launcher
 
 

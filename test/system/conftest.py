@@ -3,11 +3,12 @@
 from pathlib import Path
 
 import pytest
+from forked_nodes import ForkingLauncher
 from ros_domain import held_domain
 from suite_peer import SuitePeer
 
 from softhand_bringup.processes import suite
-from softhand_bringup.processes.launcher import Guard, Launcher
+from softhand_bringup.processes.launcher import Guard
 from softhand_bringup.processes.suite import node_environment
 
 
@@ -36,7 +37,7 @@ def guard():
 def launcher(domain, tmp_path):
     """Starts nodes; none is left when the test ends."""
     log_folder = tmp_path / "log"
-    with Launcher(log_folder, node_environment(log_folder, domain)) as launcher:
+    with ForkingLauncher(log_folder, node_environment(log_folder, domain)) as launcher:
         yield launcher
 
 

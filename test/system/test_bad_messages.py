@@ -3,10 +3,10 @@
 import math
 
 import pytest
+from forked_nodes import ForkingLauncher
 from suite_peer import SuitePeer
 
 from softhand_bringup.processes import suite
-from softhand_bringup.processes.launcher import Launcher
 
 GOOD = 2.0e-5  # [kg]
 
@@ -17,7 +17,7 @@ def connected(domain, tmp_path_factory):
     long a test takes from one command to the next.
     """
     folder, options = tmp_path_factory.mktemp("log"), suite.SuiteOptions()
-    with Launcher(folder, suite.node_environment(folder, domain)) as launcher:
+    with ForkingLauncher(folder, suite.node_environment(folder, domain)) as launcher:
         for command in (suite.simulator(options), suite.driver(options), suite.sequencer(options)):
             launcher.start(command)
         peer = SuitePeer(domain, folder)

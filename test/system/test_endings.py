@@ -24,6 +24,14 @@ SOON = 6.0  # wall time to end by force, and some for a machine that is busy [s]
 ABORT_MESSAGES = ("terminate called", "Traceback", "core dumped", "Segmentation", "rcl_shutdown")
 
 
+@pytest.fixture
+def launcher(domain, tmp_path):
+    """Starts nodes as a user does: as programs."""
+    log_folder = tmp_path / "log"
+    with Launcher(log_folder, suite.node_environment(log_folder, domain)) as launcher:
+        yield launcher
+
+
 @pytest.mark.parametrize("signals", SIGNALS.values(), ids=SIGNALS)
 def test_each_node_ends_in_order(nodes, launcher, peer, tmp_path, signals):
     nodes["recorder"] = launcher.start(suite.recorder(tmp_path / "bag"))

@@ -8,10 +8,11 @@ import signal
 import numpy as np
 import pytest
 from faulty_plant_peer import FaultyPlantPeer, plant_command, plant_path
+from forked_nodes import ForkingLauncher
 from ros_peer import PATIENCE, seconds
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 from softhand_model.pneumatics import load_pneumatics
 
@@ -44,7 +45,7 @@ def nodes(domain, tmp_path_factory):
     """The plant and the driver as processes, by name."""
     folder = tmp_path_factory.mktemp("log")
     environment = node_environment(folder, domain) | plant_path()
-    with Launcher(folder, environment) as launcher:
+    with ForkingLauncher(folder, environment) as launcher:
         plant = launcher.start(plant_command(volumes=[VOLUME] * 2, limits=[LIMIT] * 2))
         command = NodeCommand("driver", "pneumaticbox_driver.ros.node", BOX)
         yield {"plant": plant, "driver": launcher.start(command), "launcher": launcher}

@@ -6,13 +6,14 @@ from pathlib import Path
 import pytest
 from action_calls import Goal, check_nothing_offered, environment_with, folder_without_types
 from action_msgs.msg import GoalStatus
+from forked_nodes import ForkingLauncher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_domain import held_domain
 from ros_peer import Peer
 from std_msgs.msg import Int32, String
 from std_srvs.srv import Trigger
 
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 MODULE = "grasp_strategies.ros.node"
@@ -33,7 +34,7 @@ def run_with(tmp_path, write_strategy):
 
         def start(folder, *bench, **parameters):
             environment = environment_with(tmp_path / "log", domain, SUPPORT, folder)
-            launcher = made.enter_context(Launcher(tmp_path / "log", environment))
+            launcher = made.enter_context(ForkingLauncher(tmp_path / "log", environment))
             launcher.start(NodeCommand("bench", "mock_bench", arguments=("--factor", "2", *bench)))
             shipped = {"strategy.surface_constrained": str(write_strategy())}
             values = {"use_sim_time": True, **shipped, **parameters}

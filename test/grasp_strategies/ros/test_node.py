@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
+from forked_nodes import ForkingLauncher
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -21,7 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from grasp_strategies.ros.parameters import PARAMETERS
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
@@ -45,7 +46,7 @@ def launcher(domain, tmp_path):
     environment["PYTHONPATH"] = os.pathsep.join(
         filter(None, [str(SUPPORT), environment.get("PYTHONPATH")])
     )
-    with Launcher(tmp_path / "log", environment) as launcher:
+    with ForkingLauncher(tmp_path / "log", environment) as launcher:
         yield launcher
 
 
@@ -589,7 +590,7 @@ def test_the_shipped_configuration_is_accepted_and_names_every_parameter(launche
 def plain(domain, tmp_path_factory):
     """The sequencer as it is started without parameters, alone."""
     folder = tmp_path_factory.mktemp("plain")
-    with Launcher(folder, node_environment(folder, domain)) as launcher:
+    with ForkingLauncher(folder, node_environment(folder, domain)) as launcher:
         yield launcher.start(NodeCommand("sequencer", MODULE))
 
 

@@ -8,10 +8,11 @@ import signal
 
 import pytest
 from board_process import EXAMPLES, BoardProcess
+from forked_nodes import ForkingLauncher
 from plant_peer import BOX, MG, MODULE
 from std_srvs.srv import Trigger
 
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
@@ -25,7 +26,7 @@ def on_board(domain, tmp_path, peer):
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     boards = []
 
-    with Launcher(tmp_path / "log", environment) as launcher:
+    with ForkingLauncher(tmp_path / "log", environment) as launcher:
 
         def start(link):
             boards.append(BoardProcess(link, tmp_path, options=["--volumes", "1e-4", "1e-4"]))

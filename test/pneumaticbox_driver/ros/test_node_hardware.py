@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from forked_nodes import ForkingLauncher
 from plant_peer import BOX, MG, MODULE, VOLUME
 from std_srvs.srv import SetBool, Trigger
 
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
@@ -52,7 +53,7 @@ def start_on_board(domain, tmp_path, fault):
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     parameters = {**BOX, "backend": "hardware", "hardware_file": str(file), "embedded_rate": 100.0}
     parameters["allow_board_module"] = True
-    with Launcher(tmp_path / "log", environment) as launcher:
+    with ForkingLauncher(tmp_path / "log", environment) as launcher:
         yield lambda **given: launcher.start(NodeCommand("driver", MODULE, parameters | given))
 
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 import yaml
+from forked_nodes import ForkingLauncher
 from plant_peer import BOX, MG, MODULE, VOLUME
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from pneumaticbox_driver.modes import MODES
-from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
@@ -43,7 +44,7 @@ def on_backend(domain, tmp_path):
     file = tmp_path / "hardware.yaml"
     head = {"format": "pneumaticbox-hardware/1", "vent_time": 0.2}
     file.write_text(yaml.safe_dump(head | board))
-    with Launcher(tmp_path / "log", environment) as launcher:
+    with ForkingLauncher(tmp_path / "log", environment) as launcher:
 
         def start(backend):
             given = {**BOX, **HAND, "backend": backend, "embedded_rate": 200.0}

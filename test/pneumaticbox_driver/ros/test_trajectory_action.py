@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from action_calls import Goal, check_nothing_offered, environment_with, folder_without_types
 from action_msgs.msg import GoalStatus
+from forked_nodes import ForkingLauncher
 from plant_peer import BOX, MG, MODULE
 from ros_peer import PATIENCE
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from softhand_bringup.processes.launcher import Launcher, NodeCommand, stop_process
+from softhand_bringup.processes.launcher import NodeCommand, stop_process
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 ACTION = "pneumaticbox/follow_joint_trajectory"
@@ -24,7 +25,7 @@ def start_with(domain, tmp_path):
 
     def start(folder, **parameters):
         environment = environment_with(tmp_path / "log", domain, folder)
-        launcher = made.enter_context(Launcher(tmp_path / "log", environment))
+        launcher = made.enter_context(ForkingLauncher(tmp_path / "log", environment))
         values = {**BOX, "use_sim_time": True, **parameters}
         return launcher.start(NodeCommand("driver", MODULE, values))
 

@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from forked_nodes import ForkingLauncher
 from play_page import wait_until
 from ros_domain import held_domain
 from sensor_msgs.msg import JointState
 
 from softhand_bringup.processes import suite
-from softhand_bringup.processes.launcher import Launcher
 from softhand_ros.client_link import ClientLink
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -29,7 +29,7 @@ def live(tmp_path, monkeypatch, reports):
     options = suite.SuiteOptions(hand="single_finger", scene="stand", real_time_factor=1.0)
     with held_domain() as domain:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        with Launcher(tmp_path, suite.node_environment(tmp_path, domain)) as launcher:
+        with ForkingLauncher(tmp_path, suite.node_environment(tmp_path, domain)) as launcher:
             for command in (suite.simulator(options), suite.driver(options)):
                 launcher.start(command)
             live = LivePlayer(

@@ -131,6 +131,8 @@ class Launcher:
         environment: variables of the processes, see `suite.node_environment`.
     """
 
+    process = NodeProcess  # what `start` makes
+
     def __init__(self, log_folder: Path, environment: Mapping[str, str]) -> None:
         log_folder.mkdir(parents=True, exist_ok=True)
         self._log_folder = log_folder
@@ -149,7 +151,7 @@ class Launcher:
             raise ValueError(f"name: expected one that is not running, got {command.name}")
         self._guard.check()
         log = self._log_folder / f"{command.name}.log"
-        process = NodeProcess(command, self._environment, log, self._guard)
+        process = self.process(command, self._environment, log, self._guard)
         self._processes.append(process)
         return process
 
