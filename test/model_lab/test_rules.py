@@ -23,7 +23,6 @@ ROOMS = [
 NUMERICS = "a setting of a numerical method"
 FILE = "refuses a file that cannot be right; no verdict is reached"
 EXCEPTIONS = {
-    "comparison/compare.py": {"ROUNDING": NUMERICS},
     "diagnosis/search.py": {"GRID": NUMERICS, "LARGEST_GRID": NUMERICS},
     "diagnosis/black_boxes.py": {"FEWEST_SAMPLES": "a slope needs three samples"},
     "diagnosis/evidence.py": {"LARGEST_LOGARITHM": "a feature of the calibrated confidence"},
