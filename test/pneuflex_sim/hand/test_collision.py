@@ -11,15 +11,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.hand.collision import (
-    COLLISION_MARGIN,
-    ENVIRONMENT_GROUP,
-    collides_with,
-    collision_groups,
-    collision_hulls,
-)
+from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP, collides_with, collision_groups
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.hand.outline import ChainOutline, hull_section
+from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
+from softhand_model.chain.outline import ChainOutline, hull_section
 from softhand_model.hand.hand import hand_names, load_hand
 from softhand_model.model_file import Model
 

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.hand.outline import cross_section
 from pneuflex_sim.pictures.skin import HandSkin, blend_weights
 from pneuflex_sim.scene.mesh import Mesh, box, write_meshes
+from softhand_model.chain.outline import cross_section
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.profile import ConstantProfile
 from softhand_model.model_file import load_model

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.mesh import box, mesh_of, write_meshes
 from pneuflex_sim.scene.object_shapes import geometry
 from pneuflex_sim.scene.objects import load_object, load_objects
+from softhand_model.chain.hulls import COLLISION_MARGIN
 
 TABLE_8_1 = {  # outer size [mm], mass [g]
     "water_bottle": ((63, 63, 215), 546),

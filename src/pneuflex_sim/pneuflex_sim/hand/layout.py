@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.hulls import SMALLEST_EDGE
 from softhand_model.chain.segments import link_inertia
 from softhand_model.chain.serial import mounted, serial_chains
 from softhand_model.dynamics.chain import Links
@@ -28,7 +29,6 @@ TIP_SHARE = 0.3
 # chosen on the first frequency and on the clashes and blows of `bench.sim --rows holding`
 GIVEN_SHARE = 0.9  # of the added inertia that is given back
 TRUE_STEP = 0.002  # [s] up to which it is given back
-SMALLEST_EDGE = 0.006  # collision boxes are never thinner than this [m]
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
-from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from softhand_common.numerics.compiled import compiled
 from softhand_common.numerics.rotations import from_rpy, rotate
+from softhand_model.chain.hulls import COLLISION_MARGIN
 from softhand_model.dynamics.spatial import minus
 from softhand_model.dynamics.spatial import rotate as rotate_by
 from softhand_model.hand.hand import Plate

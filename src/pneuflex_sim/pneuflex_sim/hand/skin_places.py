@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.hand.kinematics import HandShape
-from pneuflex_sim.hand.layout import SMALLEST_EDGE
-from pneuflex_sim.hand.outline import ChainOutline, cross_section
+from softhand_model.chain.hulls import SMALLEST_EDGE
+from softhand_model.chain.outline import ChainOutline, cross_section
 
 Array = NDArray[np.float64]
 Section = Callable[[ChainOutline, float], Array]  # points (k, 2) [m] of the section at a place [m]

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
-from pneuflex_sim.hand.outline import ChainOutline, cross_section
 from pneuflex_sim.scene.mesh import Mesh, box, mesh_of, tube, tube_triangles
 from softhand_common.numerics.rotations import from_rpy
+from softhand_model.chain.outline import ChainOutline, cross_section
 from softhand_model.hand.hand import WRIST
 from softhand_model.hand.palm_sheet import PalmSheet
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from pneuflex_sim.scene.bodies import without_overlap
 from pneuflex_sim.scene.mesh import (
     Mesh,
@@ -33,6 +32,7 @@ from pneuflex_sim.scene.solids import (
     joined,
     mesh_solid,
 )
+from softhand_model.chain.hulls import COLLISION_MARGIN
 
 Array = NDArray[np.float64]
 Dimensions = Mapping[str, Any]

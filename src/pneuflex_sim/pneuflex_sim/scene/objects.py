@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import COLLISION_MARGIN
 from pneuflex_sim.scene.friction import FrictionTable
 from pneuflex_sim.scene.mesh import MESH_SUFFIXES
 from pneuflex_sim.scene.object_shapes import Geometry, geometry
@@ -26,6 +25,7 @@ from softhand_common.documents.yaml_document import (
     is_document,
     read_document,
 )
+from softhand_model.chain.hulls import COLLISION_MARGIN
 from softhand_model.hand import plausible
 
 Array = NDArray[np.float64]

@@ -195,7 +195,7 @@ def solve_chains(equation: Equation, links: Links, placed: Placed) -> None:
     for f in range(len(links.start) - 1):
         first, last = links.start[f], links.start[f + 1]
         _fold(first, last, equation, links.mass, placed, folded)
-        _accelerate(first, last, placed, folded, equation.acceleration)
+        accelerate(first, last, placed, folded, equation.acceleration)
 
 
 @compiled
@@ -217,18 +217,18 @@ def _fold(
         write(left, folded.torque[i])
         if i > first:
             sa, sb = multiply(s, a), multiply(s, b)
-            force = _plus_transposed(force, sb, left)
-            moment = plus(_plus_transposed(moment, sa, left), cross(arm, force))
+            force = plus_transposed(force, sb, left)
+            moment = plus(plus_transposed(moment, sa, left), cross(arm, force))
             a, b, c = (
                 minus_matrix(a, multiply(a, sa)),
                 minus_matrix(b, multiply(a, sb)),
                 minus_matrix(c, multiply(transposed(b), sb)),
             )
-            a, b = _shift_to_parent(arm, a, b, c)
+            a, b = shift_to_parent(arm, a, b, c)
 
 
 @compiled
-def _plus_transposed(start: Vector, a: Matrix, vector: Vector) -> Vector:
+def plus_transposed(start: Vector, a: Matrix, vector: Vector) -> Vector:
     """start + a^T @ vector, summed in this order."""
     return (
         start[0] + a[0][0] * vector[0] + a[1][0] * vector[1] + a[2][0] * vector[2],
@@ -267,7 +267,7 @@ def _minus_scaled(row: Vector, factor: float, vector: Row) -> Vector:
 
 
 @compiled
-def _shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
+def shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
     """Angular and coupling inertia of [a b; b^T c], of a joint origin at `r`, at the parent's
     origin; the linear one stays c.
 
@@ -300,7 +300,7 @@ def _plus_two(row: Vector, f: float, a: Vector, g: float, b: Vector) -> Vector:
 
 
 @compiled
-def _accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array) -> None:
+def accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array) -> None:
     """The pass of the algorithm from the base to the tip."""
     torque, angular, coupling = folded.torque, folded.angular, folded.coupling
     spin, shift = ZERO, ZERO

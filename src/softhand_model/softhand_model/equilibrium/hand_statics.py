@@ -89,9 +89,9 @@ class HandBody:
         mount = description.chain(chains[0]).mount
         self.arrays = BodyArrays(
             np.array(mount.position, float),
-            _matrices(mount.quaternion[None])[0],
+            frames_of(mount.quaternion[None])[0],
             np.concatenate([offset for offset, _ in placed]),
-            _matrices(rest),
+            frames_of(rest),
             np.concatenate([part.mass for part in cut.values()]),
             np.concatenate([part.body_center for part in cut.values()]),
         )
@@ -233,7 +233,7 @@ def settled_hand(
     return found
 
 
-def _matrices(quaternions: Array) -> Array:
+def frames_of(quaternions: Array) -> Array:
     """Rotation matrices (n, 3, 3) of quaternions (n, 4)."""
     return np.ascontiguousarray(np.moveaxis(matrices(np.asarray(quaternions).T), -1, 0))
 

@@ -88,7 +88,7 @@ class MovingBody(HandBody):
         warm, first = np.array(temperatures), [course[:, :1] for course in pressures]
         down = gravity * np.array([path.first_down for path in paths])
         start = self.settle(np.concatenate(first, axis=1), down, modulus, warm)
-        q = _turns(start.frames, self.arrays.frame)
+        q = joint_turns(start.frames, self.arrays.frame)
         acting = [
             np.array([np.interp(path.at, time, one) for one in course])
             for path, time, course in zip(paths, times, pressures, strict=True)
@@ -128,7 +128,7 @@ class MovingBody(HandBody):
         return spin, rate, pull - gravity * down
 
 
-def _turns(frames: Array, base: Array) -> Array:
+def joint_turns(frames: Array, base: Array) -> Array:
     """Orientations (rows, n, 4) of joints against the link before, of frames (rows, n, 3, 3) on a
     base.
     """

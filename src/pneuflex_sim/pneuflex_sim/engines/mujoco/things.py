@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.engines.contract import Surroundings
 from pneuflex_sim.engines.mujoco.mjcf import Element, add, hull, put, touching, wxyz
-from pneuflex_sim.hand.collision import COLLISION_MARGIN, ENVIRONMENT_GROUP
+from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
 from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL
 from pneuflex_sim.scene.object_body import SHEET_SIDES, Sheet
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import TABLE_SIZE, Table, Wall
+from softhand_model.chain.hulls import COLLISION_MARGIN
 
 Array = NDArray[np.float64]
 

@@ -20,16 +20,15 @@ from pneuflex_sim.engines.mujoco.mjcf import Element, add, hull, put, touching, 
 from pneuflex_sim.engines.mujoco.things import add_object, add_scene
 from pneuflex_sim.hand.collision import (
     BOXES,
-    COLLISION_MARGIN,
     PALM_GROUP,
     collides_with,
     collision_groups,
-    collision_hulls,
 )
 from pneuflex_sim.hand.layout import Body
 from pneuflex_sim.hand.palm_pad import PalmPad, pad_vertices
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL
 from softhand_common.numerics.rotations import compose, from_rpy, rotate
+from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
 

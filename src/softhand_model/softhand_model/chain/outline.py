@@ -11,13 +11,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.segments import arc_angle, lateral_places, mean_radius
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
-
-Array = NDArray[np.float64]
 
 CORNER_RADIUS = 0.1  # radius at the passive layer, as a share of height and width
 BACK_POWER = (0.8, 0.6)  # of the superellipse on the back, along height and width
