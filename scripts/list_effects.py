@@ -51,6 +51,8 @@ METHODS = {
             "friction_factor()",
             "damping_time()",
             "lag_of(channel)",
+            "wrench_gain()",
+            "wrench_bias()",
             "marker_offset_of(marker)",
             "frame_turn()",
         ),

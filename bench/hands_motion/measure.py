@@ -70,7 +70,7 @@ def moved(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tupl
     start = simulation.wrist.position - pose[0, :3]
     pressures = np.array([run.columns[name] for name in empty.pressures])
     for _ in range(round(SETTLED / STEP)):
-        _press(simulation, pressures[:, 0])
+        impose(simulation, pressures[:, 0])
         simulation.step()
     tips, wrist = [], []
     between = round(float(time[1] - time[0]) / STEP)
@@ -83,13 +83,13 @@ def moved(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tupl
             wrist.append(np.concatenate(simulation.wrist_pose()))
         if number < len(steps):
             simulation.command_wrist(places[number], turns[number])
-            _press(simulation, courses[number])
+            impose(simulation, courses[number])
             simulation.step()
     simulation.close()
     return np.array(tips), np.array(wrist)
 
 
-def _press(simulation: Simulation, pressures: Array) -> None:
+def impose(simulation: Simulation, pressures: Array) -> None:
     """Impose gauge pressures (channels,) [Pa] on the channels in the next step."""
     wanted = simulation.ambient + pressures
     rotations = simulation.bodies.rotations

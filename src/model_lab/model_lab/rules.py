@@ -304,6 +304,8 @@ class Rules:
     frame_markers: int = _rule(3, "markers of a hand whose shape tells a frame", BY_HAND)
     motion_clock: float = _rule(5e-4, "clocks of pressures and markers of a hand [s]", BY_HAND)
     motion_gap: float = _rule(0.015, "time between samples of a motion [s]", BY_HAND)
+    press_gap: float = _rule(0.1, "time between samples of a press [s]", BY_HAND)
+    plate_height: float = _rule(2e-4, "height of a plate as it is stated [m]", BY_HAND)
     motion_samples: int = _rule(20, "samples below which a motion is none", BY_HAND)
     trend_runs: int = _rule(3, "runs of a specimen from which on a trend is sought", BY_HAND)
     drift_runs: int = _rule(6, "runs from which on a black box may drift", BY_HAND)

@@ -15,7 +15,9 @@ from softhand_model.effects import effect_classes
 
 
 def outputs(data):
-    return np.concatenate([run.columns[name] for run in data.runs for name in data.outputs])
+    scales = dict(zip(data.outputs, data.output_scales, strict=True))
+    parts = [scales[name] * run.columns[name] for run in data.runs for name in data.outputs]
+    return np.concatenate(parts)
 
 
 def rest(made, effects):
@@ -40,7 +42,7 @@ def test_what_is_hidden_explains_the_set_and_without_it_the_model_fails(experime
     scatter = 0.006 * np.sqrt(np.mean(outputs(made.data) ** 2))
     assert left == pytest.approx(np.hypot(made.truth["noise"], scatter), rel=0.15)
     assert np.sqrt(np.mean(rest(made, []) ** 2)) > 3.0 * left
-    samples = {"hand_pose": 12, "hand_motion": 121}.get(experiment, 200)
+    samples = {"hand_pose": 12, "hand_motion": 121, "press": 61}.get(experiment, 200)
     assert {run.samples for run in made.data.runs} == {samples}
     assert [len(group) for group in made.data.groups()] == [2] * 6
 

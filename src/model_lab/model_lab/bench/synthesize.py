@@ -17,10 +17,11 @@ import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.bench.hand_motion_set import hand_motion_set, moved_hand
+from model_lab.bench.hand_press_set import hand_press_set, pressed_hand
 from model_lab.bench.layouts import driven_set, hand_pose_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL_CONDUCTANCE
-from model_lab.measurements.hands import HAND_MOTION
+from model_lab.measurements.hands import HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import check_folder, set_files
 from softhand_common.documents.json_document import json_node
@@ -39,6 +40,7 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "base_torque": lambda random: held_tip_set(),
     "hand_pose": lambda random: hand_pose_set(),
     HAND_MOTION: lambda random: hand_motion_set(),
+    PRESS: lambda random: hand_press_set(),
 }
 EXPERIMENTS = tuple(EMPTY)
 NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
@@ -194,22 +196,24 @@ class _Rig:
             factor = 1.0 + self._scatter * self._random.standard_normal()
             columns = dict(run.columns)
             parts = self.empty.table.of_run(true, index)
-            for output, part in zip(self.empty.outputs, parts, strict=True):
-                columns[output] = factor * part + self.noise * self._random.standard_normal(
-                    run.samples
-                )
+            scales = self.empty.output_scales
+            for output, part, scale in zip(self.empty.outputs, parts, scales, strict=True):
+                noise = self.noise * self._random.standard_normal(run.samples)
+                columns[output] = (factor * part + noise) / scale
             runs.append(replace(run, columns=columns))
-        noise = dict.fromkeys(self.empty.outputs, self.noise)
-        return replace(self.empty, runs=tuple(runs), noise=noise)
+        levels = (self.noise / self.empty.output_scales).tolist()
+        stated = dict(zip(self.empty.outputs, levels, strict=True))
+        return replace(self.empty, runs=tuple(runs), noise=stated)
 
     def _true(self, effects: Sequence[Effect]) -> Array:
-        """What the rig does (samples,): what the model predicts; a hand in motion is followed in
-        shorter steps, and cut otherwise.
+        """What the rig does (samples,): what the model predicts; hands in motion and
+        pressed ones are followed in shorter steps, and cut otherwise.
         """
-        if self.empty.experiment != HAND_MOTION:
+        made = {HAND_MOTION: moved_hand, PRESS: pressed_hand}.get(self.empty.experiment)
+        if made is None:
             return self._predicted(effects)
         (scale,) = self.calibration["modulus_scale"].values()
-        return moved_hand(self.empty, scale, tuple(effects))
+        return made(self.empty, scale, tuple(effects))
 
     def _predicted(
         self, effects: Sequence[Effect], calibration: Mapping[str, Any] | None = None

@@ -15,6 +15,7 @@ from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
 from model_lab.experiments.hand_motion import HandMotion
 from model_lab.experiments.hand_pose import HandPose
+from model_lab.experiments.hand_press import HandPress
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
@@ -64,6 +65,7 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "base_torque": BaseTorque,
     "hand_pose": HandPose,
     "hand_motion": HandMotion,
+    "press": HandPress,
 }
 
 

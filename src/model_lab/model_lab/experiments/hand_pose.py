@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -112,10 +113,10 @@ class HandPose:
     def _lane(
         self, calibration: Mapping[str, Array], effects: Sequence[Effect], lane: int
     ) -> Array:
-        acting = [_in_lane(effect, lane) for effect in effects]
+        acting = [in_lane(effect, lane) for effect in effects]
         places: dict[str, Array] = {}
         for batch in dict.fromkeys(self._batch.tolist()):
-            scale = _at(calibration.get(f"modulus_scale[{batch}]", 1.0), lane)
+            scale = at_lane(calibration.get(f"modulus_scale[{batch}]", 1.0), lane)
             rows = np.flatnonzero(self._batch == batch)
             for name, found in self._places(scale, acting, rows).items():
                 places.setdefault(name, np.empty((len(self._batch), 3)))[rows] = found
@@ -142,7 +143,8 @@ class HandPose:
         for chains in self._chains:
             parts = [hand.chain(name) for name in chains]
             names = [name for part in parts for name in part.actuators]
-            body = (*(self._key_of(part, effects) for part in parts), of_rubber, damping)
+            around = self._around(effects)
+            body = (*(self._key_of(part, effects) for part in parts), of_rubber, damping, around)
             mounts = tuple(part.mount for part in parts)
             felt = ((*shares[name], *(lags * np.sign(shares[name]))) for name in names)
             key = (body, mounts, scale, weight, *felt, rows[0])
@@ -150,12 +152,22 @@ class HandPose:
                 self._forget()
                 if (body, mounts) not in self._body_of:
                     models = {part.name: self._model_of(part, effects, of_rubber) for part in parts}
-                    self._body_of[body, mounts] = MovingBody(hand, models, damping)
+                    self._body_of[body, mounts] = self._body(hand, models, damping, around)
                 acting = np.array([shares[name] for name in names]) @ channels
                 one, gravity = self._body_of[body, mounts], weight * STANDARD_GRAVITY
                 self._known[key] = (one, self._shaped(one, acting, gravity, scale, rows))
             found.update(self._markers_of(*self._known[key], effects, len(rows)))
         return found
+
+    def _around(self, effects: Sequence[Effect]) -> Hashable:
+        """What else a body's prediction depends on."""
+        return ()
+
+    def _body(
+        self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
+    ) -> MovingBody:
+        """A body of chains."""
+        return MovingBody(hand, models, damping)
 
     def _felt(self, effects: Sequence[Effect]) -> Array:
         """Pressures (channels, samples) [Pa] of the channels as their actuators feel them."""
@@ -311,14 +323,14 @@ def _frame_of(effects: Sequence[Effect]) -> Array:
     return frame
 
 
-def _at(number: float | Array, lane: int) -> float:
+def at_lane(number: float | Array, lane: int) -> float:
     """The value of a number, or of numbers in lanes, in a lane."""
     values = np.ravel(number)
     return float(values[lane if values.size > 1 else 0])
 
 
-def _in_lane(effect: Effect, lane: int) -> Effect:
+def in_lane(effect: Effect, lane: int) -> Effect:
     """The effect with its values in a lane, as plain numbers."""
     one = type(effect).__new__(type(effect))
-    one.values = {name: _at(value, lane) for name, value in effect.values.items()}
+    one.values = {name: at_lane(value, lane) for name, value in effect.values.items()}
     return one

@@ -177,7 +177,7 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
         return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
     stated = [data.noise.get(name) for name in data.outputs]
     if all(level is not None for level in stated):
-        levels, source = np.array(stated, float), STATED
+        levels, source = data.output_scales * np.array(stated, float), STATED
     else:
         levels, source = _spline_levels(data, spectrum, residual), SPLINE
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)

@@ -12,10 +12,11 @@ from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import own_error, with_weight
+from model_lab.experiments.hand_press import press_errors
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
-from model_lab.measurements.hands import HAND_MOTION
+from model_lab.measurements.hands import HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
@@ -28,6 +29,11 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
 SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
+
+OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | Array]] = {
+    HAND_MOTION: own_errors,
+    PRESS: press_errors,
+}  # of predictions; those of other experiments are `own_error`
 
 Result = TypeVar("Result")
 
@@ -112,8 +118,7 @@ def pose_problem(
         rough = noise_floor(data, spectrum, forward.measured - predicted)
         better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
-    moves = data.experiment == HAND_MOTION
-    own = own_errors(data, model) if moves else own_error(data, model)
+    own = OWN_ERRORS.get(data.experiment, own_error)(data, model)
     floor = noise_floor(data, spectrum, better.residual, own)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
     problem = FitProblem(

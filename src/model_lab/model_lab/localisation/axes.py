@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.hands import FORCES, MARKER_AXES, PRESS
 from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, down_of
 from model_lab.measurements.units import Display
 from model_lab.rules import RULES
@@ -181,6 +181,9 @@ def _hand_axes(data: MeasurementSet) -> list[Axis]:
     for axis, along in zip(MARKER_AXES, down, strict=True):
         name = f"down.{axis}"
         axes.append(Axis(name, name, "", _of_runs(data, along.tolist()), of_run=True))
+    if data.experiment == PRESS:
+        part = data.table.output // len(FORCES)
+        return [*axes, Axis("part", "part", "", part.astype(float), ("force", "torque"))]
     marker = data.table.output // len(MARKER_AXES)
     return [*axes, Axis(MARKER, MARKER, "", marker.astype(float), tuple(data.markers))]
 

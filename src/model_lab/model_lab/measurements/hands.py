@@ -10,13 +10,18 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError, Node
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
-HAND_POSE, HAND_MOTION = "hand_pose", "hand_motion"
-OF_HANDS = (HAND_POSE, HAND_MOTION)  # experiments
+HAND_POSE, HAND_MOTION, PRESS = "hand_pose", "hand_motion", "press"
+OF_HANDS = (HAND_POSE, HAND_MOTION, PRESS)  # experiments
+FOLLOWED = (HAND_MOTION, PRESS)  # in time, from the first sample on
 MARKER_AXES = ("x", "y", "z")
 MOST_SEGMENTS = 80  # of an actuator
 FREE_FRAME = "free"
 FRAMES = ("wrist", FREE_FRAME)  # in which places are
 PRESSURE_OF = "pressure."  # before the name of a channel
+FORCES, TORQUES = (tuple(f"wrench.{part}{axis}" for axis in "xyz") for part in "ft")
+WRENCH_COLUMNS = (*FORCES, *TORQUES)  # at the wrist, in the axes of the world
+TORQUE_ARM = 0.1  # [m] over which a torque counts as a force
+LARGEST_FRICTION = 10.0  # [-] of a plate that is believed
 WRIST_POSE = tuple(f"wrist.{part}" for part in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 
 
@@ -33,6 +38,16 @@ class Marker:
     def entry(self) -> dict[str, object]:
         """Its entry in experiment.yaml."""
         return {"actuator": self.actuator, "at": self.at, "offset": list(self.offset)}
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A level plate that a hand is pressed on: friction [-] of its rubber there, height [m] of the
+    surface in the world.
+    """
+
+    friction: float
+    height: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +108,13 @@ def read_markers(node: Node, hand: HandDescription) -> dict[str, Marker]:
     if not markers:
         raise node.error("at least one marker")
     return markers
+
+
+def read_plate(node: Node) -> Plate:
+    """The plate of a press; raises DocumentError naming key, expected and got."""
+    fields = node.fields(["friction"], ["height"])
+    height = fields["height"].number() if "height" in fields else 0.0
+    return Plate(fields["friction"].number(above=0.0, high=LARGEST_FRICTION), height)
 
 
 def _marker(node: Node, actuators: Sequence[str]) -> Marker:

@@ -14,10 +14,12 @@ from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.csv_file import TableError, read_columns
 from model_lab.measurements.hands import (
     OF_HANDS,
+    PRESS,
     default_markers,
     marker_columns,
     pressure_columns,
     read_markers,
+    read_plate,
     the_hand,
 )
 from model_lab.measurements.held_input import DRIVING_COLUMN
@@ -62,6 +64,7 @@ Units = dict[str, Unit]
 Told = Callable[[float], None]  # with the part of a bag that has been read
 
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
+HAND_KEYS = ("markers", "plate")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
@@ -90,13 +93,17 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
             f"{document}: expected a readable file, got No such file or directory; `model-lab "
             "import FILE... -o SET` begins a set from CSV files, tables or bags"
         )
-    fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, [*MORE_KEYS, "markers"])
+    fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, [*MORE_KEYS, *HAND_KEYS])
     experiment = fields["experiment"].choice(OUTPUTS)
+    plate = read_plate(fields["plate"]) if "plate" in fields else None
     title = fields["title"].text() if "title" in fields else ""
     of_hands = experiment in OF_HANDS
     specimens = read_specimens(fields["specimens"], of_hands)
     markers, columns = {}, (INPUTS[experiment], OUTPUTS[experiment])
-    if of_hands:
+    if experiment == PRESS:
+        hand = the_hand({name: one.hand for name, one in specimens.items()}, str(document))
+        columns = (*INPUTS[PRESS], *pressure_columns(hand)), OUTPUTS[PRESS]
+    elif of_hands:
         hand = the_hand({name: one.hand for name, one in specimens.items()}, str(document))
         stated_markers = "markers" in fields
         markers = read_markers(fields["markers"], hand) if stated_markers else default_markers(hand)
@@ -119,6 +126,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         bags=frozenset(reader.bags),
         doubts=tuple(reader.doubts),
         markers=markers,
+        plate=plate,
     )
 
 

@@ -15,9 +15,14 @@ from model_lab.measurements.hands import (
     HAND_MOTION,
     HAND_POSE,
     OF_HANDS,
+    PRESS,
+    TORQUE_ARM,
+    TORQUES,
+    WRENCH_COLUMNS,
     WRIST_POSE,
     HandSpecimen,
     Marker,
+    Plate,
     marker_columns,
     pressure_columns,
 )
@@ -44,6 +49,7 @@ OUTPUTS = {
     "valve_pulse": ("mass",),
     "base_torque": ("torque_x", "torque_y", "torque_z"),
     **dict.fromkeys(OF_HANDS, ()),  # those of its markers
+    PRESS: WRENCH_COLUMNS,
 }
 INPUTS = {
     "free_bending": ("pressure",),
@@ -54,6 +60,7 @@ INPUTS = {
     "base_torque": ("time", "pressure", *TIP_POSE),
     HAND_POSE: (),  # the pressures of its channels
     HAND_MOTION: ("time",),  # and the same pressures
+    PRESS: ("time", *WRIST_POSE),  # and the same pressures
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",
@@ -63,6 +70,7 @@ OUTPUT_UNITS = {
     "valve_pulse": "kg",
     "base_torque": "N m",
     **dict.fromkeys(OF_HANDS, "m"),
+    PRESS: "N",  # torques are counted over TORQUE_ARM
 }
 MODES = ("uniaxial", "pure_shear", "equibiaxial")  # in which rubber is stretched
 INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
@@ -157,7 +165,7 @@ class MeasurementSet:
     units: of the columns as they were stated, by name; values are in SI units all the same.
     bags: names of the runs that were read from bags. doubts: values that were kept although they
     cannot be what their column is named, each as an error would say it (`measurements.rows`).
-    markers: of a hand, by name.
+    markers: of a hand, by name. plate: on which it was pressed.
     """
 
     experiment: str
@@ -173,6 +181,7 @@ class MeasurementSet:
     bags: frozenset[str] = frozenset()
     doubts: tuple[str, ...] = ()
     markers: Mapping[str, Marker] = field(default_factory=dict)
+    plate: Plate | None = None
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":
@@ -219,9 +228,14 @@ class MeasurementSet:
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the measured columns that a model predicts."""
-        if self.of_hand:
+        if self.of_hand and self.experiment != PRESS:
             return marker_columns(self.markers)
         return OUTPUTS[self.experiment]
+
+    @property
+    def output_scales(self) -> Array:
+        """Factors (outputs,) from the measured columns to the table's values: 1 but for torques."""
+        return np.array([1.0 / TORQUE_ARM if n in TORQUES else 1.0 for n in self.outputs])
 
     @property
     def unit(self) -> str:
@@ -254,7 +268,8 @@ class MeasurementSet:
     @cached_property
     def table(self) -> SampleTable:
         """All measured samples, in the order of every array (samples,) of the lab."""
-        measured = [run.measured(self.outputs) for run in self.runs]
+        scales = self.output_scales[:, None]
+        measured = [scales * run.measured(self.outputs) for run in self.runs]
         return make_table(measured, self.groups(), *self._held_out_together())
 
     def _held_out_together(self) -> tuple[list[str], str]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from model_lab.aliases import Array
-from model_lab.measurements.hands import HAND_MOTION
+from model_lab.measurements.hands import FOLLOWED
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 
@@ -42,7 +42,7 @@ def thinned(
     samples = sum(run.samples for run in data.runs) * len(data.outputs)
     if samples <= largest or data.experiment == "valve_pulse":
         return data
-    if data.experiment == HAND_MOTION:
+    if data.experiment in FOLLOWED:
         return _begun(data) if largest == 1 else data
     wanted = samples / largest
     return replace(data, runs=tuple(_thin(run, wanted, shortest) for run in data.runs))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,7 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
             if data.markers
             else {}
         ),
+        **({} if data.plate is None else {"plate": asdict(data.plate)}),
         "columns": column_entries(data.runs[0].columns),
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: run_entry(run) for run in data.runs},

@@ -61,6 +61,8 @@ def unit_of(column: str) -> str | None:
         return "Pa"
     if QUATERNION_COLUMN.fullmatch(column):
         return ""
+    if column.startswith("wrench."):
+        return "N m" if column.startswith("wrench.t") else "N"
     return "m" if MARKER_COLUMN.fullmatch(column) else None
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from model_lab.experiments.hand_pose import turned_frame
 from model_lab.measurements.hand_frame import WristFrame
-from model_lab.measurements.hands import HAND_MOTION, MARKER_AXES
+from model_lab.measurements.hands import FORCES, HAND_MOTION, MARKER_AXES, PRESS, TORQUES
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.slips.columns import (
     Candidate,
@@ -24,15 +24,21 @@ from model_lab.slips.columns import (
 )
 
 ALL_PRESSURES, ALL_MARKERS = "all pressures", "all markers"
+ALL_FORCES, ALL_TORQUES = "all forces", "all torques"
 
 
 def candidates_of_hand(data: MeasurementSet) -> Iterator[Candidate]:
     """All slips that a set of a hand may have."""
-    for words, columns in ((ALL_PRESSURES, data.pressures), (ALL_MARKERS, data.outputs)):
+    measured: dict[str, Sequence[str]] = {ALL_MARKERS: data.outputs}
+    if data.experiment == PRESS:
+        measured = {ALL_FORCES: FORCES, ALL_TORQUES: TORQUES}
+    for words, columns in ((ALL_PRESSURES, data.pressures), *measured.items()):
         yield from _units(data, words, columns)
     yield _absolute(data)
     for first, second in combinations(data.pressures, 2):
         yield _exchanged(data, (first, second), {first: second, second: first})
+    if data.experiment == PRESS:
+        return
     for one, other in combinations(data.markers, 2):
         pairs = {f"{one}.{axis}": f"{other}.{axis}" for axis in MARKER_AXES}
         yield _exchanged(data, (one, other), {**pairs, **{b: a for a, b in pairs.items()}})

@@ -26,6 +26,7 @@ EXPERIMENTS = (
     "base_torque",
     "hand_pose",
     "hand_motion",
+    "press",
 )
 
 OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured

@@ -21,7 +21,8 @@ from softhand_model.effects.effect import Effect, Parameter
 from softhand_model.hand.hand import HandDescription
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
-HAND_EXPERIMENTS = frozenset({"hand_pose", "hand_motion"})
+WITH_MARKERS = frozenset({"hand_pose", "hand_motion"})
+HAND_EXPERIMENTS = WITH_MARKERS | {"press"}
 LARGEST_TILT, USUAL_TILT = 0.6, 0.12  # [rad]
 
 PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each made once
@@ -131,6 +132,14 @@ class HandEffect(Effect):
     def frame_turn(self) -> Array:
         """Turn (3,) [rad], roll, pitch, yaw, of the frame of the markers in that of the wrist."""
         return np.zeros(3)
+
+    def wrench_gain(self) -> float:
+        """Factor [-] on the wrench at the wrist as it is read."""
+        return 1.0
+
+    def wrench_bias(self) -> Array:
+        """What is added (6,) [N] and [N m] to the wrench as it is read, in the wrist's axes."""
+        return np.zeros(6)
 
 
 def turn_parameters(about: str) -> tuple[Parameter, ...]:

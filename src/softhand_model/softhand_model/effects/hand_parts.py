@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.hand import HandEffect, turn_parameters
+from softhand_model.effects.hand import WITH_MARKERS, HandEffect, turn_parameters
 from softhand_model.hand.hand import HandDescription
 
 FARTHEST_MARKER, USUAL_MARKER_OFFSET = 0.05, 0.008  # [m]
@@ -110,9 +110,9 @@ class Friction(HandEffect):
     """
 
     name = "friction"
-    experiments = frozenset()
+    experiments = frozenset({"press"})
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("hand_pose", "hand_motion"), "the hand touches nothing"
+        sorted(WITH_MARKERS), "the hand touches nothing"
     )
     parameters = (
         Parameter(
@@ -141,6 +141,7 @@ class MarkerOffset(HandEffect):
     """
 
     name = "marker_offset"
+    experiments = WITH_MARKERS
     place_keys = ("marker",)
     of_measurement = True
     parameters = tuple(
@@ -178,6 +179,7 @@ class FrameTilt(HandEffect):
     """
 
     name = "frame_tilt"
+    experiments = WITH_MARKERS
     of_measurement = True
     parameters = turn_parameters("of all markers about the wrist's")
 

@@ -227,7 +227,7 @@ class Gravity(LoadEffect):
     """
 
     name = "gravity"
-    experiments = frozenset({"free_bending", "base_torque", "hand_pose", "hand_motion"})
+    experiments = frozenset({"free_bending", "base_torque", "hand_pose", "hand_motion", "press"})
     bases = frozenset({"pneuflex"})
     parameters = (
         Parameter(
@@ -243,6 +243,7 @@ class Gravity(LoadEffect):
     unseen_in: ClassVar[Mapping[str, str]] = {
         "hand_pose": "the base model of hands has their weight",
         "hand_motion": "the base model of hands has their weight",
+        "press": "the base model of hands has their weight",
         "blocked_tip": "a blocked finger stays straight: its weight has no lever",
         **unseen_when_stretched("the weight of a strip is nothing against its stress"),
     }

@@ -1,0 +1,43 @@
+"""Hidden effects of pressed hands: `python -m bench.hands_press [NUMBERS]` makes the sets in
+MuJoCo, diagnoses them, and prints Markdown.
+
+Criteria, fixed before the first run: a set is *right* if the verdict is effects_missing with one
+effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
+*wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
+unexplained. With samples shuffled, nothing must be named, and the model must not be adequate. Of a
+right one with a single parameter, the 95 % interval must hold the hidden value. The lab searches
+its whole catalogue.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+from bench.hands.__main__ import row_of, scored
+from bench.hands_press.cases import PLAN, SEED, hidden_in
+from bench.hands_press.measure import measured
+from model_lab.diagnosis.diagnose import diagnose
+from softhand_model.hand.hand import load_hand
+from softhand_model.model_file import load_model
+
+
+def main() -> None:
+    """Run the whole plan, or the cases of the numbers given, and print a row for each."""
+    chosen = [int(text) for text in sys.argv[1:]] or range(len(PLAN))
+    print("| # | hidden | where | verdict | named | before, after, floor [mN] | s | score |")
+    print("|---|---|---|---|---|---|---|---|")
+    for number in chosen:
+        random = np.random.default_rng(SEED + number)
+        hidden = hidden_in(load_hand("rbo_hand_2"), *PLAN[number], random)
+        data = measured(hidden, random)
+        begun = time.process_time()
+        answer = diagnose(data, load_model()).diagnosis.as_json()
+        took = time.process_time() - begun
+        print(row_of(number, hidden, answer, took, scored(hidden, answer)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""What is hidden in a hand that is pressed, and the plan, fixed before anything was run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.hands_motion.cases import Hidden
+from softhand_model.effects.elastic import GentStiffening
+from softhand_model.effects.hand import ActuatorScatter
+from softhand_model.effects.hand_parts import Friction, PalmStiffness, StrutStiffness
+from softhand_model.effects.hand_wrench import WrenchBias, WrenchGain
+from softhand_model.hand.hand import HandDescription
+
+SEED = 7900  # of the first case; the others follow
+CONTROL = "samples_shuffled"
+PLAN = [
+    ("nothing", ""),
+    ("friction", "strong"),
+    ("actuator_scatter", "strong"),
+    (CONTROL, "control"),
+    ("wrench_gain", "strong"),
+    ("strut_stiffness", "strong"),
+    ("nothing", ""),
+    ("gent_stiffening", "outside"),
+    ("palm_stiffness", "strong"),
+    ("wrench_bias", "strong"),
+    ("friction", "weak"),
+    ("actuator_scatter", "weak"),
+    (CONTROL, "control"),
+    ("nothing", ""),
+]
+SIZES = {  # (strong, weak)
+    "friction": (0.5, 0.8),  # factor
+    "actuator_scatter": (0.72, 0.90),  # modulus over the nominal one
+    "strut_stiffness": (0.4, 0.75),  # factor
+    "palm_stiffness": (2.5, 1.4),  # factor
+    "wrench_gain": (1.2, 1.05),  # factor
+    "wrench_bias": (0.3, 0.1),  # [N] along an axis that is drawn, and a tenth of that in [N m]
+    "gent_stiffening": (6.0, 20.0),  # jm
+}
+OF_WHOLE = {
+    "friction": Friction,
+    "strut_stiffness": StrutStiffness,
+    "palm_stiffness": PalmStiffness,
+    "wrench_gain": WrenchGain,
+}
+
+
+def hidden_in(
+    hand: HandDescription, kind: str, strength: str, random: np.random.Generator
+) -> Hidden:
+    """A case of the plan, at a place that is drawn."""
+    if kind not in SIZES:
+        return Hidden(kind, strength)
+    size = SIZES[kind][strength == "weak"]
+    if kind in OF_WHOLE:
+        return Hidden(kind, strength, (OF_WHOLE[kind](factor=size),), value=size)
+    if kind == "gent_stiffening":
+        return Hidden(kind, strength, (GentStiffening(jm=size),))
+    if kind == "wrench_bias":
+        ways = random.standard_normal((2, 3))
+        ways *= size / np.linalg.norm(ways, axis=1)[:, None]
+        names = [parameter.name for parameter in WrenchBias.parameters]
+        values = (ways * [[1.0], [0.1]]).ravel().tolist()
+        return Hidden(kind, strength, (WrenchBias(**dict(zip(names, values, strict=True))),))
+    places = ActuatorScatter.places(hand)
+    where = places[random.integers(len(places))]
+    effect = ActuatorScatter.at(**where)(modulus_factor=size)
+    return Hidden(kind, strength, (effect,), where, size)

@@ -1,0 +1,102 @@
+"""A measured set of a hand that is pressed on a plate: MuJoCo's hand on an arm, with noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from bench.hands_motion.measure import ENGINE, GAUGE_NOISE, MODULUS_SCALES, SEGMENTS, STEP, impose
+from bench.hands_press.cases import CONTROL, Hidden
+from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, hand_press_set
+from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from pneuflex_sim.scene.friction import RUBBER_MATERIAL, load_friction
+from pneuflex_sim.scene.scenes import load_scene
+from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_common.numerics.arrays import Array
+from softhand_common.numerics.rotations import to_rpy
+from softhand_model.effects.hand import effects_of_hand
+from softhand_model.effects.load import Gravity
+from softhand_model.model_file import Model
+
+CONTACT_TIME = 0.002  # [s] of a contact; by default 0.02, with which a fingertip sinks in by 2 mm
+SETTLED = 0.4  # [s] before the first sample
+FORCE_NOISE, TORQUE_NOISE = 0.01, 0.001  # one sigma [N], [N m]
+AVERAGED = 0.5  # share of the time between samples over which the gauge averages
+
+
+def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
+    """Two noisy repeats of six protocols of the lab's planned set."""
+    empty = hand_press_set()
+    scale = float(random.uniform(*MODULUS_SCALES))
+    truth = {run.protocol: pressed(hidden, empty, run, scale) for run in empty.runs[: len(PRESSES)]}
+    level = np.repeat([FORCE_NOISE, TORQUE_NOISE], 3)
+    runs = []
+    for run in empty.runs:
+        wrench, wrist = truth[run.protocol]
+        seen = wrench + level * random.standard_normal(wrench.shape)
+        if hidden.name == CONTROL:
+            seen = seen[random.permutation(len(seen))]
+        columns = dict(run.columns) | dict(zip(WRIST_POSE, wrist.T, strict=True))
+        columns |= dict(zip(WRENCH_COLUMNS, seen.T, strict=True))
+        for name in empty.pressures:
+            columns[name] = run.columns[name] + GAUGE_NOISE * random.standard_normal(run.samples)
+        runs.append(replace(run, columns=columns))
+    return replace(empty, title="simulated hand", runs=tuple(runs))
+
+
+def pressed(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tuple[Array, Array]:
+    """Wrench (samples, 6) as the gauge reads it, and poses of the wrist (samples, 7), of the
+    simulated hand that an arm moves as a run wants it.
+    """
+    time = run.columns["time"]
+    pose = np.stack([run.columns[name] for name in WRIST_POSE], axis=1)
+    scene = replace(
+        load_scene("press"),
+        wrist_position=tuple(pose[0, :3].tolist()),
+        wrist_rpy=tuple(to_rpy(pose[0, 3:]).tolist()),
+    )
+    of_scene = load_friction().pair(scene.table.material, RUBBER_MATERIAL) if scene.table else 1.0
+    config = SimulationConfig(
+        scene=scene,
+        model=Model(effects=(Gravity(mass_scale=1.0), *hidden.effects)),
+        segments=SEGMENTS,
+        step=STEP,
+        modulus_scale=scale,
+        rubber_friction_scale=PRESS_FRICTION / of_scene,
+        engine=ENGINE,
+    )
+    simulation = Simulation(config)
+    simulation.engine.model.geom_solref[:, 0] = CONTACT_TIME
+    pressures = np.array([run.columns[name] for name in empty.pressures])[:, 0]
+    for _ in range(round(SETTLED / STEP)):
+        impose(simulation, pressures)
+        simulation.step()
+    between = round(float(time[1] - time[0]) / STEP)
+    steps = np.arange(1, between * (len(time) - 1) + 1) * STEP
+    way = np.array([np.interp(steps, time, one) for one in pose[:, :3].T]).T
+    sums, counted = np.zeros((len(time), 6)), np.zeros(len(time))
+    wrist = [np.concatenate(simulation.wrist_pose())]
+    for number, place in enumerate(way, 1):
+        simulation.command_wrist(place, pose[0, 3:])
+        impose(simulation, pressures)
+        simulation.step()
+        nearest = round(number / between)
+        if abs(number / between - nearest) <= AVERAGED / 2.0:
+            sums[nearest] += np.concatenate(simulation.wrist_wrench())
+            counted[nearest] += 1.0
+        if number % between == 0:
+            wrist.append(np.concatenate(simulation.wrist_pose()))
+    simulation.close()
+    return _read(hidden, sums / counted[:, None], pose[0, 3:]), np.array(wrist)
+
+
+def _read(hidden: Hidden, wrench: Array, orientation: Array) -> Array:
+    """What a gauge with the hidden effects reads (samples, 6)."""
+    turn = Rotation.from_quat(orientation)
+    for effect in effects_of_hand(hidden.effects):
+        bias = turn.apply(effect.wrench_bias().reshape(2, 3)).ravel()
+        wrench = effect.wrench_gain() * (wrench + bias)
+    return wrench

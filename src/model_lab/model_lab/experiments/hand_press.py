@@ -1,0 +1,262 @@
+"""Presses of a whole hand on a level plate: force and torque at the wrist along its path."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from model_lab.aliases import Array, Indices
+from model_lab.experiments.hand_motion import MOST_KEPT
+from model_lab.experiments.hand_pose import HandPose, at_lane, in_lane, shifted
+from model_lab.experiments.samples import SampleRows
+from model_lab.measurements.hands import WRIST_POSE, Plate
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.specimens import DOCUMENT
+from model_lab.rules import RULES
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_common.numerics.rotations import from_rpy, matrices, rotate
+from softhand_model.chain.chain import ChainModel
+from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT
+from softhand_model.effects import Effect, effect_classes
+from softhand_model.effects.hand import effects_of_hand, friction_factor
+from softhand_model.hand.hand import HandDescription
+from softhand_model.model_file import Model
+from softhand_model.motion.moving_body import MovingBody
+from softhand_model.motion.pressed_body import PressedBody, PressPath, press_path
+
+PRESS_SEGMENTS, PRESS_STEP = 8, 0.05  # of an actuator; [s] at the most, in between samples
+FINE_PRESS_SEGMENTS, FINE_PRESS_STEP = 16, 0.02  # with which the error of these is taken off
+KEPT_PRESSES = 64  # of bodies in all runs
+_KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
+
+
+class HandPress(HandPose):
+    """Force [N] and torque [N m over TORQUE_ARM] (lanes, samples) at the wrist of hands that are
+    pressed on a level plate, run after run, in the axes of the world.
+
+    Chains are cut into a few segments and follow the path of the wrist without inertia
+    (`softhand_model.motion.pressed_body`). Parts of a hand do not touch each other, and the palm's
+    plate and sheet touch nothing. What few segments and long steps are off by is computed once, of
+    the hand as it is stated, and taken off all predictions. Pressures that no hand bears give NaN.
+
+    segments, step [s]: with these, and then nothing is taken off.
+
+    Raises DocumentError for a missing column or plate, samples that are too few in time, and a palm
+    that would touch.
+    """
+
+    most_kept = KEPT_PRESSES
+
+    def __init__(
+        self, data: MeasurementSet, segments: int | None = None, step: float | None = None
+    ) -> None:
+        self._step, self._corrected = step or PRESS_STEP, step is None
+        super().__init__(data, segments or data.hand_segments or PRESS_SEGMENTS)
+
+    def _take_rows(self) -> None:
+        """All samples of all runs, and the paths of their wrists."""
+        data = self._data
+        place = f"{data.folder / DOCUMENT}"
+        if data.plate is None:
+            raise DocumentError(
+                f"{place}: expected the key plate, got none; add plate: {{friction: 0.6}}"
+            )
+        self._plate = data.plate
+        for run in data.runs:
+            _check(data, run)
+        self._run = SampleRows(data).run
+        self._pressures = np.array(
+            [np.concatenate([run.columns[name] for run in data.runs]) for name in data.pressures]
+        )
+        self._batch = np.array([data.specimens[run.specimen].batch for run in data.runs])[self._run]
+        largest = HIGHEST_OVER_LIMIT * self._hand.max_pressures()
+        self._possible = bool((np.abs(self._pressures).max(axis=1) < largest).all())
+        self._paths = [_path(run, self._step) for run in data.runs]
+        self._driven = [(_driven(data, run), run.temperature) for run in data.runs]
+        turns = np.concatenate([_pose(run)[:, 3:] for run in data.runs])
+        self._turn = np.moveaxis(matrices(turns.T), -1, 0)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Forces and torques (lanes, samples): calibration (lanes,) by name, effects in lanes."""
+        if not self._possible:
+            lanes = max((np.size(number) for number in calibration.values()), default=1)
+            return np.full((lanes, self._data.table.samples), np.nan)
+        found = super().predict(calibration, effects)
+        return found + _taken_off(self._data, self._segments) if self._corrected else found
+
+    def _read(self, wrench: Array, effects: Sequence[Effect]) -> Array:
+        """What the gauge reads (rows, 6) of a wrench."""
+        read, gain = wrench, 1.0
+        for effect in effects_of_hand(effects):
+            gain *= effect.wrench_gain()
+            bias = effect.wrench_bias().reshape(2, 3)
+            read = read + (self._turn[:, None] @ bias[..., None]).reshape(-1, 6)
+        return np.asarray(gain * read)
+
+    def _lane(
+        self, calibration: Mapping[str, Array], effects: Sequence[Effect], lane: int
+    ) -> Array:
+        acting = [in_lane(effect, lane) for effect in effects]
+        wrench = np.empty((len(self._batch), 6))
+        for batch in dict.fromkeys(self._batch.tolist()):
+            rows = np.flatnonzero(self._batch == batch)
+            scale = at_lane(calibration.get(f"modulus_scale[{batch}]", 1.0), lane)
+            wrench[rows] = np.sum([*self._places(scale, acting, rows).values()], axis=0)
+        table = self._data.table
+        columns = self._data.output_scales[:, None] * self._read(wrench, acting).T
+        return np.asarray(columns[table.output, table.row])
+
+    def _around(self, effects: Sequence[Effect]) -> Hashable:
+        return self._plate.friction * friction_factor(effects)
+
+    def _body(
+        self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
+    ) -> MovingBody:
+        return _OnPlate(hand, models, damping, around)
+
+    def _moved(
+        self, body: Any, pressures: Array, gravity: float, scale: float, rows: Indices
+    ) -> Any:
+        found, known = np.empty((len(rows), 6)), {}
+        for index in np.unique(self._run[rows]).tolist():
+            run, mine = self._data.runs[index], self._run[rows] == index
+            if self._driven[index] not in known:  # as repeats may be driven alike
+                known[self._driven[index]] = body.press(
+                    self._paths[index],
+                    run.columns["time"],
+                    pressures[:, mine],
+                    self._plate.height,
+                    body.friction,
+                    scale,
+                    run.temperature,
+                    gravity,
+                )
+            found[mine] = known[self._driven[index]]
+        return found
+
+    def _markers_of(
+        self, body: MovingBody, shape: Any, effects: Sequence[Effect], rows: int
+    ) -> dict[str, Array]:
+        """The wrench (rows, 6) of a body, by its first actuator; NaN without an equilibrium."""
+        return {body.actuators[0]: np.full((rows, 6), np.nan) if shape is None else shape}
+
+
+class _OnPlate(PressedBody):
+    """A body with the friction [-] of the plate that it is pressed on."""
+
+    def __init__(
+        self,
+        hand: HandDescription,
+        models: Mapping[str, ChainModel],
+        damping: float,
+        friction: float,
+    ) -> None:
+        super().__init__(hand, models, damping)
+        self.friction = friction
+
+
+def _plate_of(data: MeasurementSet) -> Plate:
+    """The plate of a set; raises DocumentError without one."""
+    if data.plate is None:
+        raise DocumentError(
+            f"{data.folder / DOCUMENT}: expected the key plate, got none; "
+            "add plate: {friction: 0.6}"
+        )
+    return data.plate
+
+
+def _driven(data: MeasurementSet, run: Run) -> bytes:
+    """What drives a run."""
+    names = ("time", *data.pressures, *WRIST_POSE)
+    return sha256(b"".join(run.columns[name].tobytes() for name in names)).digest()
+
+
+def _pose(run: Run) -> Array:
+    """Places [m] and orientations of the wrist (samples, 7)."""
+    return np.stack([run.columns[name] for name in WRIST_POSE], axis=1)
+
+
+def _path(run: Run, step: float) -> PressPath:
+    pose = _pose(run)
+    return press_path(run.columns["time"], pose[:, :3], pose[:, 3:], step)
+
+
+def _check(data: MeasurementSet, run: Run) -> None:
+    """Raise DocumentError for a run that cannot be followed."""
+    place = f"{data.folder / DOCUMENT}: runs.{run.name}"
+    time = run.columns["time"]
+    if len(time) < RULES.motion_samples or np.diff(time).max() > RULES.press_gap:
+        raise DocumentError(
+            f"{place}: expected at least {RULES.motion_samples} samples, {RULES.press_gap:g} s "
+            f"apart at the most, got {len(time)}"
+            + (f" up to {np.diff(time).max():.3g} s apart" if len(time) > 1 else "")
+        )
+    if any(run.wrist_rpy):
+        raise DocumentError(
+            f"{place}: wrist_rpy: expected none beside the columns wrist.*, got both"
+        )
+    pose = _pose(run)
+    down = np.moveaxis(matrices(pose[:, 3:].T), -1, 0)[:, 2]
+    heights = pose[:, 2] + np.array(_palm(data.hand)).reshape(-1, 3) @ down.T
+    lowest = float(heights.min(initial=np.inf)) - _plate_of(data).height
+    if lowest < 0.0:
+        raise DocumentError(
+            f"{place}: expected a palm above the plate, which fingers and thumb alone touch, got "
+            f"one {-1e3 * lowest:.3g} mm below it"
+        )
+
+
+def _palm(hand: HandDescription) -> list[Array]:
+    """Points (3,) [m] of the palm's plate and sheet, in the wrist frame."""
+    points = []
+    if hand.plate is not None:
+        half = 0.5 * np.array(hand.plate.size)
+        signs = np.array(np.meshgrid(*3 * [[-1.0, 1.0]])).reshape(3, -1).T
+        points += list(np.array(hand.plate.position) + signs * half)
+    if hand.sheet is not None:
+        sheet, turn = hand.sheet, from_rpy(hand.sheet.rpy)
+        for x, z in sheet.profile(9):
+            for side in (-0.5, 0.5):
+                own = np.array([x, side * sheet.width, z])
+                points.append(np.array(sheet.position) + rotate(turn, own))
+    return points
+
+
+def _taken_off(data: MeasurementSet, segments: int) -> Array:
+    """What finer segments and steps move predictions (samples,) by, of the hand as it is stated;
+    kept for sets that are driven alike.
+    """
+    driven = sha256(b"".join(_driven(data, run) for run in data.runs)).digest()
+    key = id(data.hand), segments, data.plate, driven  # the hand stays while a result is kept
+    if key not in _KEPT:
+        if len(_KEPT) >= MOST_KEPT:
+            del _KEPT[next(iter(_KEPT))]
+        weight = [effect_classes()["gravity"](mass_scale=1.0)]
+        coarse = HandPress(data, segments, PRESS_STEP)
+        fine = HandPress(data, data.hand_segments or FINE_PRESS_SEGMENTS, FINE_PRESS_STEP)
+        moved = fine.predict({}, weight)[0] - coarse.predict({}, weight)[0]
+        _KEPT[key] = (data.hand, moved)
+    return _KEPT[key][1]
+
+
+def press_errors(data: MeasurementSet, model: Model) -> Array:
+    """Errors (k, samples) of a model's predictions that no repeats show, each by itself: by the
+    zero of the sensor of each channel, by the height of the plate, and by few segments.
+    """
+    acting = [effect for effect in model.effects if data.experiment in effect.experiments]
+    segments = data.hand_segments or PRESS_SEGMENTS
+    plate = _plate_of(data)
+
+    def predicted(data: MeasurementSet) -> Array:
+        return np.asarray(HandPress(data, segments, PRESS_STEP).predict({}, acting)[0])
+
+    stated = predicted(data)
+    zeros = [predicted(shifted(data, channel)) - stated for channel in data.pressures]
+    higher = replace(plate, height=plate.height + RULES.plate_height)
+    lifted = predicted(replace(data, plate=higher)) - stated
+    finer = 0.0 if data.hand_segments else 1.0 / ((FINE_PRESS_SEGMENTS / segments) ** 2 - 1.0)
+    return np.stack([*zeros, lifted, finer * _taken_off(data, segments)])

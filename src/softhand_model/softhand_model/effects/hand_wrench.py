@@ -1,0 +1,76 @@
+"""Effects of the gauge at the wrist of a hand: what it reads, not what the hand does."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from softhand_common.numerics.arrays import Array
+from softhand_model.effects.effect import Parameter
+from softhand_model.effects.hand import HandEffect
+from softhand_model.hand.hand import HandDescription
+
+FORCE_BIAS, USUAL_FORCE_BIAS = 5.0, 0.3  # [N]
+TORQUE_BIAS, USUAL_TORQUE_BIAS = 0.5, 0.03  # [N m]
+
+
+class OfGauge(HandEffect):
+    """Base class of what a gauge of force and torque adds, in presses."""
+
+    experiments = frozenset({"press"})
+    of_measurement = True
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("hand_motion", "hand_pose"), "no wrench is measured"
+    )
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The wrist."""
+        return [{}]
+
+
+class WrenchGain(OfGauge):
+    """The gauge at the wrist reads a factor too much, alike in all forces and torques. The
+    simulated hand does not change with it.
+    """
+
+    name = "wrench_gain"
+    parameters = (
+        Parameter(
+            "factor",
+            "",
+            0.2,
+            5.0,
+            "reading over wrench",
+            (0.8, 1.25),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+
+    def wrench_gain(self) -> float:
+        """Factor [-] on the wrench at the wrist as it is read."""
+        return float(self.values["factor"])
+
+
+class WrenchBias(OfGauge):
+    """The gauge at the wrist reads something where nothing acts: the same force and torque all the
+    time, along the wrist's axes. The simulated hand does not change with it.
+    """
+
+    name = "wrench_bias"
+    parameters = tuple(
+        Parameter(name, unit, -most, most, f"{what} along {axis}", (-usual, usual), neutral=0.0)
+        for what, unit, most, usual in (
+            ("force", "N", FORCE_BIAS, USUAL_FORCE_BIAS),
+            ("torque", "N m", TORQUE_BIAS, USUAL_TORQUE_BIAS),
+        )
+        for axis in "xyz"
+        for name in (f"{what[0]}{axis}",)
+    )
+
+    def wrench_bias(self) -> Array:
+        """What is added (6,) [N] and [N m] to the wrench as it is read, in the wrist's axes."""
+        return np.array([self.values[parameter.name] for parameter in self.parameters], float)

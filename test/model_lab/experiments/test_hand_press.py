@@ -1,0 +1,147 @@
+"""A pressed hand in the lab: from a synthesised set to a verdict and a model file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from model_lab.bench.hand_press_set import hand_press_set
+from model_lab.bench.synthesize import synthesize, write_synthesised
+from model_lab.comparison.add import add_effect, write_model
+from model_lab.comparison.compare import compare
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.experiments.hand_press import PRESS_STEP, HandPress, press_errors
+from model_lab.measurements.hands import TORQUE_ARM, Plate
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.save import write_set
+from softhand_model.effects import effect_classes
+from softhand_model.effects.hand_parts import Friction
+from softhand_model.effects.hand_wrench import WrenchBias, WrenchGain
+from softhand_model.effects.load import Gravity
+from softhand_model.model_file import load_model
+
+CLASSES = effect_classes()
+SEEN = {name: CLASSES[name] for name in ("friction", "wrench_gain")}
+WEIGHT = Gravity(mass_scale=1.0)
+
+
+def single(*protocols):
+    """Runs of a hand of one finger, lower than a whole one."""
+    data = hand_press_set("single_finger")
+    chosen = [run for run in data.runs if not protocols or run.protocol in protocols]
+    lower = [
+        replace(run, columns={**run.columns, "wrist.z": run.columns["wrist.z"] - 0.008})
+        for run in chosen
+    ]
+    return replace(data, runs=tuple(lower))
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def test_from_a_synthesised_set_to_a_model_file(monkeypatch, tmp_path):
+    monkeypatch.setattr(
+        "model_lab.bench.synthesize.hand_press_set",
+        lambda: single("all_forward", "all_back", "fingers_aside"),
+    )
+    made = synthesize("press", 1, True, {"friction": CLASSES["friction"]}, noise=0.005)
+    write_synthesised(made, tmp_path / "set")
+    data = load_measurements(tmp_path / "set")
+    (hidden,) = made.truth["effects"]
+
+    answer = diagnose(data, load_model("base"), SEEN).diagnosis.as_json()
+    assert answer["verdict"] == "effects_missing"
+    (named,) = answer["effects"]
+    assert named["name"] == "friction"
+    found = named["parameters"]["factor"]["value"]
+    assert found == pytest.approx(hidden["parameters"]["factor"], rel=0.02)
+    assert answer["rmse_after"] < 1.2 * answer["noise_floor"] < 0.6 * answer["rmse_before"]
+
+    addition = add_effect("friction", data, load_model("base"), CLASSES)
+    write_model(tmp_path / "mended.yaml", addition.model)
+    mended = load_model(tmp_path / "mended.yaml")
+    errors = [compare(data, model).errors.held_out.rmse for model in (load_model(), mended)]
+    assert errors[1] < 0.6 * errors[0]
+
+
+def test_a_set_reads_as_it_was_written(tmp_path):
+    data = single("all_forward")
+    write_set(replace(data, plate=Plate(0.4, 0.01)), tmp_path / "set")
+    read = load_measurements(tmp_path / "set")
+    assert read.plate == Plate(0.4, 0.01)
+    assert read.outputs == data.outputs
+    for name, values in data.runs[0].columns.items():
+        assert read.runs[0].columns[name] == pytest.approx(values, abs=1e-8)
+
+
+def test_torques_count_over_an_arm():
+    data = single("all_forward")
+    columns = {**data.runs[0].columns, "wrench.fx": np.full(61, 2.0), "wrench.tx": np.full(61, 3.0)}
+    table = replace(data, runs=(replace(data.runs[0], columns=columns),)).table
+    first = [part[0] for part in table.of_run(table.value, 0)]
+    assert first == pytest.approx([2.0, 0.0, 0.0, 3.0 / TORQUE_ARM, 0.0, 0.0])
+
+
+def test_a_gauge_multiplies_and_adds_along_its_own_axes():
+    data = single("all_forward")
+    model = HandPress(data)
+    plain = np.array(data.table.of_run(model.predict({}, [WEIGHT])[0], 0))
+    bias = WrenchBias(fx=0.3, fy=0.0, fz=0.0, tx=0.0, ty=0.0, tz=0.02)
+    read = np.array(data.table.of_run(model.predict({}, [WEIGHT, bias])[0], 0))
+    # palm down: the wrist's x is down, its z is the world's x
+    expected = np.array([0.0, 0.0, -0.3, 0.02 / TORQUE_ARM, 0.0, 0.0])
+    assert read - plain == pytest.approx(np.tile(expected[:, None], 61), abs=1e-9)
+    more = np.array(data.table.of_run(model.predict({}, [WEIGHT, WrenchGain(factor=1.2)])[0], 0))
+    few = HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
+    taken_off = plain - np.array(data.table.of_run(few, 0))
+    assert more - taken_off == pytest.approx(1.2 * (plain - taken_off), abs=1e-9)
+
+
+def test_friction_of_the_plate_times_its_factor():
+    data = single("all_forward")
+    smooth = replace(data, plate=Plate(0.15))
+    found = HandPress(data, 8, 0.02).predict({}, [WEIGHT, Friction(factor=0.5)])
+    assert found == pytest.approx(HandPress(smooth, 8, 0.02).predict({}, [WEIGHT]), abs=1e-12)
+
+
+def test_what_few_segments_and_long_steps_are_off_by_is_taken_off():
+    data = single("all_forward", "all_back")
+    exact = HandPress(data, 32, 0.005).predict({}, [WEIGHT])
+    error = rms(HandPress(data).predict({}, [WEIGHT]) - exact)
+    assert error < 0.5 * rms(HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT]) - exact)
+    assert 0.5 * error < rms(press_errors(data, load_model())[-1]) < 3.0 * error
+
+
+def lowered(run):
+    return replace(run, columns={**run.columns, "wrist.z": run.columns["wrist.z"] - 0.06})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: replace(data, plate=None), "expected the key plate, got none"),
+        (
+            lambda data: replace(data, runs=tuple(map(lowered, data.runs))),
+            "expected a palm above the plate.*mm below it",
+        ),
+        (
+            lambda data: replace(data, runs=(replace(data.runs[0], wrist_rpy=(0.1, 0.0, 0.0)),)),
+            "wrist_rpy: expected none beside",
+        ),
+        (
+            lambda data: replace(
+                data,
+                runs=(
+                    replace(
+                        data.runs[0], columns={k: v[::3] for k, v in data.runs[0].columns.items()}
+                    ),
+                ),
+            ),
+            "got 21 up to 0.15 s apart",
+        ),
+    ],
+)
+def test_what_cannot_be_followed_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        HandPress(change(hand_press_set()))
