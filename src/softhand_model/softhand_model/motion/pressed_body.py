@@ -10,7 +10,6 @@ import numpy as np
 from softhand_common.numerics.arrays import Array, Indices
 from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.chain import ChainModel
-from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
 from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.dynamics.press import Plate, PressDrive, Skin, press_out
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -72,6 +71,11 @@ class PressedBody(MovingBody):
         models: Mapping[str, ChainModel],
         damping_time: float,
     ) -> None:
+        from softhand_model.chain.hulls import (  # here, as scipy.spatial takes long to load
+            COLLISION_MARGIN,
+            collision_hulls,
+        )
+
         super().__init__(description, models, damping_time)
         hulls = [
             hull
