@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from softhand_common.numerics.rotations import to_rpy
 from softhand_model.chain.chain import discretise
+from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.hand.hand import load_hand
@@ -104,6 +105,12 @@ def test_in_the_air_it_feels_but_the_lever_of_its_weight():
         centers.append(one.arrays.mass @ at)
     moment = TURN.apply(np.cross(centers[0] - centers[1], gravity))
     assert found[0, 3:] == pytest.approx(moment, abs=1e-7)
+
+
+def test_a_step_that_the_rounds_do_not_bring_to_rest_has_no_result():
+    pressures = np.where(TIME < 1.0, 0.0, 90e3)[None]  # the only joint turns by 3 rad at once
+    with pytest.raises(NoEquilibriumError, match="in the last round of a step"):
+        body(1).press(path(start=0.4, end=0.4), TIME, pressures, 0.0, FRICTION)
 
 
 def test_mujoco_feels_about_the_same():

@@ -126,10 +126,13 @@ def press_out(
     kept: Array,
     q: Array,
     found: Array,
-) -> None:
+) -> float:
     """Press one chain, at first with joints at q (n, 4), through all steps of `drive`; fill `found`
     (k, 6) with force [N] and moment [N m] about the wrist, of contact and weight, at the end of the
     steps whose numbers `kept` (k,) holds, rising.
+
+    Returns the largest turn [rad] of a joint in the last round of a step that was not still by
+    then; 0 where all were.
     """
     n, m = len(links.mass), len(skin.place)
     lines, turns, seen = np.zeros((4, n, 3)), np.zeros((8, n, 3, 3)), np.zeros(m, np.bool_)
@@ -139,9 +142,10 @@ def press_out(
     )
     folded = Folded(turns[5], turns[6], turns[7], np.empty((n, 3)))
     turned, turn = np.empty((n, 3)), np.empty((n, 3))
-    row = 0
+    row, unsettled = 0, 0.0
     for step in range(len(drive.duration)):
         turned[:] = 0.0
+        largest = 0.0
         for _ in range(MOST_ROUNDS):
             _place(q, links, drive.place[step], drive.frame[step], placed)
             _load(links, skin, plate, drive.gravity, placed, touched, False)
@@ -163,11 +167,14 @@ def press_out(
                     turned[i, k] += by[k]
             if largest < STILL_TURN:
                 break
+        if largest >= STILL_TURN:
+            unsettled = max(unsettled, largest)
         _place(q, links, drive.place[step], drive.frame[step], placed)
         _load(links, skin, plate, drive.gravity, placed, touched, True)
         while row < len(kept) and kept[row] == step:
             _sum_up(drive.wrist[step], touched, found[row])
             row += 1
+    return unsettled
 
 
 @compiled

@@ -10,6 +10,7 @@ import numpy as np
 from softhand_common.numerics.arrays import Array, Indices
 from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.chain import ChainModel
+from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.dynamics.press import Plate, PressDrive, Skin, press_out
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -21,6 +22,7 @@ from softhand_model.motion.wrist_path import DOWN, INVERSE_QUATERNION
 
 SKIN_NORMAL, SKIN_SHEAR = 5000.0, 2000.0  # stiffness of a point of the skin [N/m]
 SLOW_WAY, TURNED_LENGTH = 0.015, 0.15  # [m/s] above which steps are shorter, as the way counts; [m]
+LEFT_TURN = 1e-3  # [rad] of a joint in the last round of a step, above which it has no result
 FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first comes to rest; [s]
 
 
@@ -107,7 +109,8 @@ class PressedBody(MovingBody):
         resting body; at times (samples,) [s], gauge pressures (actuators, samples) [Pa], of a
         temperature [K] and a rubber whose modulus is `modulus` [-] times as large.
 
-        Raises NoEquilibriumError as `HandBody.settle`, for the hand in the air.
+        Raises NoEquilibriumError as `HandBody.settle`, for the hand in the air, and for a step in
+        which joints still turn by more than LEFT_TURN when the rounds are used up.
         """
         warm = np.array([temperature])
         down = gravity * rotate(path.orientation[0] * INVERSE_QUATERNION, DOWN)
@@ -129,7 +132,9 @@ class PressedBody(MovingBody):
         springs = Springs(self._rest, stiffness, self.stretching, damping)
         plate = Plate(height, friction, SKIN_NORMAL, SKIN_SHEAR)
         found = np.empty((len(path.kept), 6))
-        press_out(self._links, springs, self._skin, plate, drive, path.kept, q, found)
+        left = press_out(self._links, springs, self._skin, plate, drive, path.kept, q, found)
+        if left > LEFT_TURN:
+            raise NoEquilibriumError(f"a joint turns by {left:.2g} rad in the last round of a step")
         weight = gravity * self._links.mass.sum()
         lever = turned[path.kept] @ self._resting_center()
         found[:, 2] += weight
