@@ -88,6 +88,15 @@ class BoardProcess:
         told = self.last("told")
         return told is not None and any(word.endswith(":1") for word in told.words)
 
+    def inflated_since(self, begun):
+        """Whether it was told to inflate a channel after a monotonic time [s]."""
+        return any(
+            event.name == "told"
+            and event.time > begun
+            and any(w.endswith(":1") for w in event.words)
+            for event in list(self.events)
+        )
+
     @property
     def opened(self):
         """Monotonic time [s] since which the valves that it was told open all outlets; or None."""

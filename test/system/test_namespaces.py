@@ -140,7 +140,9 @@ def test_nodes_in_a_namespace_offer_what_their_help_tells_and_name_a_second_cloc
     options = suite.SuiteOptions(namespace="robot/left")
     for command in suite.three_nodes(options):
         launcher.start(command)
-    launcher.start(replace(suite.monitor(options), remappings={"__ns": "/robot/left"}))
+    launcher.start(
+        replace(suite.monitor(options, {"shadow": True}), remappings={"__ns": "/robot/left"})
+    )
     peer.wait(
         lambda: peer.listen(JointState, "robot/left/pneumaticbox/state"), "the driver", PATIENCE
     )

@@ -74,12 +74,15 @@ def switched_on(peer):
 
 
 def inflates(peer, board):
-    """Whether the board is told to inflate on a command."""
+    """Whether the board is told to inflate within 2 s of a command for more air than there is."""
     reset(peer)
+    peer.command(0.0, 0.0)
     peer.spin(1.0)
+    begun = time.monotonic()
     peer.command(80 * MG, 80 * MG)
-    peer.spin(1.0)
-    return board.inflating
+    while time.monotonic() < begun + 2.0 and not board.inflated_since(begun):
+        peer.spin(0.1)
+    return board.inflated_since(begun)
 
 
 def test_air_flows_in_the_active_state_alone(start_on_board, peer, board):
