@@ -11,32 +11,25 @@ its whole catalogue.
 
 from __future__ import annotations
 
-import sys
-import time
-
 import numpy as np
 
-from bench.hands.__main__ import row_of, scored
+from bench.hands.verdicts import judge
+from bench.hands_motion.cases import Hidden
 from bench.hands_press.cases import PLAN, SEED, hidden_in
 from bench.hands_press.measure import measured
-from model_lab.diagnosis.diagnose import diagnose
+from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.hand.hand import load_hand
-from softhand_model.model_file import load_model
 
 
 def main() -> None:
-    """Run the whole plan, or the cases of the numbers given, and print a row for each."""
-    chosen = [int(text) for text in sys.argv[1:]] or range(len(PLAN))
-    print("| # | hidden | where | verdict | named | before, after, floor [mN] | s | score |")
-    print("|---|---|---|---|---|---|---|---|")
-    for number in chosen:
-        random = np.random.default_rng(SEED + number)
-        hidden = hidden_in(load_hand("rbo_hand_2"), *PLAN[number], random)
-        data = measured(hidden, random)
-        begun = time.process_time()
-        answer = diagnose(data, load_model()).diagnosis.as_json()
-        took = time.process_time() - begun
-        print(row_of(number, hidden, answer, took, scored(hidden, answer)), flush=True)
+    """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
+    judge(len(PLAN), _case, "mN")
+
+
+def _case(number: int) -> tuple[Hidden, MeasurementSet]:
+    random = np.random.default_rng(SEED + number)
+    hidden = hidden_in(load_hand("rbo_hand_2"), *PLAN[number], random)
+    return hidden, measured(hidden, random)
 
 
 if __name__ == "__main__":
