@@ -44,6 +44,22 @@ def test_a_bound_holds_and_is_reported():
     assert found.at_limit.tolist() == [True, False]
 
 
+def test_where_the_model_has_no_result_the_search_ends_and_asks_for_numbers_alone():
+    data = toy_set(np.random.default_rng(2), gain=0.0)
+
+    class Folding(ToyForward):
+        def predict(self, values):
+            assert np.isfinite(values).all()
+            return np.where(values[:, :1] > 4.0, np.nan, super().predict(values))
+
+    plain = toy_forward(data)
+    likelihood, _ = problem_of(data, Folding(plain.x, plain.measured))
+    found = fit(likelihood, np.array([[0.5, 0.1], [4.5, 0.1]]))
+    assert found.values == pytest.approx([2.0, 0.5], abs=0.05)
+    lost = fit(likelihood, np.array([[4.5, 0.1]]))
+    assert not np.isfinite(lost.rmse)
+
+
 def test_held_out_predictions_equal_refits_for_a_linear_model():
     data = toy_set(np.random.default_rng(3))
     likelihood, _ = problem_of(data)

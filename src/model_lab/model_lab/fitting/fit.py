@@ -272,6 +272,8 @@ def _trial_coordinates(likelihood: Likelihood, point: _Point) -> Array:
     normal, gradient = _normal_equations(likelihood, point)
     scales = likelihood.scales
     free = ~held(scales, point.coordinates, gradient)
+    if not np.isfinite(gradient).all():  # the model has no result there: no way leads on
+        free[:] = False
     moves = np.zeros((len(DAMPINGS), len(gradient)))
     if free.any():
         system = normal[np.ix_(free, free)]
