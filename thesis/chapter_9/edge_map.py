@@ -294,6 +294,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         sizes, places, share = shares(trials)
         x, y = np.meshgrid(1e3 * np.array(places), 1e3 * np.array(sizes))
         shown = panel.scatter(x, y, c=share, s=70, cmap="Greens", vmin=0, vmax=1, edgecolors="0.4")
+        panel.margins(x=0.12)  # for the words below the circles
         for cell, cause in _causes(trials).items():
             panel.annotate(cause, (1e3 * cell[1], 1e3 * cell[0]), (0, -11), fontsize=5, **ABOVE)
         if apart:

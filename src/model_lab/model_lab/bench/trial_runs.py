@@ -47,7 +47,7 @@ WRIST_ATTITUDES = {  # roll, pitch, yaw [rad] of the wrist of the shipped hands
     "fingers down": (2.0 * RIGHT_ANGLE, 0.0, 0.0),
 }
 POSE_STEPS = (0.0, 0.25, 0.5, 0.75, 1.0)  # pressures of a gesture over the highest
-ATTITUDE_APART = 0.3  # between directions of gravity: 17 deg
+ATTITUDE_APART = 0.3  # between directions of gravity: 17 deg, chosen by hand
 
 
 @dataclass(frozen=True)

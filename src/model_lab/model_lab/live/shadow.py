@@ -24,7 +24,7 @@ from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
 LEVEL_WRIST = np.array([0.0, 0.0, 0.0, 1.0])  # a quaternion
-STILL_SHARE = 0.2  # of `warn_distance`, by which no fingertip may have moved since the last look
+STILL_SHARE = 0.2  # of `warn_distance`: most that a resting fingertip moves between two looks
 
 
 @dataclass(frozen=True)
