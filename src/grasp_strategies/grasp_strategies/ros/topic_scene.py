@@ -301,7 +301,7 @@ class TopicScene:
         return self._air_command.hold(obeyed=not self._reports.fault)
 
     def vent(self) -> None:
-        """Call the driver's vent service.
+        """Let all air out, by the driver's service `vent`.
 
         When the driver does not confirm, all air is commanded out and SceneError is raised.
         """

@@ -188,8 +188,9 @@ Search = Callable[..., Selection]
 def searched(
     problem: FitProblem, candidates: Sequence[str], search: Search, tell: Tell = tell_nobody
 ) -> Judgement:
-    """The judgement on a search of the plain effects; of the refined ones too, where the plain ones
-    leave much, unless they alone explain the error.
+    """The judgement on a search among the plain candidates. Where they leave much of the error, the
+    search is repeated with their refined forms (`Effect.refines`); its judgement counts, unless it
+    ends unexplained and the first did not.
     """
     plain = [name for name in candidates if not problem.classes[name].refines]
     first = _judged_search(problem, plain, search, tell)

@@ -71,7 +71,7 @@ class ImportedSet:
     remarks: tuple[str, ...]
 
     def files(self, folder: Path) -> dict[Path, str]:
-        """Texts of experiment.yaml and of a CSV file a run, by path."""
+        """What `write` writes, by path: the text of experiment.yaml and of one CSV file per run."""
         text = yaml.safe_dump(dict(self.document), sort_keys=False, allow_unicode=True, width=120)
         tables = {folder / f"{run.name}.csv": csv_of(run) for run in self.runs}
         return {folder / "experiment.yaml": text} | tables

@@ -219,7 +219,9 @@ def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
 
 
 def nearest(data: MeasurementSet, model: Model) -> list[Candidate]:
-    """The slips whose predictions come nearest to the data, in the order of candidates."""
+    """The slips (mistakes in units, signs or names) with the least error before any fit, at most
+    `FITTED` of them, in the order of `candidates`.
+    """
     tried = list(candidates(data))
     errors = [_predicted_error(candidate.mended, model) for candidate in tried]
     chosen = sorted(np.argsort(errors, kind="stable")[:FITTED].tolist())

@@ -130,9 +130,9 @@ class AirCoupling:
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
-        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest.
-        Where effects of the model act, they advance by a step [s] at the joint rotations (n, 3)
-        [rad].
+        """Rotation (n, 3) [rad] by which gauge pressures (channels,) [Pa] turn the rest shape of
+        each joint. Effects of the model with memory advance by a step [s], at joint rotations
+        (n, 3) [rad] and a temperature [K].
         """
         if not self.by_tables:
             self.bend_by_models(step, pressures, rotations, temperature)

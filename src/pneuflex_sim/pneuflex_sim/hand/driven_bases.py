@@ -155,15 +155,16 @@ def push_bases(
 
 
 class DrivenBases:
-    """Free bodies at mounts on the wrist; the palm sheet, if there is one, is the last.
+    """The actuators' bases: free bodies in PyBullet that are driven along with the wrist. The palm
+    sheet, if there is one, is the last and yields on a spring.
 
     Args:
         ids: PyBullet ids of the bodies.
         mounts: place (3,) [m] and orientation (4,) of each in the wrist frame.
-        resistance: mass [kg] and inertia [kg m2] of each.
-        pad: the palm sheet, or None.
-        weight: of the hand.
-        client: of PyBullet.
+        resistance: mass [kg] and moment of inertia [kg m2] that drive each.
+        pad: spring of the palm sheet, or None.
+        weight: weight of the hand, which the wrist carries.
+        client: id of the PyBullet client.
     """
 
     def __init__(

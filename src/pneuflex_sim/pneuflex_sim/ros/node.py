@@ -306,8 +306,8 @@ class HandSim(Node):
         return self.lockstep and self.commanders.hold(now)
 
     def await_commands(self) -> None:
-        """In lockstep, wait briefly for commanders that have not commanded beyond the present
-        time.
+        """In lockstep, wait at most `COMMANDS_WAIT` [s] of wall time for those commanders whose
+        last command is not stamped later than the simulated time.
         """
         if self.lockstep and not self.paused and not self.diverged:
             self.commanders.hold(self.simulation.time, COMMANDS_WAIT)

@@ -76,7 +76,7 @@ def _cavity(
     for part in (box - (shell + core)).decompose():
         if len(_hits(part, point, point + [0.0, 0.0, OUTSIDE])) % 2:
             return part
-    raise ValueError("mould: expected a cavity at the base, got a solid")
+    raise ValueError("mould: expected an air chamber at the base of the actuator, got solid rubber")
 
 
 def _hits(solid: manifold3d.Manifold, start: Array, stop: Array) -> Array:

@@ -198,8 +198,9 @@ def bends(model: Model) -> bool:
 
 
 def tabulates(model: Model) -> bool:
-    """Whether the free shape under the model's effects is a smooth function of the pressure, and
-    its springs are those of the base; of effects of one's own it is not known.
+    """Whether a table over the pressure can hold the actuator's free shape: True if that shape is
+    a smooth function of the pressure under the model's effects, and no effect changes the springs
+    of the base model. False for effects of the user's own, whose form is not known.
     """
     return all(_is_smooth(effect) for effect in model.effects if _acts(effect))
 

@@ -54,7 +54,9 @@ class AngleOffset(OutputEffect):
 
 
 class ForceOffset(OutputEffect):
-    """The gauge reads too much or too little everywhere: y_read = y + offset."""
+    """The force gauge reads too much or too little by the same force [N] in all samples:
+    y_read = y + offset.
+    """
 
     name = "force_offset"
     cause, member = "offset", "force"

@@ -35,7 +35,7 @@ def check_record(node: Node, needed: Iterable[str] = (), result: str = "") -> Re
         if name in found:
             check(found[name])
     if found.get("cause") and found["cause"].value and "phase" not in found:
-        raise node.error("the field phase, since there is a cause", listed(found))
+        raise node.error("the field `phase` beside the field `cause`", listed(found))
     record: Record = node.value
     return record
 
