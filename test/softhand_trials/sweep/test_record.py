@@ -50,7 +50,7 @@ def written(tmp_path):
         ({"replicate": True}, "replicate: expected a whole number"),
         ({"outcome": ...}, "document: expected the field outcome"),
         ({"outcome": []}, "outcome: expected text"),
-        ({"phase": ...}, "document: expected the field phase"),
+        ({"phase": ...}, "document: expected the field `phase`"),
         ({"cause": 1}, "cause: expected text"),
         ({"versions": {}}, "versions: expected the field code"),
         ({"versions": {"code": 1}}, r"versions\.code: expected text"),

@@ -22,9 +22,7 @@ def address_of(kernel: Any, arguments: tuple[types.Type, ...]) -> int:
     kernel.compile(arguments)
     found = kernel.get_compile_result(types.none(*arguments))
     if found.signature.return_type != types.none:
-        raise TypeError(
-            f"expected a function that returns nothing, got one that returns {found.signature.return_type}"
-        )
+        raise TypeError(f"expected a function without a result, got {found.signature.return_type}")
     return int(found.library.get_pointer_to_function(found.fndesc.llvm_func_name))
 
 
