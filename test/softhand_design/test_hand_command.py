@@ -122,7 +122,7 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         ((*WISH, "--name", "P5"), "name: expected none of a shipped actuator, got P5"),
         (
             (*WISH, "-o", "finger.txt"),
-            "finger.txt: expected a file that ends in .yaml or .yml, got .txt",
+            "finger.txt: expected a file with the suffix .yaml or .yml, got .txt",
         ),
         (("design", "--stiffness", 4, "--length", 90), "ratio: expected a number, got none"),
         ((*PROFILES, "--wall", 2), "wall: expected nothing beside profiles, got 2.0"),
@@ -151,7 +151,10 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         (("show", "claw"), "hand: expected one of rbo_hand_1"),
         (("show", "rbo_hand_2", "--pressure", "20,30"), "expected 1 or 4 numbers, got 2"),
         (("show", "rbo_hand_2", "--pressure", "500"), "0 to [80, 80, 105, 160] kPa, got [500]"),
-        (("show", "rbo_hand_2", "-o", "hand.foo"), "hand.foo: expected a file that ends in .png"),
+        (
+            ("show", "rbo_hand_2", "-o", "hand.foo"),
+            "hand.foo: expected a file with the suffix .png",
+        ),
         (("show", "rbo_hand_2", "--pressure", "much"), "pressure: expected a number [kPa], or one"),
         (("show", "rbo_hand_2", "--segments", "0"), "segments: expected 1 or more, got 0"),
     ],

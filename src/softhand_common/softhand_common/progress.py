@@ -14,9 +14,10 @@ LINE_EVERY = 15.0  # [s] between lines elsewhere, where none can be written over
 
 
 class Progress(tqdm):
-    """One line that is updated on a terminal, else a line every LINE_EVERY; a context manager.
+    """Progress of a computation: on a terminal one line that is updated, else a new line every
+    LINE_EVERY [s]. A context manager.
 
-    Call it with the current step, its number and the number of steps (0: unknown):
+    Call it with the name of the current step, its number, and the number of all steps (0: unknown):
     `progress("fitting tube_lag", 7, 31)`.
 
     Args:
@@ -54,12 +55,12 @@ class Progress(tqdm):
         self.update(0)
 
     def say(self, line: str) -> None:
-        """Print a line that stays, above that of the progress."""
+        """Print a line that stays, above the line of progress."""
         self.write(line, file=self.fp)
         self.fp.flush()
 
     def close(self) -> None:
-        """Stop; on a terminal the line is removed."""
+        """End the display; on a terminal its line is removed."""
         if not self._moves:
             self.last_print_t = 0.0  # as if nothing had been shown, so tqdm removes nothing
         super().close()

@@ -16,7 +16,7 @@ P = ParamSpec("P")
 class OutputLost(Exception):
     """The standard output cannot be written.
 
-    It is no OSError, since commands report those as of the files that they read or write.
+    Not an OSError, since commands report an OSError as an error of a file that they read or write.
     """
 
     def __init__(self, reason: OSError) -> None:
@@ -50,8 +50,8 @@ def with_checked_output(program: str) -> Callable[[Callable[P, int]], Callable[P
     """Decorate the function of a command, which returns its exit status.
 
     When its standard output cannot be written, as on a full disk, it ends with status 74 and one
-    line on the standard error that begins with `program`; when the reader has gone, such as `head`,
-    with status 0 and none.
+    line on the standard error that begins with `program`. When the program that reads the output
+    has ended, such as `head`, it ends with status 0 and prints nothing.
     """
 
     def decorate(main: Callable[P, int]) -> Callable[P, int]:

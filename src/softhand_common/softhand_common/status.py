@@ -25,7 +25,9 @@ class Report:
     values: dict[str, str] = field(default_factory=dict)
 
     def raise_to(self, level: Level, message: str) -> None:
-        """Set a worse level and its sentence; a sentence of the same level is appended."""
+        """Set level and sentence if the level is worse than the present one; at the same level,
+        except OK, append the sentence. A better level changes nothing.
+        """
         if level > self.level:
             self.level, self.message = level, message
         elif level == self.level and level > Level.OK:

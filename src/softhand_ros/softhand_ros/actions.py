@@ -1,6 +1,7 @@
 """Actions of control_msgs, offered on machines that have its types.
 
-control_msgs comes with ROS and is not on PyPI: without it a node runs as ever and says so once.
+control_msgs comes with ROS and is not on PyPI: without it a node runs without these actions, and
+logs that.
 """
 
 from __future__ import annotations
@@ -19,14 +20,16 @@ NO_ACTION_MESSAGE = "no control_msgs on this machine: the action {} is not offer
 
 
 def offer_action(node: Node, kind: str, name: str, behaviour: Any) -> Any:
-    """Offer the action `name` of control_msgs' type `kind`; returns the type, None without types.
+    """Offer the action `name` of control_msgs' type `kind`; returns the type, or None if
+    control_msgs is not installed.
 
     Args:
-        node: offers it.
-        kind: name of the type, as `GripperCommand`.
-        name: of the action.
-        behaviour: has `accepts(goal)`, False to reject one; `cancel(handle)`, which must end the
-            execution soon; and the coroutine `execute(handle)`, which returns the result.
+        node: the node that offers the action.
+        kind: name of the type, such as `GripperCommand`.
+        name: name of the action.
+        behaviour: object with the methods `accepts(goal)`, which returns False to reject a goal;
+            `cancel(handle)`, which must end the execution soon; and the coroutine
+            `execute(handle)`, which returns the result.
     """
     if TYPES is None:
         node.get_logger().info(NO_ACTION_MESSAGE.format(name))

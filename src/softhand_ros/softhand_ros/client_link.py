@@ -31,10 +31,10 @@ class ClientLink:
     A context manager, for use from a single thread.
 
     Args:
-        name: of its node.
+        name: name of its node.
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
-        namespace: of its own node and of the nodes it talks to; empty: the root.
-        enclave: ROS enclave that it shares with the nodes of its suite; empty: none.
+        namespace: namespace of its own node and of the nodes it talks to; empty: the root.
+        enclave: ROS enclave of its node; `strangers` lists nodes outside of it. Empty: none.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class ClientLink:
         self.close()
 
     def close(self) -> None:
-        """End the node."""
+        """Destroy the node."""
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown(context=self._context)
@@ -108,7 +108,7 @@ class ClientLink:
 
     @property
     def has_ticked(self) -> bool:
-        """Whether a tick has come since `subscribe_clock`."""
+        """Whether a tick of /clock has come since `subscribe_clock`."""
         return self.simulated_time > 0.0 or self._simulated_time is not None
 
     def spin(self, duration: float) -> None:
@@ -138,12 +138,14 @@ class ClientLink:
         return self.node.create_client(kind, service, qos_profile=MANY_CALLS)
 
     def ask(self, client: Client, request: Any, limit: float) -> Any:
-        """Answer of a service; None when it has not answered within `limit` [s]."""
+        """Answer to a request; None when the service has not answered within `limit` [s]."""
         future = client.call_async(request)
         return future.result() if self.wait(future.done, limit) else None
 
     def strangers(self) -> list[str]:
-        """Nodes of the suite in the domain that are not of the enclave; see `strangers`."""
+        """Nodes of the suite in this ROS domain outside of the enclave, as `softhand_ros.strangers`
+        lists them.
+        """
         return strangers(self.node, self._enclave)
 
     def is_subscribed(self, node: str, topic: str) -> bool:

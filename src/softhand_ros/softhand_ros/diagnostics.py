@@ -34,7 +34,7 @@ class Status(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the part of the node; "" for the node itself."""
+        """Name of the part of the node that the status describes; "" for the node itself."""
 
     @property
     def level(self) -> int:
@@ -42,16 +42,16 @@ class Status(Protocol):
 
     @property
     def message(self) -> str:
-        """A sentence."""
+        """A sentence that describes the state."""
 
     @property
     def values(self) -> Mapping[str, str]:
-        """Figures by name with unit."""
+        """Figures with their units, by name."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """A status whose sentence lists errors and warnings; without any the sentence is `well`."""
+    """A status whose sentence lists errors and warnings, or is `well` when there are none."""
 
     name: str
     well: str
@@ -66,7 +66,7 @@ class Report:
 
     @property
     def message(self) -> str:
-        """The errors and the warnings, or `well` without any."""
+        """The errors and the warnings, or `well` when there are none."""
         return "; ".join(filter(None, (*self.errors, *self.warnings))) or self.well
 
 
@@ -75,9 +75,10 @@ class Diagnostics:
 
     Args:
         node: the node that publishes.
-        name: of the node, written before the names of its parts.
-        hardware: identifier of the device. Both get the node's namespace as a prefix.
-        topic, qos: of the publisher.
+        name: name of the node, written before the names of its parts.
+        hardware: identifier of the device. `name` and `hardware` get the node's namespace as a
+            prefix.
+        topic, qos: topic and quality of service of the publisher.
     """
 
     def __init__(
@@ -111,13 +112,13 @@ class Diagnostics:
 class Preparation:
     """Reports in the log and in /diagnostics why a node is not ready yet; a context manager.
 
-    Call it with a sentence: a thread reports it once a second until the context ends, as the
-    node's own thread is busy.
+    Call it with a sentence: a thread of its own, as the node's thread is busy, reports the sentence
+    once a second until the context ends.
 
     Args:
         node: the node; its log gets the sentence.
-        diagnostics: of the node.
-        part: of the node that is being prepared.
+        diagnostics: the node's topic of diagnostics.
+        part: name of the part of the node that is being prepared.
     """
 
     def __init__(self, node: Node, diagnostics: Diagnostics, part: str) -> None:

@@ -28,8 +28,8 @@ class RoundRobin:
     """Takes one message of each subscription, and of each service, in turn.
 
     Checking the dozen services of a node costs more than checking its subscriptions, and calls are
-    rare: services are checked every SERVICE_PERIOD. Each answers at most one call in ANSWER_PERIOD;
-    further calls wait.
+    rare: services are checked every SERVICE_PERIOD [s]. Each answers at most one call in
+    ANSWER_PERIOD [s]; further calls wait.
 
     Args:
         node: the node that is served; entities of a group `TakenByHand` are left to their owner.
@@ -55,7 +55,7 @@ class RoundRobin:
         return self.serve_messages(budget)
 
     def serve_messages(self, budget: float) -> bool:
-        """As `serve`, without the services."""
+        """As `serve`, but for subscriptions only."""
         return self._subscriptions.serve(self._node.subscriptions, time.monotonic() + budget)
 
     def serve_rest(self) -> None:
@@ -70,7 +70,7 @@ class RoundRobin:
             raise error
 
     def close(self) -> None:
-        """Release the node."""
+        """Stop serving the node."""
         self._executor.shutdown()
 
 

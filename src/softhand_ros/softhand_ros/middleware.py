@@ -38,7 +38,7 @@ def set_up_middleware() -> None:
 
 
 def remove_unfinished_segments() -> None:
-    """Remove ports in shared memory that nobody will ever finish.
+    """Remove ports of Fast DDS in shared memory whose initialisation will never end.
 
     A process that is killed between creating and initialising such a port leaves it behind, and
     every later participant of that domain and number waits for it for ever.

@@ -34,9 +34,9 @@ class Parameter:
     """One parameter of a node.
 
     Args:
-        name, default: as in ROS.
-        description: meaning; the part behind a semicolon explains special values.
-        unit: of the value, or of each value of a list.
+        name, default: name and default value, as in ROS.
+        description: its meaning; the part behind a semicolon explains special values.
+        unit: unit of the value, or of each value of a list.
         bounds: smallest and largest value of a number; None for no limits.
         choices: allowed values of a text, or of each text of a list; empty for any.
         read_only: whether it cannot be changed while the node runs.
@@ -68,7 +68,8 @@ class Parameter:
         return ", ".join(choice or '""' for choice in self.choices)
 
     def refusal(self, value: Any) -> str:
-        """Message for a value that is none of the choices, else empty; ROS itself checks bounds.
+        """Error message for a value that is not among `choices`, else empty. ROS itself checks
+        bounds.
 
         >>> Parameter("action", "vent", "of abort", choices=("vent", "hold")).refusal("drop")
         "action: expected one of vent, hold, got 'drop'"
@@ -113,9 +114,10 @@ class Offer(NamedTuple):
 def declare(node: Node, table: Table, neighbours: Table = ()) -> dict[str, Any]:
     """Declare the parameters of a table on `node`; returns their values by name.
 
-    An integer is accepted for a parameter whose default is a float, true and false for a text.
-    Later changes to a value that is none of the choices are refused. What a command line gives to
-    all nodes of a process may be a parameter of its other nodes, the `neighbours`.
+    An integer is accepted for a parameter whose default is a float; true and false are accepted for
+    one whose default is text. Later changes to a value that is none of the choices are refused.
+    `neighbours` are the parameters of other nodes in this process: they may be given, too, and are
+    left to those nodes.
 
     Raises:
         ValueError: a parameter was given that the node does not have, or a value that is none of
@@ -140,10 +142,10 @@ def declare(node: Node, table: Table, neighbours: Table = ()) -> dict[str, Any]:
 
 
 def refuse_unknown(node: Node, table: Table, shared: Collection[str]) -> None:
-    """Refuse parameters that were given at the start and are not in the table.
+    """Refuse parameters that the user gave at the start and that are not in the table.
 
-    ROS would ignore a misspelled parameter, and the hand would not move as intended. For a
-    parameter in `shared`, which a file gives to all nodes, there is only a warning.
+    ROS would ignore a misspelled parameter, and the hand would not move as intended. A parameter in
+    `shared`, which a file gives to all nodes, is only logged as a warning.
 
     Raises:
         ValueError: names each unknown parameter and the most similar known one.
@@ -268,7 +270,9 @@ def offer_lines(offers: Sequence[Offer]) -> list[str]:
 
 
 def markdown(table: Table) -> str:
-    """The parameters as a Markdown table for the documentation; * for those that may change."""
+    """The parameters as a Markdown table for the documentation; `*` marks those that may change
+    while the node runs.
+    """
     lines = ["| parameter | default | meaning |", "|---|---|---|"]
     for row in table:
         mark = "" if row.read_only else "*"

@@ -49,14 +49,15 @@ def run_node(
 ) -> int:
     """Run a node until SIGINT, SIGTERM, SIGHUP or SIGQUIT.
 
-    After all but SIGINT, and after that, too, while the node is made, the process ends within
-    END_LIMIT, whatever it does. After SIGINT it takes the time that it needs. SIGHUP is ignored
-    where it was before (`nohup`), and so are the signals by which a terminal stops a process.
+    The process ends within TERMINATION_LIMIT [s] and `closing_time`, by force if need be, after
+    SIGTERM, SIGHUP and SIGQUIT, and after a SIGINT that comes before the node is made. After a
+    later SIGINT it takes the time that it needs. SIGHUP is ignored where it was before (`nohup`),
+    and so are the signals by which a terminal stops a process.
 
     Args:
-        name: printed before an error.
-        make: makes the node.
-        serve: runs the node until the event is set.
+        name: name of the command, printed before an error.
+        make: makes and returns the node.
+        serve: called with the node and an event; runs the node until the event is set.
         usage: text for -h and --help; empty: these options are not handled here.
         args: command line without the program; None for that of the process.
         failures: exceptions that end the node with status 1.
@@ -95,13 +96,14 @@ def run_node(
 
 
 class Ending:
-    """Sets `stop` at a signal of ENDING, and ends the process by force where it does not end.
+    """Sets the event `stop` at a signal in ENDING, and ends the process by force if it does not end
+    in time.
 
     A thread reads the signals from a pipe, as Python's handlers wait while the main thread is in a
     long call such as a compilation.
 
     Args:
-        name: printed before a message.
+        name: name of the command, printed before a message.
     """
 
     def __init__(self, name: str) -> None:
@@ -122,7 +124,7 @@ class Ending:
         self._thread.start()
 
     def begin_serving(self, closing_time: float) -> None:
-        """The node has been made; closing it may take this additional time [s]."""
+        """Note that the node has been made; closing it may take this additional time [s]."""
         self._serving, self._limit = True, TERMINATION_LIMIT + closing_time
 
     def _watch(self) -> None:
@@ -144,7 +146,7 @@ class Ending:
         os._exit(status)
 
     def close(self) -> None:
-        """The node has been closed; only the interpreter has to end."""
+        """Note that the node has been closed: only the interpreter has to end."""
         self._closed.set()
         signal.set_wakeup_fd(self._wakeup_before)
         os.close(self._wakeup)

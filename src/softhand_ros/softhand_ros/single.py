@@ -17,7 +17,7 @@ ALLOW_SECOND = Parameter(
 
 
 class Single:
-    """Checks that a node is the only one of its kind. Make it right after the node.
+    """Checks that a node is the only one of its kind. Create it right after the node.
 
     Args:
         node: the node.

@@ -11,8 +11,8 @@ SUITE = re.compile(r"/clock|(/\w+)*/(pneumaticbox|hand|wrist|scene|grasp|sim)/\w
 
 
 def strangers(node: Node, enclave: str) -> list[str]:
-    """Nodes in the domain of `node` that publish a topic or offer a service of the suite and are
-    not in a ROS enclave; for each a phrase with its name and its first topic or service.
+    """Nodes in the ROS domain of `node`, outside of an enclave, that publish a topic or offer a
+    service of the suite: for each a phrase with its name and its first topic or service.
     """
     found = []
     for name, namespace, theirs in node.get_node_names_and_namespaces_with_enclaves():

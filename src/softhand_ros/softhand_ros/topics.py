@@ -39,7 +39,7 @@ def full_name(node: Node, name: str) -> str:
 
 
 def clock_conflict(node: Node) -> str:
-    """A warning when several nodes publish /clock, else empty."""
+    """A warning when more than one node publishes /clock, else empty."""
     count = node.count_publishers("/clock")
     if count < 2:
         return ""
@@ -90,7 +90,7 @@ def seconds(stamp: Any) -> float:
 
 
 def now_of(node: Node) -> float:
-    """Time of a node's clock [s], without the object that `Clock.now` makes of it."""
+    """Time of a node's clock [s], read without making the Time object that `Clock.now` returns."""
     return float(node.get_clock().handle.get_now().nanoseconds * 1e-9)
 
 
@@ -98,7 +98,7 @@ class Due:
     """Tells which samples are published: the first one in each period of a rate.
 
     Args:
-        rate: [Hz]; 0 for every sample.
+        rate: rate [Hz] of publishing; 0: every sample.
 
     >>> due = Due(100.0)
     >>> [due(time) for time in (0.0, 0.002, 0.01, 0.012, 0.0)]
@@ -118,7 +118,9 @@ class Due:
 
 
 def has_subscribers(publisher: Publisher) -> bool:
-    """Whether a topic has subscribers; takes 0.6 us, publishing without any ten times as long."""
+    """Whether a topic has subscribers. Asking takes 0.6 us; publishing without subscribers takes
+    ten times as long.
+    """
     return bool(publisher.get_subscription_count())
 
 
@@ -143,7 +145,7 @@ class TakenByHand(CallbackGroup):
 def subscribe_by_hand(
     node: Node, kind: Any, topic: str, qos: QoSProfile, raw: bool = False
 ) -> Subscription:
-    """A subscription of `node` whose messages the caller fetches by `take`; `raw`: as bytes."""
+    """A subscription of `node` whose messages the caller fetches by `take`, as bytes if `raw`."""
     group = TakenByHand()
     return node.create_subscription(kind, topic, unused, qos, callback_group=group, raw=raw)
 
@@ -183,7 +185,7 @@ class Inbox:
 
     Args:
         node: the node that subscribes.
-        kind, topic, qos: as for a subscription.
+        kind, topic, qos: message type, topic and quality of service, as for a subscription.
     """
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:

@@ -43,7 +43,7 @@ def test_the_figure_is_written(tmp_path):
 
 def test_a_figure_of_no_known_kind_is_refused_before_anything_is_read(tmp_path, capsys):
     assert main(["no such object", "--figure", str(tmp_path / "o.foo")]) == 2
-    assert "o.foo: expected a file that ends in .png or .pdf or .svg" in capsys.readouterr().err
+    assert "o.foo: expected a file with the suffix .png or .pdf or .svg" in capsys.readouterr().err
 
 
 MUG = (

@@ -54,7 +54,7 @@ def _finite(text: str) -> float:
 
 def _whole(text: str) -> int:
     if len(text) > LONGEST_NUMBER:
-        raise ValueError(f"a number of {len(text)} characters, of which {LONGEST_NUMBER} are taken")
+        raise ValueError(f"a number of {len(text)} characters, more than {LONGEST_NUMBER}")
     return int(text)
 
 

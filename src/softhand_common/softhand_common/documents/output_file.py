@@ -30,7 +30,7 @@ def check_new(path: Path, force: bool, suffixes: tuple[str, ...] = ()) -> None:
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise ValueError(
-            f"{path}: expected a file that ends in {' or '.join(suffixes)}, got "
+            f"{path}: expected a file with the suffix {' or '.join(suffixes)}, got "
             f"{path.suffix or 'none'}"
         )
     if path.is_dir():
@@ -153,8 +153,8 @@ def save_figure(figure: Any, path: Path, **options: Any) -> None:
 
     Args:
         figure: the matplotlib figure.
-        path: of the picture; its suffix chooses the format.
-        options: of `Figure.savefig`, such as `dpi`.
+        path: the file to write; its suffix chooses the format.
+        options: keywords of `Figure.savefig`, such as `dpi`.
 
     Raises:
         UnwritableFile: the file cannot be written.

@@ -57,20 +57,20 @@ class Node:
         return f"{self.file}{line}: {shortened(self.key) or 'document'}"
 
     def error(self, expected: str, got: str | None = None) -> DocumentError:
-        """The error to raise: place, expected, got; without `got` the value is quoted."""
+        """The DocumentError to raise, with place, `expected` and `got` (None: the value itself)."""
         return DocumentError(
             f"{self.place}: expected {expected}, got {quoted(self.value) if got is None else got}"
         )
 
     # ---------------------------------------------------------------- mappings and lists
     def mapping(self) -> dict[str, Node]:
-        """Children of a mapping by name."""
+        """Children of a mapping by key."""
         if not isinstance(self.value, dict):
             raise self.error("a mapping")
         for key in self.value:
             if not isinstance(key, str):
                 raise self.error(
-                    "keys of text",
+                    "keys that are text",
                     f"the key {shortened(str(key))}, which YAML reads as "
                     f"{type(key).__name__}; write '{shortened(str(key))}'",
                 )
@@ -98,7 +98,7 @@ class Node:
         return children
 
     def require_format(self, name: str) -> None:
-        """Raises DocumentError where the key `format` does not say `name`."""
+        """Raise DocumentError unless the mapping's key `format` has the value `name`."""
         children = self.mapping()
         if "format" not in children:
             raise self.error(f"the key format: {name}", "none")
@@ -133,8 +133,8 @@ class Node:
         return float(self.value)
 
     def whole(self, low: int, high: int, other: str = "") -> int:
-        """A whole number with low <= number <= high; `other` names in the error what else may be
-        given, such as ` or all`.
+        """A whole number with low <= number <= high; `other` is appended to the error's "expected":
+        what else the key may hold, such as ` or all`.
         """
         value = self.value
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
@@ -162,9 +162,9 @@ class Node:
         return str(self.value)
 
     def text(self) -> str:
-        """A string that is not empty."""
+        """Text that is not empty."""
         if not isinstance(self.value, str) or not self.value:
-            raise self.error("text")
+            raise self.error("text that is not empty")
         return self.value
 
     def choice(self, choices: Iterable[Any]) -> Any:
@@ -184,10 +184,10 @@ class Node:
         return tuple(child.within(bounds) if bounds else child.number() for child in children)
 
     def names(self) -> tuple[str, ...]:
-        """At least one name, none twice."""
+        """The names in a list of one or more, none of them twice."""
         names = tuple(child.text() for child in self.items())
         if not names or len(set(names)) != len(names):
-            raise self.error("a list of different names")
+            raise self.error("a list of one or more names, none of them twice")
         return names
 
 
@@ -264,7 +264,8 @@ def _range(low: float, high: float, above: float) -> str:
 def open_fields(
     node: Node, required: Iterable[str] = (), optional: Iterable[str] = ()
 ) -> dict[str, Node]:
-    """Children of a mapping that has all required keys; unknown keys are kept.
+    """Children of a mapping that has all required keys; keys that are neither required nor optional
+    are returned, too.
 
     Raises DocumentError for a missing required key, and for an unknown key that looks like a typo
     of a known key that is missing.

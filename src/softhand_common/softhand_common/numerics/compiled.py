@@ -19,17 +19,18 @@ COMPILING = "compiling the numerical kernels: about a minute, at the first start
 
 
 def compiled(function: Callable[..., Any], *, allocates: bool = True) -> Any:
-    """Decorator: compile a numerical kernel by numba and cache it on disk; x / 0 is as in numpy.
+    """Decorator: compile a numerical kernel by numba and cache it on disk. A division by zero gives
+    inf or nan, as in numpy.
 
     A cached kernel is compiled again when a kernel of its package, of this package, or one that it
     calls by name has changed. Numba by itself looks only at the file of the kernel and would keep
-    using old versions of what it calls in other files. For a function outside of packages its
-    folder stands for the package. A kernel that was cached under another module name is compiled
+    using old versions of what it calls in other files. For a function in no package, the folder of
+    its file is taken as the package. A kernel that was cached under another module name is compiled
     again, too, since numba would import it by that name.
 
     Args:
         function: the kernel.
-        allocates: whether the kernel allocates arrays. Without, references to arrays are not
+        allocates: whether the kernel allocates arrays. If False, references to arrays are not
             counted, which is faster for a kernel that is called very often.
     """
     counting: dict[str, Any] = {"_nrt": allocates}  # of references; not in numba's type hints

@@ -26,8 +26,8 @@ def from_rpy(rpy: ArrayLike) -> Array:
 
 
 def to_rpy(quaternion: ArrayLike) -> Array:
-    """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,); yaw is 0 at a pitch of
-    a quarter turn, where it turns like the roll.
+    """Roll, pitch, yaw (3,) [rad] about fixed x, y, z of a quaternion (4,). At a pitch of +-pi/2,
+    where roll and yaw turn about the same axis, yaw is 0.
     """
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
@@ -48,8 +48,8 @@ def rotate(quaternion: ArrayLike, vectors: ArrayLike) -> Array:
 
 
 def compose(*quaternions: ArrayLike) -> Array:
-    """Normalized product of quaternions (4,) or (n, 4), of which the rightmost is applied first;
-    raises ValueError for a zero quaternion.
+    """Normalized product of quaternions, each (4,) or (n, 4) with the same n; the last one is
+    applied first. Raises ValueError for a zero quaternion, and for different n.
     """
     product = _unit(_rows(quaternions[0]))
     for quaternion in quaternions[1:]:
@@ -94,7 +94,9 @@ def _composed(first: Array, second: Array) -> Array:
     """Products of quaternions (n, 4), (m, 4), with n and m equal, or one of them 1."""
     n, m = len(first), len(second)
     if n != m and n != 1 and m != 1:
-        raise ValueError("quaternions: expected one, or as many of each")
+        raise ValueError(
+            "quaternions: expected arrays (4,) or (n, 4) with the same n, got different n"
+        )
     result = np.empty((max(n, m), 4))
     for i in range(len(result)):
         x1, y1, z1, w1 = first[i if n > 1 else 0]
@@ -107,7 +109,7 @@ def _composed(first: Array, second: Array) -> Array:
 
 
 def matrices(quaternion: Array) -> Array:
-    """Rotation matrices (3, 3, n) of quaternions (4, n), x y z w, of any length but 0."""
+    """Rotation matrices (3, 3, n) of quaternions x, y, z, w (4, n), which are normalized first."""
     x, y, z, w = quaternion / np.sqrt(np.sum(quaternion * quaternion, axis=0))
     return np.stack(
         [

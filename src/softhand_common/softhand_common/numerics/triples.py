@@ -129,9 +129,9 @@ def coefficients(square: float) -> tuple[float, float]:
 def quadratic(a: Vector, first: float, second: float) -> Matrix:
     """1 + first*[a] + second*[a]**2, where [a] v = a x v.
 
-    Let b and c be those of `coefficients` and t the length of a. The rotation matrix of the
-    rotation vector a has first = 1 - t**2*c and second = b; its left Jacobian J has first = b and
-    second = c, with exp(a + da) = exp(J da) exp(a) to first order.
+    Let t be the length of a, and b and c what `coefficients` returns for t**2. The rotation matrix
+    of the rotation vector a has first = 1 - t**2*c and second = b; its left Jacobian J has first =
+    b and second = c, with exp(a + da) = exp(J da) exp(a) to first order.
     """
     x, y, z = first * a[0], first * a[1], first * a[2]
     p, q, r = scaled(second, a)
@@ -169,7 +169,9 @@ def rotation_vector(m: Matrix) -> Vector:
 
 @compiled
 def about_y(m: Matrix, sine: float, cosine: float) -> Matrix:
-    """Product of a rotation matrix and a rotation about y with this sine and cosine."""
+    """Product of a rotation matrix and the rotation about y by an angle, given by its sine and
+    cosine.
+    """
     return (
         (cosine * m[0][0] - sine * m[0][2], m[0][1], sine * m[0][0] + cosine * m[0][2]),
         (cosine * m[1][0] - sine * m[1][2], m[1][1], sine * m[1][0] + cosine * m[1][2]),
