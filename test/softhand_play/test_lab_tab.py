@@ -94,7 +94,7 @@ def test_a_file_that_can_be_read_in_two_ways_waits_for_what_is_said_of_it(page):
     assert run.columns["stress"][0] == pytest.approx(1.101e3)
     page.lab.stretched.value = "far"
     page.attempt(page.lab._look)
-    assert page.message == "stretched to: expected [FILE=]STRETCH, got far"
+    assert page.message == "stretched to: expected STRETCH or FILE=STRETCH, such as 1.5, got far"
     for name in given:
         getattr(page.lab, name).value = AS_SHOWN if name == "decimal" else ""
 

@@ -6,8 +6,8 @@
     >>> model = lab.add(found.effects, data, "base")  # doctest: +SKIP
     >>> lab.compare(data, model).plot()  # doctest: +SKIP
 
-Results print themselves, in a notebook with curves and tables. What a name computes with is loaded
-when it is first used.
+Results print themselves, in a notebook with curves and tables. The module behind each name is
+loaded when that name is first used.
 """
 
 from __future__ import annotations

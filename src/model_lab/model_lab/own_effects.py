@@ -1,4 +1,4 @@
-"""Effects of the user's own, from Python files, which are run, and all that take part with them."""
+"""Effects of the user's own: the classes in Python files, which are run to find them."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from softhand_model.model_file import Model
 
 
 def own_classes(files: Iterable[Path]) -> dict[str, type[Effect]]:
-    """The effects of the files, by name.
+    """Effect classes by effect name, from Python files, which are run.
 
-    Raises ValueError for one that acts in no experiment, or in two files.
+    Raises ValueError for an effect that acts in no experiment, and for a name that two files use.
     """
     found: dict[str, type[Effect]] = {}
     for path in files:
         for name, effect in effects_in_file(path).items():
             if name in found:
-                raise ValueError(f"{path}: effect: expected a name of its own, got {name} again")
+                raise ValueError(
+                    f"{path}: effect: expected a name that no other file uses, got {name} again"
+                )
             if not effect.experiments:
                 raise ValueError(
                     f"{path}: effect {name}: experiments: expected some of "
@@ -30,11 +32,11 @@ def own_classes(files: Iterable[Path]) -> dict[str, type[Effect]]:
 
 
 def file_of_each(files: Iterable[Path]) -> dict[str, Path]:
-    """The file of each of these effects, by its name."""
+    """The Python file that defines each effect, by effect name."""
     return {name: path for path in files for name in effects_in_file(path)}
 
 
 def all_classes(model: Model, files: Iterable[Path]) -> dict[str, type[Effect]]:
-    """Effects that take part: built-in ones, those of a model, and those of the files."""
+    """Effect classes by effect name: built-in ones, those in the model, and those in the files."""
     of_model = {effect.name: type(effect) for effect in model.effects}
     return {**effect_classes(), **of_model, **own_classes(files)}

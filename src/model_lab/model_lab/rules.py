@@ -445,7 +445,9 @@ RULES = Rules()
 
 
 def neutral_rules(rules: Rules = RULES) -> dict[str, Rules]:
-    """For each rule that can be dropped, by name: the rules without it."""
+    """For each rule that can be dropped, by its name: all rules, with this one set so that it does
+    nothing.
+    """
     return {
         rule.name: replace(rules, **{rule.name: rule.metadata["neutral"]})
         for rule in fields(Rules)

@@ -97,7 +97,10 @@ def test_a_result_prints_itself_and_shows_figures_in_a_notebook(compared):
     [
         ({"experiment": "bending"}, "^experiment: expected"),
         ({"units": {"time": "s", "pressure": "N", "tip_angle": "rad"}}, "^columns.pressure.unit"),
-        ({"runs": {"other": {}}}, "^runs: expected some of thin_1, .* got other"),
+        (
+            {"runs": {"other": {}}},
+            "^runs: expected some of the names in `frames`: thin_1, .* got other",
+        ),
         ({"specimens": {"a": SPECIMEN, "b": SPECIMEN}}, "runs.thin_1.*specimen"),
     ],
 )

@@ -208,11 +208,11 @@ WRONG = {
     "unknown command": (["explain"], "explain"),
     "no processes": (
         ["diagnose", "DATA", "--jobs", "0"],
-        "--jobs: expected a whole number from 1, got 0",
+        "--jobs: expected a whole number not below 1, got 0",
     ),
     "no seed": (
         ["diagnose", "DATA", "--seed", "x"],
-        "--seed: expected a whole number from 0, got x",
+        "--seed: expected a whole number not below 0, got x",
     ),
     "no place to write": (
         ["synthesize", "uniaxial", "--out", "/proc/set"],

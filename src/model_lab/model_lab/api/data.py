@@ -35,8 +35,10 @@ DECIMAL_SIGNS = ("", ".", ",")
 
 @dataclass(frozen=True, repr=False)
 class Data(Shown):
-    """A measurement set. set: the same in SI units, as the lab calculates with it. notes: what was
-    noticed when files were imported, such as a late clock.
+    """A measurement set as a user sees it.
+
+    set: the measurements in SI units, with which the lab calculates. notes: what was noticed when
+    files were imported, such as a late clock.
     """
 
     set: MeasurementSet
@@ -44,7 +46,9 @@ class Data(Shown):
 
     @property
     def runs(self) -> dict[str, pd.DataFrame]:
-        """Columns of each run, in the units of `units`."""
+        """A data frame of each run by its name, one row per sample, columns in the units of
+        `units`.
+        """
         import pandas as pd
 
         return {
@@ -59,19 +63,24 @@ class Data(Shown):
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each column: as the user stated it, else that of the bench (kPa, deg, mm)."""
+        """Unit of each column, by name: the one that the user stated; for a column without one,
+        that of daily use (kPa, deg, mm).
+        """
         return {name: self.set.display(name).unit for name in self.set.runs[0].columns}
 
     def save(self, folder: str | Path, force: bool = False) -> None:
-        """Write experiment.yaml and one CSV file a run; ValueError if something is there."""
+        """Write experiment.yaml and one CSV file per run.
+
+        Raises ValueError if one of the files exists, unless `force`.
+        """
         write_set(self.set, Path(folder), force)
 
     def plot(self) -> Figure:
-        """Output over input, repeats on top of each other."""
+        """Figure of the output over the input; repeated runs are drawn on top of each other."""
         return figure_of(loops(self.set, ()))
 
     def text(self) -> str:
-        """What it prints."""
+        """The text that `print` shows: experiment, runs, columns with units, and notes."""
         data = self.set
         lines = [f"{data.experiment}: {data.title or 'without a title'}"]
         lines += [
@@ -83,7 +92,7 @@ class Data(Shown):
         return "\n".join(lines)
 
     def drawings(self) -> list[Drawing]:
-        """Figures of a notebook."""
+        """The figures that a notebook shows."""
         return [loops(self.set, ())]
 
 
@@ -92,7 +101,9 @@ def _units(units: Mapping[str, str]) -> str:
 
 
 def set_of(data: Data | MeasurementSet | str | Path) -> MeasurementSet:
-    """The measurement set behind what a user may give: loaded data, or the path of a folder."""
+    """The measurement set in SI units behind `Data`, or in the folder of a path; a measurement set
+    is returned as it is.
+    """
     if isinstance(data, Data):
         return data.set
     return data if isinstance(data, MeasurementSet) else load_measurements(data)
@@ -101,7 +112,8 @@ def set_of(data: Data | MeasurementSet | str | Path) -> MeasurementSet:
 def load(path: str | Path) -> Data:
     """The measurement set of a folder with experiment.yaml.
 
-    Raises ValueError that names file, field, what was expected and what came.
+    Raises ValueError if the folder holds no valid set; the message names file, field, what was
+    expected and what came.
     """
     return Data(load_measurements(path))
 
@@ -115,29 +127,34 @@ def from_frames(
     noise: Mapping[str, float] | None = None,
     title: str = "",
 ) -> Data:
-    """A measurement set of data frames, one a run.
+    """A measurement set made of data frames, one per run.
 
     Args:
-        frames: by the name of the run, each with a row a sample and the columns that the
-            experiment needs, such as `time`, `pressure` and `tip_angle` of `free_bending`.
+        frames: data frame of each run, by the name of the run, with one row per sample and the
+            columns that the experiment needs, such as `time`, `pressure` and `tip_angle` of
+            `free_bending`.
         experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse or base_torque.
-        specimens: by name, entries as in experiment.yaml: lengths [m], shear_modulus [Pa], mass
-            [kg], mount, batch.
-        units: of the columns by name, such as {"time": "s", "pressure": "kPa"}; what has none is
-            not read.
-        runs: by name, entries as in experiment.yaml: specimen, protocol, temperature [K], virgin,
-            initial, mode. A single specimen need not be named; a run without protocol is its own.
-        noise: one sigma of a column, in its unit.
-        title: of the set.
+        specimens: entry of each specimen, by its name, as in experiment.yaml: lengths [m],
+            shear_modulus [Pa], mass [kg], mount, batch.
+        units: unit of each column, by its name, such as {"time": "s", "pressure": "kPa"}; columns
+            that are not named here are ignored.
+        runs: entry of each run, by its name, as in experiment.yaml: specimen, protocol, temperature
+            [K], virgin, initial, mode. `specimen` may be left out if there is only one; a run
+            without `protocol` counts as a protocol of its own.
+        noise: standard deviation of the noise of a column, by its name, in the unit of the column.
+        title: title of the set; "" for none.
 
     Raises:
-        ValueError: names the field as in experiment.yaml, what was expected and what came.
+        ValueError: an argument is not valid; the message names the field as in experiment.yaml,
+            what was expected and what came.
     """
     alone = next(iter(specimens)) if len(specimens) == 1 else None
     given = runs or {}
     unknown = [name for name in given if name not in frames]
     if unknown:
-        raise ValueError(f"runs: expected some of {', '.join(frames)}, got {unknown[0]}")
+        raise ValueError(
+            f"runs: expected some of the names in `frames`: {', '.join(frames)}, got {unknown[0]}"
+        )
     first = {"specimen": alone} if alone else {}
     files = {name: f"{number}.csv" for number, name in enumerate(frames)}
     document = {
@@ -182,23 +199,28 @@ def import_files(
     stretched_to: float | Mapping[str, float] | None = None,
     wrist: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
 ) -> Data:
-    """A measurement set of files as rigs write them, also several of one run at different rates.
+    """A measurement set made of files as test rigs write them. Several files may hold one run,
+    sampled at different rates.
 
     Args:
         paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip, uniaxial or hand_pose; None: as the columns say.
-        columns: what columns are, by quantity: name of the column and its unit, such as
-            {"pressure": ("P_reg", "psi")}; "" for the unit of the header.
-        hand: hand, or HAND:ACTUATOR, of which the specimen is a finger; of files with places of
-            its markers, or of bags of this suite, the hand that held poses.
-        shifts: time [s] to add to the clock of a file, by its name.
-        decimal: sign of the numbers of text files, "." or ","; "": the one that they show.
-        sheets: which sheet of a spreadsheet, where several hold numbers: of all files, or by name.
-        specimen: name of the specimen of all runs; None: as the names of the files say.
-        stretched_to: largest stretch of the specimen before the run [-]: of all, or by file.
-        wrist: how the wrist of a hand was held: roll, pitch and yaw [rad], of all or by file.
+        experiment: free_bending, blocked_tip, uniaxial or hand_pose; None: found out from the
+            columns.
+        columns: for each quantity, the name of its column and the unit, such as {"pressure":
+            ("P_reg", "psi")}; a unit of "" stands for the one in the header.
+        hand: name of the hand, or HAND:ACTUATOR, to which the tested finger belongs; for files with
+            marker positions and for bags of this suite, the hand that was recorded.
+        shifts: time [s] to add to the clock of a file, by the name of the file.
+        decimal: decimal sign of numbers in text files, "." or ","; "": found out from the file.
+        sheets: sheet to read of spreadsheets with several sheets of numbers: one name for all
+            files, or a name for each file by the name of the file; "": the only one.
+        specimen: name of the specimen of all runs; None: taken from the file names.
+        stretched_to: largest stretch [-] that the specimen had seen before the run: one number for
+            all files, or one for each by the name of the file; None: not known.
+        wrist: how the wrist of a hand was held, as roll, pitch and yaw [rad]: one triple for all
+            files, or one for each by the name of the file; None: not stated.
 
-    Raises ValueError that says what the files leave open.
+    Raises ValueError if the files leave something open; the message says what, and how to state it.
     """
     from model_lab.importing.hand_sets import set_of_hand
     from model_lab.importing.importing import make_set, propose
@@ -230,14 +252,14 @@ def _by_file(said: T | Mapping[str, T] | None) -> dict[str, T]:
 def synthesize(
     experiment: str, hide: str | None = None, seed: int = 0, noise: float = NOISE
 ) -> Data:
-    """A simulated measurement set, to try the lab on: the base model with noise, and on request
-    with one more effect, which `diagnose` should then find.
+    """A simulated measurement set, to try the lab on: predictions of the base model with noise, and
+    on request with one more effect, which `diagnose` should then find.
 
     Args:
         experiment: kind of the experiment, as in `from_frames`.
-        hide: name of the effect to add; None: none.
-        seed: of specimens, parameters of the effect and noise, which are drawn at random.
-        noise: standard deviation of the noise over the largest output [-].
+        hide: name of the effect to add; None: no effect.
+        seed: seed of the random draws of specimens, effect parameters and noise.
+        noise: standard deviation of the noise, as a share of the largest output [-].
 
     Raises ValueError for an unknown experiment or effect, and for an effect that this experiment
     cannot show.

@@ -26,10 +26,10 @@ Files = Sequence[str | Path]
 
 @dataclass(frozen=True, repr=False)
 class FittedModel(Shown):
-    """A model with effects that were added, fitted to data.
+    """A model with effects that were added to it and fitted to data.
 
-    model: the same as simulator, monitor and lab take it, in SI units. additions: each effect as it
-    was added, in order.
+    model: the model in SI units, as simulator, monitor and lab take it. additions: one entry per
+    added effect, in the order in which they were added.
     """
 
     model: Model
@@ -37,22 +37,24 @@ class FittedModel(Shown):
 
     @property
     def errors(self) -> list[float]:
-        """Held-out error before, and after each effect, in `unit`."""
+        """Held-out root mean square error before the first effect was added, and after each one, in
+        `unit`.
+        """
         display = _display(self.additions[0])
         left = [self.additions[0].before, *(one.after for one in self.additions)]
         return [display.factor * one.held_out.rmse for one in left]
 
     @property
     def unit(self) -> str:
-        """Unit of the errors: that of the output as the user stated it."""
+        """Unit of `errors`: the one that the user stated for the (first) output."""
         return _display(self.additions[0]).unit
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the model file; ValueError if there is one already, unless `force`."""
+        """Write the model file. Raises ValueError if the file exists, unless `force`."""
         write_model(Path(path), self.model, force=force)
 
     def text(self) -> str:
-        """What it prints."""
+        """The text that `print` shows: errors before and after each effect, and the noise floor."""
         errors = [f"{error:.3g}" for error in self.errors]
         lines = [
             f"added {effect_words(one.effect)}: held-out error {before} -> {after} {self.unit}"
@@ -73,10 +75,11 @@ Given = FittedModel | Model | str | Path
 
 
 def load_model(model: Given = "base", effects: Files = ()) -> Model:
-    """A model by its file, or by the name of a shipped one such as `base`, `gravity`, `linear`.
+    """A model by the path of its file, or by the name of a shipped one such as `base`, `gravity`,
+    `linear`; a model that is loaded or fitted already is returned as it is.
 
-    effects: Python files with effects of your own, which are run. Raises ValueError that names
-    file, key, expected and got.
+    effects: Python files with effects of your own, which are run. Raises ValueError for a file that
+    is no valid model; the message names file, key, what was expected and what came.
     """
     if isinstance(model, FittedModel):
         return model.model
@@ -92,12 +95,13 @@ def load_model(model: Given = "base", effects: Files = ()) -> Model:
 def predict(
     data: Data | MeasurementSet | str | Path, model: Given = "base", own: Files = ()
 ) -> Data:
-    """What a model says in place of what was measured: the same set with predicted outputs.
+    """The measurement set with the outputs that a model predicts in place of the measured ones.
 
     Args:
-        data: of which the inputs and specimens are used; the numbers in its outputs are not.
-        model: shipped name, file, or what `add` returned; its calibration is taken as it is.
-        own: Python files with effects of your own that the model file names.
+        data: measurement set, of which inputs and specimens are used, but not the measured outputs.
+        model: shipped name, file, or what `add` returned; its calibration is used as it is, without
+            a fit.
+        own: Python files of those effects in the model file that are your own.
 
     Raises ValueError for data that the model cannot use.
     """
@@ -125,12 +129,13 @@ def add(
     model: Given = "base",
     own: Files = (),
 ) -> FittedModel:
-    """The model with effects added, one after the other, all fitted together with its calibration.
+    """The model with effects added one after the other; each time, all effects and the calibration
+    of the model are fitted together.
 
     Args:
-        effects: names, or the `effects` of a diagnosis.
-        data: what to fit to.
-        model: to add to.
+        effects: names of the effects to add, or the `effects` of a diagnosis.
+        data: measurements to fit to.
+        model: the model to which they are added.
         own: Python files with effects of your own, which are run.
 
     Raises:
@@ -139,7 +144,7 @@ def add(
     given = [effects] if isinstance(effects, str | NamedEffect) else list(effects)
     names = [one if isinstance(one, str) else one.name for one in given]
     if not names:
-        raise ValueError("effects: expected at least one, got none; a diagnosis may name none")
+        raise ValueError("effects: expected at least one, got none: a diagnosis may name none")
     known, measured = load_model(model, own), set_of(data)
     paths = [Path(path) for path in own]
     files = {name: path for name, path in file_of_each(paths).items() if name in names}

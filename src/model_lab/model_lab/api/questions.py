@@ -52,47 +52,52 @@ def _shown(data: MeasurementSet, error: float) -> float:
 # ---------------------------------------------------------------------- compare
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """How far a model is off, and where. details: the same in SI units, with all that was found."""
+    """How far a model is off, and where.
+
+    details: all results, in SI units. name: name of the model.
+    """
 
     details: Compared
     name: str
 
     @property
     def error(self) -> float:
-        """Root mean square of measured minus predicted over runs held out of the fit, in `unit`."""
+        """Root mean square of measured minus predicted values, each predicted by a fit without its
+        own data (held out), in `unit`.
+        """
         return _shown(self.details.data, self.details.errors.held_out.rmse)
 
     @property
     def floor(self) -> float:
-        """Noise floor, below which no model can go, in `unit`."""
+        """Noise floor, in `unit`: the error that measurement noise leaves to any model."""
         return _shown(self.details.data, self.details.errors.floor.total)
 
     @property
     def unit(self) -> str:
-        """Unit of the errors: that of the output as the user stated it."""
+        """Unit of the errors: the one that the user stated for the (first) output."""
         return self.details.data.display(self.details.data.outputs[0]).unit
 
     @property
     def slips(self) -> tuple[Slip, ...]:
-        """Mistakes in how the data are stated, such as a unit."""
+        """Slips: mistakes in how the data are stated, such as a wrong unit."""
         return self.details.slips
 
     @property
     def runs(self) -> dict[str, float]:
-        """Held-out error of each run, in `unit`."""
+        """Held-out root mean square error of each run, by its name, in `unit`."""
         data = self.details.data
         return {part.name: _shown(data, part.held_out.rmse) for part in self.details.runs}
 
     def plot(self) -> Figure:
-        """Loops of output over input, the residual over the input, and its autocorrelation."""
+        """Figure of output over input, and of the residual over input and its autocorrelation."""
         return figure_of(*self.drawings())
 
     def text(self) -> str:
-        """What it prints: the text of `model-lab compare`."""
+        """The text that `print` shows: that of `model-lab compare`."""
         return comparison_text(self.details, self.name)
 
     def headline(self) -> str:
-        """Error and floor, and slips."""
+        """Sentences on error, noise floor and slips."""
         said = [
             f"{self.name}: held-out error {self.error:.3g} {self.unit}, "
             f"noise floor {self.floor:.3g} {self.unit}.",
@@ -101,12 +106,12 @@ class Comparison(Shown):
         return " ".join(said)
 
     def tables(self) -> list[Table]:
-        """Errors of the runs."""
+        """A table of the errors of the runs."""
         rows = [[name, f"{error:.3g}"] for name, error in self.runs.items()]
         return [Table(["run", f"held-out error [{self.unit}]"], rows)]
 
     def drawings(self) -> list[Drawing]:
-        """Figures of a notebook."""
+        """The figures that a notebook shows."""
         errors = self.details.errors
         residuals = [("before", errors.residual)]
         return [loops(errors.data, residuals), rest_over_input(errors.data, residuals)]
@@ -116,10 +121,10 @@ def compare(data: Measured, model: Given = "base", seed: int = 0, own: Files = (
     """How far a model is off, against the noise floor, and where the error lies.
 
     Args:
-        data: measurements.
+        data: measurement set, or the path of its folder.
         model: shipped name, file, or what `add` returned.
-        seed: of tests that draw at random; same seed, same answer.
-        own: Python files with effects of your own that the model file names.
+        seed: seed of all random draws; the same seed gives the same answer.
+        own: Python files of those effects in the model file that are your own.
 
     Raises ValueError for data that the model cannot use.
     """
@@ -138,76 +143,91 @@ def _name_of(model: Given) -> str:
 # ---------------------------------------------------------------------- diagnose
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Shown):
-    """Which effects are missing. outcome: the same in SI units, with the fits behind it."""
+    """Which effects a model lacks.
+
+    outcome: all results, in SI units, with the fits behind them.
+    """
 
     outcome: Outcome
 
     @property
     def verdict(self) -> str:
-        """`adequate`, `effects_missing`, `unexplained`, or `slip`: a mistake in the statement."""
+        """One of `adequate`, `effects_missing`, `unexplained`, and `slip` (a mistake in how the
+        data are stated).
+        """
         return self.outcome.diagnosis.verdict
 
     @property
     def sentence(self) -> str:
-        """The verdict in a sentence."""
+        """The verdict as a sentence."""
         return verdict_sentence(self.outcome.diagnosis)
 
     @property
     def effects(self) -> tuple[NamedEffect, ...]:
-        """Missing effects, with values, standard errors and 95 % intervals of their parameters, in
-        the units that each of them states.
+        """The missing effects. Each has its parameters with value, standard error and 95 %
+        interval, in the unit that the parameter states.
         """
         return self.outcome.diagnosis.effects
 
     @property
     def tied(self) -> tuple[tuple[str, ...], ...]:
-        """Names of what the data cannot tell from each effect."""
+        """For each effect of `effects`, in order: names of other effects that explain the data as
+        well.
+        """
         return self.outcome.diagnosis.tied
 
     @property
     def slips(self) -> tuple[Slip, ...]:
-        """Mistakes in how the data are stated; all else is about the mended data."""
+        """Slips: mistakes in how the data are stated. All other results are about the data without
+        them.
+        """
         return self.outcome.diagnosis.slips
 
     @property
     def confidence(self) -> float | None:
-        """Share of such verdicts that are right, 0 to 1; None if it is not known."""
+        """Share (0 to 1) of verdicts of this kind that are right; None if it is not known."""
         return self.outcome.diagnosis.confidence
 
     @property
     def next_experiment(self) -> Mapping[str, Any] | None:
-        """What would tell apart what is tied: `inputs` (time [s], pressure [Pa] or stretch, lists),
-        `specimen`, `mount`, `temperature` [K], `description`, `changes`; None if nothing is.
+        """The run that would best separate tied effects; None if none are tied, or no run can.
+
+        Keys: `inputs` (lists: time [s], pressure [Pa] or stretch [-]), `specimen`, `mount`,
+        `temperature` [K], `description`, `changes`.
         """
         return self.outcome.diagnosis.next_experiment
 
     @property
     def data(self) -> Data:
-        """The measurements as they were judged: without slips, long recordings thinned."""
+        """The measurements that were judged: slips are mended, and long recordings have fewer
+        samples.
+        """
         return Data(self.outcome.problem.data)
 
     def json(self) -> dict[str, Any]:
-        """What `model-lab diagnose --json` writes, in SI units."""
+        """The dictionary that `model-lab diagnose --json` writes, in SI units."""
         return self.outcome.diagnosis.as_json()
 
     def report(self, path: str | Path) -> None:
-        """Write the report, an HTML page that needs nothing else."""
+        """Write the report: one HTML page that needs no other files."""
         write_report(self.outcome, Path(path), ())
 
     def plot(self) -> Figure:
-        """Loops before and with the missing effects, the residual and its autocorrelation."""
+        """Figure of output over input, of the residual over input, and of its autocorrelation, each
+        before and with the missing effects.
+        """
         return figure_of(*self.drawings())
 
     def text(self) -> str:
-        """What it prints: the text of `model-lab diagnose`."""
+        """The text that `print` shows: that of `model-lab diagnose`."""
         return diagnosis_text(self.outcome.diagnosis)
 
     def headline(self) -> str:
-        """The verdict."""
+        """The verdict as a sentence."""
         return self.sentence
 
     def tables(self) -> list[Table]:
-        """Errors before and after, and the effects' parameters."""
+        """A table of the errors before and after, and one of the effects' parameters."""
         view = View(self.outcome)
         rows = [
             [effect.name, name, f"{e.value:.4g}", *(f"{end:.4g}" for end in e.interval), e.unit]
@@ -218,7 +238,7 @@ class Diagnosis(Shown):
         return [tables.before_and_after(view), *([named] if rows else [])]
 
     def drawings(self) -> list[Drawing]:
-        """Figures of a notebook."""
+        """The figures that a notebook shows."""
         view = View(self.outcome)
         return [loops(view.data, view.residuals), rest_over_input(view.data, view.residuals)]
 
@@ -229,11 +249,11 @@ def diagnose(
     """Which physical effect a model lacks, or what is wrong with how the data are stated.
 
     Args:
-        data: measurements.
+        data: measurement set, or the path of its folder.
         model: shipped name, file, or what `add` returned.
-        seed: of what is drawn at random; same seed, same answer.
-        jobs: processes.
-        own: Python files with effects of your own, which are run and take part.
+        seed: seed of all random draws; the same seed gives the same answer.
+        jobs: number of processes that share the search.
+        own: Python files with effects of your own, which are run and searched with the others.
 
     Raises ValueError for data that the model cannot use.
     """
@@ -247,13 +267,18 @@ def diagnose(
 # ---------------------------------------------------------------------- learn
 @dataclass(frozen=True, repr=False)
 class Learned(Shown):
-    """The curve that a model lacks. learning: the same with the fits behind it, in SI units."""
+    """The curve that a model lacks.
+
+    learning: the result in SI units, with the fits behind it.
+    """
 
     learning: Learning
 
     def save(self, path: str | Path, force: bool = False) -> list[Path]:
-        """Write an effect file a curve, NAME.py, to be given as `own`; ValueError if nothing was
-        learned. Returns the files.
+        """Write one effect file (Python) per curve, to be given as `own`, and return their paths:
+        `path` for the first curve, numbered names for others.
+
+        Raises ValueError if nothing was learned, or if a file exists, unless `force`.
         """
         curves = self.learning.curves
         if not curves:
@@ -267,34 +292,34 @@ class Learned(Shown):
         return files
 
     def plot(self) -> Figure:
-        """The curve, and the residual with and without it."""
+        """Figure of the curve, and of the residual with and without it."""
         return figure_of(*self.drawings())
 
     def text(self) -> str:
-        """What it prints."""
+        """The text that `print` shows: what was learned, and the curves that were tried."""
         candidates = text_table(words.alternative_rows(self.learning))
         return f"{words.verdict(self.learning)}\n\n{candidates}"
 
     def headline(self) -> str:
-        """What was learned."""
+        """A sentence on what was learned."""
         return words.verdict(self.learning)
 
     def tables(self) -> list[Table]:
-        """The curves at their knots."""
+        """Tables of the curves: values at their knots."""
         return tables.learned_curves(self.learning)
 
     def drawings(self) -> list[Drawing]:
-        """Figures of a notebook."""
+        """The figures that a notebook shows."""
         return [picture_of(self.learning)]
 
 
 def learn(data: Measured, model: Given = "base", own: Files = ()) -> Learned:
-    """The curve that a model lacks, where no known effect explains the error.
+    """Learn the curve that a model lacks, for data that no known effect explains.
 
     Args:
-        data: measurements.
+        data: measurement set, or the path of its folder.
         model: shipped name, file, or what `add` returned.
-        own: Python files with effects of your own that the model file names.
+        own: Python files of those effects in the model file that are your own.
 
     Raises ValueError for data that the model cannot use.
     """
@@ -306,35 +331,45 @@ def learn(data: Measured, model: Given = "base", own: Files = ()) -> Learned:
 # ---------------------------------------------------------------------- ladder
 @dataclass(frozen=True, repr=False)
 class Ladder(Shown):
-    """Errors of several models side by side. rungs: the same in SI units."""
+    """Errors of several models on the same data.
+
+    rungs: the models with all their errors, in SI units.
+    """
 
     rungs: Rungs
 
     @property
     def errors(self) -> dict[str, float]:
-        """Held-out error of each model, in the unit of the output as the user stated it."""
+        """Held-out root mean square error of each model, by its name, in the unit that the user
+        stated for the (first) output.
+        """
         data = self.rungs.data
         return {one.name: _shown(data, one.errors.held_out.rmse) for one in self.rungs.rungs}
 
     def text(self) -> str:
-        """What it prints: the text of `model-lab ladder`."""
+        """The text that `print` shows: that of `model-lab ladder`."""
         return ladder_text(self.rungs)
 
     def headline(self) -> str:
-        """The best of them."""
+        """A sentence that names the model with the smallest error."""
         return f"The smallest held-out error is that of {self.rungs.best.name}."
 
     def tables(self) -> list[Table]:
-        """Errors of the models."""
+        """A table of the errors of the models."""
         unit = self.rungs.data.display(self.rungs.data.outputs[0]).unit
         rows = [[name, f"{error:.3g}"] for name, error in self.errors.items()]
         return [Table(["model", f"held-out error [{unit}]"], rows)]
 
 
 def ladder(data: Measured, models: Mapping[str, Given] | Sequence[Given]) -> Ladder:
-    """Errors of several models, by the names that are given, or by their own.
+    """Compare several models with the same data.
 
-    Raises ValueError for data that a model cannot use, naming it.
+    Args:
+        data: measurement set, or the path of its folder.
+        models: models by the names under which they are shown, or a list of models, which are shown
+            by their own names.
+
+    Raises ValueError for data that a model cannot use; the message names the model.
     """
     named = models if isinstance(models, Mapping) else {_name_of(one): one for one in models}
     loaded: dict[str, Model] = {name: load_model(one) for name, one in named.items()}

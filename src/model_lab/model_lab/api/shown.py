@@ -25,18 +25,18 @@ class Shown(ABC):
 
     @abstractmethod
     def text(self) -> str:
-        """What it prints."""
+        """The text that `print` shows."""
 
     def drawings(self) -> list[Drawing]:
-        """Figures of a notebook."""
+        """The figures that a notebook shows."""
         return []
 
     def tables(self) -> list[Table]:
-        """Tables of a notebook."""
+        """The tables that a notebook shows."""
         return []
 
     def headline(self) -> str:
-        """Text of a notebook, above figures and tables."""
+        """The text that a notebook shows above figures and tables."""
         return self.text()
 
     def __repr__(self) -> str:
@@ -50,7 +50,7 @@ class Shown(ABC):
 
 
 def figure_of(*drawings: Drawing) -> Figure:
-    """The panels of figures as one figure of matplotlib, which a notebook shows."""
+    """One matplotlib figure with the panels of all drawings, as a notebook shows it."""
     panels = [panel for drawing in drawings for panel in drawing.panels]
     keys = {key.text: key for drawing in drawings for key in drawing.keys}
     rows = -(-len(panels) // COLUMNS)

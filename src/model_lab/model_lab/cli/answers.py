@@ -28,8 +28,8 @@ PACKAGES = ("model_lab", "softhand_model")  # on whose code an answer depends
 
 
 def fingerprint(arguments: argparse.Namespace, model: Model, data: MeasurementSet) -> str:
-    """A name (hexadecimal) of all that an answer depends on but the code: what was measured, the
-    model, the effects that take part, and the seed.
+    """A hexadecimal hash of all that the answer of `diagnose` depends on but the code:
+    measurements, model, effects that are searched, and seed.
     """
     key = hashlib.sha256()
     given = Path(arguments.model)
@@ -50,7 +50,9 @@ def fingerprint(arguments: argparse.Namespace, model: Model, data: MeasurementSe
 
 
 def keep(answer: dict[str, Any]) -> None:
-    """Write an answer to the cache; where that fails, `plan` searches again."""
+    """Write the answer of `diagnose` to the cache. If that fails, a warning is given, and `plan`
+    will search again.
+    """
     try:
         write_json(_cached(answer["fingerprint"]), answer, force=True)
     except UnwritableFile as reason:
@@ -58,7 +60,7 @@ def keep(answer: dict[str, Any]) -> None:
 
 
 def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
-    """An earlier answer of `diagnose`, if there is one about the same set, model and effects.
+    """The earlier answer of `diagnose` about this set, model and effects, if there is one.
 
     Args:
         place: file of the answer, or folder of the report that holds it; None: look in the cache.
@@ -73,8 +75,8 @@ def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
     answer: dict[str, Any] = read_json(path, DIAGNOSIS_FORMAT).value
     if answer.get("fingerprint") != expected:
         raise ValueError(
-            f"{path}: expected a diagnosis of this set, model and effects, got one of others or "
-            "of an earlier state of these: run `model-lab diagnose` again"
+            f"{path}: expected a diagnosis of this set, model and effects, got one of another set, "
+            "model or effect, or of one that has changed since: run `model-lab diagnose` again"
         )
     return answer
 

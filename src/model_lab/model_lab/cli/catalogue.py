@@ -15,7 +15,11 @@ NOISE = 0.006  # of synthesised sets
 
 @dataclass(frozen=True)
 class Command:
-    """One command: its help, a longer description, examples, arguments in order, and its work."""
+    """One command of `model-lab`.
+
+    help: one line. description: longer text. examples: shell lines. arguments: in the order of the
+    help. run: the function that does the work, given the parsed arguments.
+    """
 
     help: str
     description: str

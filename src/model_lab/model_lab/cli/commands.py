@@ -22,7 +22,9 @@ REPORT, LEARNED_PAGE = "report.html", "learned.html"
 
 
 def import_files(arguments: argparse.Namespace) -> None:
-    """Propose what the columns are, ask what is open, and write the set."""
+    """Propose what each column means, ask the user what is still open, and write the measurement
+    set.
+    """
     import sys
 
     from model_lab.importing import told
@@ -80,7 +82,7 @@ def _write_imported(
 
 
 def compare(arguments: argparse.Namespace) -> None:
-    """Compare, print, and write the JSON."""
+    """Compare the model with the measurements, print the result, and write JSON if asked for."""
     from model_lab.comparison.compare import compare
     from model_lab.report.comparison_text import comparison_json, comparison_text
 
@@ -93,7 +95,7 @@ def compare(arguments: argparse.Namespace) -> None:
 
 
 def diagnose(arguments: argparse.Namespace) -> None:
-    """Diagnose, print the verdict, and write JSON and report."""
+    """Diagnose the model, print the verdict, and write JSON and report if asked for."""
     from model_lab.cli import answers, lines
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
@@ -144,7 +146,9 @@ def _print_next(following: Sequence[str]) -> None:
 
 
 def add(arguments: argparse.Namespace) -> None:
-    """Fit, print what was found, and write the model file and the JSON."""
+    """Fit the model with the effect, print the result, and write the model file, and JSON if asked
+    for.
+    """
     from model_lab.comparison.add import add_effect, check_model_file, write_model
     from model_lab.report.text import addition_json, addition_text
 
@@ -164,7 +168,9 @@ def add(arguments: argparse.Namespace) -> None:
 
 
 def learn(arguments: argparse.Namespace) -> None:
-    """Learn, print, and write the effect file, the JSON and the report."""
+    """Learn the missing curve, print it, and write the effect file, and JSON and report if asked
+    for.
+    """
     from model_lab.cli import lines
     from model_lab.learning import effect_file, words
     from model_lab.learning.learn import learn
@@ -196,7 +202,7 @@ def learn(arguments: argparse.Namespace) -> None:
 
 
 def ladder(arguments: argparse.Namespace) -> None:
-    """Compare the models, print the rungs, and write the JSON."""
+    """Compare the models, print their errors, and write JSON if asked for."""
     from model_lab.comparison.ladder import compare_models
     from model_lab.report.comparison_text import ladder_json, ladder_text
 
@@ -210,7 +216,9 @@ def ladder(arguments: argparse.Namespace) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> None:
-    """Take what `diagnose` found, or diagnose; print what to do next, write template and JSON."""
+    """Take the kept answer of `diagnose`, or diagnose; print which experiment to do next, and write
+    a template for it, and JSON if asked for.
+    """
     from model_lab.cli import answers
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.measurements.save import check_folder
@@ -236,7 +244,7 @@ def plan(arguments: argparse.Namespace) -> None:
 
 
 def synthesize(arguments: argparse.Namespace) -> None:
-    """Make the set and write it."""
+    """Simulate a measurement set and write it."""
     from model_lab.bench.synthesize import synthesize, write_synthesised
     from model_lab.measurements.save import check_folder
 
@@ -256,7 +264,7 @@ def synthesize(arguments: argparse.Namespace) -> None:
 
 
 def reveal(arguments: argparse.Namespace) -> None:
-    """Open the seal and print what is in it."""
+    """Open the sealed file of a synthesised set and print which effect was hidden."""
     from model_lab.bench.synthesize import open_seal
 
     options.check_json(arguments)

@@ -25,7 +25,7 @@ DEMO_MODEL = "base"
 
 
 class StepFailed(Exception):
-    """A command of the demonstration failed, with this exit status."""
+    """A command of the demonstration failed. Its argument is the exit status of the command."""
 
     def __init__(self, status: int) -> None:
         super().__init__(status)
@@ -34,7 +34,11 @@ class StepFailed(Exception):
 
 @dataclass(frozen=True)
 class Demonstration:
-    """The demonstration in a folder; force: whether results of an earlier one are overwritten."""
+    """The demonstration.
+
+    folder: where its files are written. seed: seed of all random draws. force: whether results of
+    an earlier demonstration are overwritten.
+    """
 
     folder: Path
     seed: int
@@ -96,7 +100,9 @@ class Demonstration:
 
 
 def ending(found: dict[str, Any], truth: dict[str, Any]) -> str:
-    """Whether the diagnosis `found` names what was hidden, given the sealed `truth`."""
+    """A sentence on whether the diagnosis `found` names the effect that was hidden, as the sealed
+    `truth` says.
+    """
     hidden = [effect["name"] for effect in truth["effects"]]
     named = [effect["name"] for effect in found["effects"]]
     tied = [name for names in found["tied"] for name in names]
@@ -110,7 +116,7 @@ def ending(found: dict[str, Any], truth: dict[str, Any]) -> str:
 
 
 def held_out_error(comparison: dict[str, Any]) -> float:
-    """Held-out root mean square error in the JSON of `compare`, in SI units."""
+    """Held-out root mean square error, in SI units, from the JSON of `compare`."""
     return float(comparison["held_out"]["rmse"])
 
 
@@ -119,7 +125,7 @@ def _say(number: int, sentence: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the demonstration; see the module for the exit status."""
+    """Run the demonstration and return its exit status, as the module says."""
     parser = argparse.ArgumentParser(
         prog="softhand lab-demo",
         description="Hide an effect, find it, add it, and open the seal.",

@@ -1,4 +1,4 @@
-"""Shell lines: those that make a result again, and those that go on from it."""
+"""Shell lines that reports show: those that repeat a result, and those that go on from it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ LEARNED_FILE, MODEL_FILE, NEXT = "my_effect.py", "model.yaml", "next"
 
 
 def diagnosed_again(arguments: argparse.Namespace) -> str:
-    """The line that makes the report of a diagnosis again."""
+    """The shell line that repeats a diagnosis and writes its report."""
     again = ["--seed", arguments.seed, "--report", arguments.report, "--force"]
     return _line(arguments, ["diagnose", arguments.data], arguments.model, again)
 
 
 def learned_again(arguments: argparse.Namespace) -> str:
-    """The line that makes an effect file and its report again."""
+    """The shell line that learns the curve again and writes effect file and report."""
     again = ["--out", arguments.out, "--report", arguments.report, "--force"]
     return _line(arguments, ["learn", arguments.data], arguments.model, again)
 
@@ -30,8 +30,10 @@ def learned_again(arguments: argparse.Namespace) -> str:
 def after_diagnosis(
     arguments: argparse.Namespace, diagnosis: Diagnosis, may_learn: bool = True
 ) -> list[str]:
-    """What to do next: separate tied effects, add the named ones, learn what no known effect
-    explains, where that may be; nothing before a slip is mended.
+    """Shell lines for the next steps: `plan`, if effects are tied; `add` for each missing effect;
+    `learn`, if much error is left. No lines if the verdict is a slip, which is to be mended first.
+
+    may_learn: whether the line with `learn` may be given.
     """
     if diagnosis.verdict == SLIP:
         return []
@@ -54,7 +56,7 @@ def after_diagnosis(
 
 
 def after_learning(arguments: argparse.Namespace, files: Sequence[Path]) -> list[str]:
-    """The lines that add what was learned, one curve after the other."""
+    """Shell lines that add the learned curves to the model, one after the other."""
     models = [arguments.model, *(file.with_suffix(".yaml") for file in files)]
     lines = []
     for file, (old, new) in zip(files, pairwise(models), strict=True):
@@ -65,7 +67,7 @@ def after_learning(arguments: argparse.Namespace, files: Sequence[Path]) -> list
 
 
 def numbered(name: str, count: int) -> list[str]:
-    """File names: the first as given, the others numbered.
+    """A list of `count` file names: the first as given, the others numbered.
 
     >>> numbered("model.yaml", 2)
     ['model.yaml', 'model_2.yaml']

@@ -30,7 +30,7 @@ class _Parser(argparse.ArgumentParser):
 
 @with_checked_output(PROGRAM)
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; see the module for the exit status."""
+    """Run one command and return its exit status, as the module says."""
     parsed = make_parser().parse_args(arguments)
     try:
         COMMANDS[parsed.command].run(parsed)
@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
+    """The argument parser of `model-lab` with all its commands."""
     parser = _Parser(
         prog=PROGRAM,
         description="Compare a model with measurements, see where it fails, learn which physical "

@@ -36,7 +36,7 @@ Argument = tuple[tuple[str, ...], dict[str, Any]]
 
 
 def argument(*flags: str, **given: Any) -> Argument:
-    """An argument of a command."""
+    """An argument of a command: what `ArgumentParser.add_argument` takes."""
     return flags, given
 
 
@@ -54,7 +54,7 @@ def _whole(text: str, least: int) -> int:
     except ValueError:
         value = least - 1
     if value < least:
-        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
+        raise argparse.ArgumentTypeError(f"expected a whole number not below {least}, got {text}")
     return value
 
 
@@ -66,29 +66,34 @@ def _processors() -> int:
 
 
 def column_map(text: str) -> tuple[str, tuple[str, str]]:
-    """Quantity, column and unit ("" if it is not given) of NAME=COLUMN[:UNIT]."""
+    """(quantity, (column, unit)) from the text NAME=COLUMN[:UNIT]; the unit is "" if it is not
+    given.
+    """
     quantity, equals, column = text.partition("=")
     name, _, unit = column.partition(":")
     known = quantity in MAPPED or OF_HAND.fullmatch(quantity) is not None
     if not equals or not (name or unit) or not known:
         raise argparse.ArgumentTypeError(
-            f"expected NAME=COLUMN:UNIT with NAME of {', '.join(MAPPED)} (of a hand also wrist, "
-            f"places, pressure.CHANNEL or a marker such as index_tip), got {text}"
+            f"expected NAME=COLUMN:UNIT where NAME is one of {', '.join(MAPPED)} (for a hand also "
+            f"wrist, places, pressure.CHANNEL or a marker such as index_tip), got {text}"
         )
     return quantity, (name, unit)
 
 
 def clock_shift(text: str) -> tuple[str, float]:
-    """File and time [s] of FILE=SECONDS."""
+    """(file name, time [s]) from the text FILE=SECONDS."""
     file, _, seconds = text.rpartition("=")
     try:
         return file, float(seconds)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected FILE=SECONDS, got {text}") from None
+        raise argparse.ArgumentTypeError(
+            f"expected FILE=SECONDS, such as forces.csv=0.25, got {text}"
+        ) from None
 
 
 def attitude(text: str) -> tuple[str, tuple[float, ...]]:
-    """File ("" for all) and roll, pitch, yaw [rad] of [FILE=]ROLL,PITCH,YAW in degrees.
+    """(file name, (roll, pitch, yaw) [rad]) from the text [FILE=]ROLL,PITCH,YAW in degrees; without
+    FILE, the name is "", which stands for all files.
 
     >>> attitude("poses.csv=0,180,0")
     ('poses.csv', (0.0, 3.141592653589793, 0.0))
@@ -99,24 +104,32 @@ def attitude(text: str) -> tuple[str, tuple[float, ...]]:
     except ValueError:
         roll = pitch = yaw = math.nan
     if not math.isfinite(roll + pitch + yaw):
-        raise argparse.ArgumentTypeError(f"expected [FILE=]ROLL,PITCH,YAW in degrees, got {text}")
+        raise argparse.ArgumentTypeError(
+            f"expected ROLL,PITCH,YAW or FILE=ROLL,PITCH,YAW in degrees, got {text}"
+        )
     return file, (roll, pitch, yaw)
 
 
 def stretch_before(text: str) -> tuple[str, float]:
-    """File ("" for all) and largest stretch before its run, of [FILE=]STRETCH."""
+    """(file name, largest stretch [-] before the run) from the text [FILE=]STRETCH; without FILE,
+    the name is "", which stands for all files.
+    """
     file, _, stretch = text.rpartition("=")
     try:
         return file, float(stretch)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected [FILE=]STRETCH, got {text}") from None
+        raise argparse.ArgumentTypeError(
+            f"expected STRETCH or FILE=STRETCH, such as 1.5, got {text}"
+        ) from None
 
 
 def sheet_of(text: str) -> tuple[str, str]:
-    """File ("" for all) and sheet, of [FILE=]SHEET."""
+    """(file name, sheet) from the text [FILE=]SHEET; without FILE, the name is "", which stands for
+    all files.
+    """
     file, _, sheet = text.rpartition("=")
     if not sheet:
-        raise argparse.ArgumentTypeError(f"expected [FILE=]SHEET, got {text}")
+        raise argparse.ArgumentTypeError(f"expected SHEET or FILE=SHEET, got {text}")
     return file, sheet
 
 
@@ -169,18 +182,20 @@ JOBS = argument(
 
 # ---------------------------------------------------------------------- used
 def measurements(arguments: argparse.Namespace) -> MeasurementSet:
-    """The measurement set that the arguments name."""
+    """Load the measurement set that the arguments name."""
     with Progress("reading") as progress:
         return load_measurements(arguments.data, progress)
 
 
 def model(arguments: argparse.Namespace) -> Model:
-    """The model that the arguments name, with the files of the user's own effects in it."""
+    """Load the model that the arguments name, with the paths of the user's own effects in it."""
     return named_model(arguments, arguments.model)
 
 
 def named_model(arguments: argparse.Namespace, name: str) -> Model:
-    """A model by file or shipped name; it may name the user's own effects without their file."""
+    """Load a model by its file or shipped name. Effects of the user's own that are in it need no
+    file there if `--effects` gives it.
+    """
     found = load_model(name, own_classes(arguments.effects), arguments.allow_effect_files)
     found = replace(found, free_modulus=found.free_modulus or arguments.free_modulus)
     named = {effect.name for effect in found.effects}
@@ -191,13 +206,15 @@ def named_model(arguments: argparse.Namespace, name: str) -> Model:
 def given(
     arguments: argparse.Namespace,
 ) -> tuple[Model, dict[str, type[Effect]], MeasurementSet]:
-    """Model, effects that take part, and measurement set."""
+    """(model, effect classes by name, measurement set) that the arguments name."""
     known, data = of_set(arguments)
     return known, all_classes(known, arguments.effects), data
 
 
 def of_set(arguments: argparse.Namespace) -> tuple[Model, MeasurementSet]:
-    """Model and measurement set; says so where the model gets the weight that hands have."""
+    """(model, measurement set) that the arguments name. For a hand, the model gets the effect
+    `gravity` if it has none, and a printed line says so.
+    """
     known, data = model(arguments), measurements(arguments)
     fitting = with_weight(data, known)
     if fitting is not known:
@@ -206,12 +223,14 @@ def of_set(arguments: argparse.Namespace) -> tuple[Model, MeasurementSet]:
 
 
 def check_json(arguments: argparse.Namespace) -> None:
-    """Refuse a result that could not be written, before any work."""
+    """Check, before any work, that the JSON file of the result can be written; raises ValueError if
+    not.
+    """
     if arguments.json is not None:
         check_new(arguments.json, arguments.force)
 
 
 def save_json(arguments: argparse.Namespace, content: dict[str, Any]) -> None:
-    """Write the result as JSON if asked for."""
+    """Write the result as JSON if the arguments name a file for it."""
     if arguments.json is not None:
         write_json(arguments.json, content, arguments.force)
