@@ -339,4 +339,7 @@ def test_an_engine_that_is_not_installed_is_refused_before_the_first_trial(
 
 def test_engines_that_are_the_same_cannot_be_compared(capsys):
     assert main(["--engines", "mujoco,mujoco"]) == 2
-    assert "engines: expected names that differ, got mujoco, mujoco" in capsys.readouterr().err
+    assert (
+        "engines: expected one or more different names, got mujoco, mujoco"
+        in capsys.readouterr().err
+    )

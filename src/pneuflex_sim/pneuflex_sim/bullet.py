@@ -18,7 +18,9 @@ NO_PYBULLET = (
 
 
 class NotInstalled(RuntimeError):
-    """An engine is asked for that is not installed; the message says what would do."""
+    """The engine asked for is not installed; the message says what to install or to take
+    instead.
+    """
 
 
 @contextmanager
@@ -57,7 +59,9 @@ def is_installed(name: str = "pybullet") -> bool:
 
 
 def failures() -> tuple[type[Exception], ...]:
-    """What an engine raises where there is no display, or when its window was closed."""
+    """Types of the errors that an engine raises without a display, or when its window was
+    closed.
+    """
     return (RuntimeError, pybullet.error) if is_installed() else (RuntimeError,)
 
 

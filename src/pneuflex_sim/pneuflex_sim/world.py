@@ -76,7 +76,7 @@ class World:
     """One physics client. Every call names the client, so several worlds can live in one process.
 
     Friction is limited by a cone. PyBullet's default, a pyramid around it, is 1.41 times as strong
-    between its axes, and does not resist twisting.
+    between its axes, and resists no twisting.
     """
 
     def __init__(

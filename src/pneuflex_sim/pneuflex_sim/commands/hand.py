@@ -53,7 +53,7 @@ def add_show(commands: Any) -> None:
 
 
 def run_show(options: argparse.Namespace) -> None:
-    """Draw; raises ValueError for hands and pressures that cannot be used."""
+    """Draw the hand; raises ValueError for hands and pressures that cannot be used."""
     # late: designing needs neither matplotlib, an extra, nor PyBullet, which talks when it starts
     from pneuflex_sim.pictures.hand_picture import air_masses_at, draw_hand, hand_at_rest
 
@@ -71,7 +71,9 @@ def run_show(options: argparse.Namespace) -> None:
 
 
 def air_text(hand: HandDescription, pressures: Array, masses: Array) -> str:
-    """Gauge pressures [Pa] of the channels and the air in them [kg], as a strategy writes it."""
+    """One line with the gauge pressures (channels,) [Pa], in kPa, and the air masses (channels,)
+    [kg], in the form of a strategy file.
+    """
     named = zip(hand.channels, masses, strict=True)
     shown = ", ".join(f"{value / KILO:.3g}" for value in pressures)
     return f"{shown} kPa: air_mass: {{{', '.join(f'{k}: {m:.2e}' for k, m in named)}}}"
@@ -110,7 +112,7 @@ def add_urdf(commands: Any) -> None:
 
 
 def run_urdf(options: argparse.Namespace) -> None:
-    """Write it; raises ValueError for a hand that does not exist or has too many segments."""
+    """Write the URDF; raises ValueError for a hand that does not exist or has too many segments."""
     if options.segments < 1:
         raise ValueError(f"segments: expected 1 or more, got {options.segments}")
     if options.out is not None:
@@ -126,7 +128,7 @@ AddCommand = Callable[[Any], Any]  # adds a command to the subparsers of `hand`
 
 
 def parser(more: Sequence[AddCommand] = ()) -> argparse.ArgumentParser:
-    """The command line, with `more` commands in front."""
+    """The command line, in which `more` commands come before those of this file."""
     found = argparse.ArgumentParser(
         prog="softhand hand", description="Work on a hand, without ROS."
     )
@@ -139,7 +141,7 @@ def parser(more: Sequence[AddCommand] = ()) -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None, more: Sequence[AddCommand] = ()) -> int:
-    """Run a command, also one of `more`; 0, or 2 when its options cannot be used."""
+    """Run a command of this file or of `more`; returns 0, or 2 when its options cannot be used."""
     options = parser(more).parse_args(arguments)
     try:
         options.run(options)

@@ -35,7 +35,7 @@ FLOOR_HALF_SIZE = (3.0, 3.0, 0.01)  # half extents [m]
 
 
 def table(objects: list[ObjectDescription]) -> str:
-    """Objects as a Markdown table: size [mm], mass [g], material, what is left out."""
+    """Objects as a Markdown table: size [mm], mass [g], material, and what the model leaves out."""
     lines = ["| object | size [mm] | mass [g] | material | in the model |", "|---|---|---|---|---|"]
     lines += [
         f"| `{one.name}` | {size_text(one)} | {1e3 * one.mass:g} | {one.material} | {one.note} |"
@@ -45,7 +45,9 @@ def table(objects: list[ObjectDescription]) -> str:
 
 
 def size_text(described: ObjectDescription) -> str:
-    """Outer size in millimetres: diameter and length of what is round, else three lengths."""
+    """Outer size in millimetres: diameter, and length if there is one, of a round object, else
+    three lengths.
+    """
     sizes = described.dimensions
     if described.shape in ("cylinder", "cup"):
         return f"dia {1e3 * sizes['diameter']:g} x {1e3 * sizes['length']:g}"

@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the frames; 0, or 2 when the options cannot be used."""
+    """Write the frames; returns 0, or 2 when the options cannot be used."""
     options = parser().parse_args(arguments)
     try:
         hand = load_hand(options.hand)
@@ -70,9 +70,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def pressures(
     hand: HandDescription, given: list[float] | None, scale: float = 1.0, unit: str = "Pa"
 ) -> Array:
-    """Gauge pressures (channels,) [Pa] from numbers in a unit of `scale` Pa, or a share of the
-    limits; raises ValueError for a wrong number of them, or one that is negative or above its
-    channel's limit.
+    """Gauge pressures (channels,) [Pa] from `given`: one number for all channels or one for each,
+    in a unit of `scale` Pa. None: a share of each channel's limit, DEFAULT_PRESSURE_SHARE.
+
+    Raises ValueError for a wrong number of them, and for one that is negative or above its
+    channel's limit; `unit` is the unit's name in the message.
     """
     limits = hand.max_pressures()
     if given is None:

@@ -27,13 +27,13 @@ def default_engine() -> str:
 
 
 def check_engine(name: str) -> None:
-    """Raise ValueError for anything but the name of an engine."""
+    """Raise ValueError unless `name` is the name of an engine."""
     if name not in ENGINES:
         raise ValueError(f"engine: expected one of {', '.join(ENGINES)}, got {name!r}")
 
 
 def check_installed(name: str) -> None:
-    """Raise NotInstalled, which says what would do, for an engine that is not installed."""
+    """Raise NotInstalled for an engine that is not installed; its message says what to do."""
     if name == PYBULLET and not is_installed():
         raise NotInstalled(NO_PYBULLET)
     if name == MUJOCO and not is_installed(MUJOCO):
@@ -41,11 +41,13 @@ def check_installed(name: str) -> None:
 
 
 def check_engines(names: Sequence[str]) -> None:
-    """Raise ValueError unless these are one or more engines that differ, and NotInstalled for one
-    that is not there.
+    """Raise ValueError unless these are names of one or more different engines, and NotInstalled
+    for an engine that is not installed.
     """
     if not names or len(set(names)) < len(names):
-        raise ValueError(f"engines: expected names that differ, got {', '.join(names) or 'none'}")
+        raise ValueError(
+            f"engines: expected one or more different names, got {', '.join(names) or 'none'}"
+        )
     for name in names:
         check_engine(name)
         check_installed(name)
@@ -54,7 +56,7 @@ def check_engines(names: Sequence[str]) -> None:
 def build_engine(name: str, around: Surroundings) -> Engine:
     """The engine of that name with hand, object and scene in it.
 
-    Raises ValueError for what this engine cannot simulate, NotInstalled where it is not there.
+    Raises ValueError for what this engine cannot simulate, NotInstalled when it is not installed.
     """
     check_engine(name)
     check_installed(name)

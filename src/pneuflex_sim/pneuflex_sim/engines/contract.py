@@ -62,11 +62,11 @@ class Hand(Protocol):
 
 
 class Engine(Protocol):
-    """One world."""
+    """A simulated world: hand on its wrist, object and scene."""
 
     @property
     def broken(self) -> bool:
-        """Whether it has diverged, and must be built anew."""
+        """Whether the simulation has diverged, so that the engine must be built anew."""
 
     @property
     def bodies(self) -> Hand:
@@ -82,7 +82,9 @@ class Engine(Protocol):
         """
 
     def advance(self, wrist: Wrist) -> None:
-        """One step; joints and wrist are those at its end. Raises Diverged when it has."""
+        """Simulate one step, after which joints and `wrist` have their state at its end; raises
+        Diverged when the simulation has diverged.
+        """
 
     def contacts(self) -> list[Contact]:
         """All contact points that carry a force."""
@@ -97,19 +99,23 @@ class Engine(Protocol):
         """Distance [m] of the object from each part of the hand within a reach [m]."""
 
     def object_boxes(self) -> Array:
-        """Boxes (k, 2, 3) [m] around the parts of the object, along the world's axes."""
+        """Boxes (k, 2, 3) [m] around the parts of the object, along the world's axes: lowest and
+        highest corner of each.
+        """
 
     def hand_boxes(self) -> Array:
-        """Boxes (k, 2, 3) [m] around the hand's links, palm sheet and plate."""
+        """Boxes (k, 2, 3) [m], as `object_boxes`, around the hand's links, palm sheet and plate."""
 
     def scale_friction(self, factor: float) -> None:
-        """Scale sliding and twisting friction of every pair to a factor of the table's."""
+        """Set sliding and twisting friction of every pair of bodies to `factor` [-] times that of
+        the table of friction.
+        """
 
     def save(self) -> Any:
-        """The engine's state."""
+        """The engine's state, for `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Return to a state, bit for bit."""
+        """Return to a state of `save`, bit for bit."""
 
     def close(self) -> None:
         """Free what the engine holds."""

@@ -81,7 +81,7 @@ class PybulletEngine:
 
     @property
     def broken(self) -> bool:
-        """Whether the world has diverged."""
+        """Whether the simulation has diverged."""
         return self.world.broken
 
     @property
@@ -90,13 +90,13 @@ class PybulletEngine:
         return -1 if self.object is None else self.object.id
 
     def drive(self, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist) -> None:
-        """Torques of the joints at absolute pressures [Pa]; the wrist advances under the load of
-        the last step.
+        """Apply the torques of the joints at absolute pressures [Pa] and volumes [m3] of the
+        channels, and advance the wrist under the load of the last step.
         """
         self.bodies.drive(ambient, pressures_abs, volumes, wrist)
 
     def advance(self, wrist: Wrist) -> None:
-        """One step."""
+        """Simulate one step."""
         pybullet.stepSimulation(physicsClientId=self.world.client)
         self.bodies.read()
 
@@ -136,7 +136,9 @@ class PybulletEngine:
         return self.world.boxes([*links, *((base, -1) for base in bodies.palm_ids)])
 
     def scale_friction(self, factor: float) -> None:
-        """Scale the friction of every pair."""
+        """Set sliding and twisting friction of every pair of bodies to `factor` [-] times the
+        initial one.
+        """
         self._friction.scale(factor)
 
     def save(self) -> tuple[BulletState, tuple[Any, ...]]:
@@ -144,7 +146,7 @@ class PybulletEngine:
         return BulletState(self.world), self.bodies.save()
 
     def restore(self, saved: tuple[BulletState, tuple[Any, ...]]) -> None:
-        """Return to a state."""
+        """Return to a state of `save`."""
         if self.object is not None:
             self._forget_contacts(self.object)
         saved[0].restore()

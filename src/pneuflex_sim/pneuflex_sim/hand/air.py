@@ -23,11 +23,11 @@ class RestTables(NamedTuple):
     """Rest shape over pressure of all actuators, as piecewise cubics.
 
     Attributes:
-        channel: (actuators,) index of the channel that feeds each.
-        feed: (actuators, channels) share of each channel's pressure that acts in it.
+        channel: (actuators,) index of the channel that feeds each actuator.
+        feed: (actuators, channels) share of each channel's pressure that acts in each actuator.
         step: (actuators,) [Pa] between the pressures of a table.
         cubic: (actuators, intervals, 4, columns), coefficients, three columns per joint.
-        first_joint: (actuators,) index.
+        first_joint: (actuators,) index of each actuator's first joint.
         columns: (actuators,) number of columns in use.
     """
 
@@ -44,10 +44,11 @@ class AirCoupling:
     that of the layout.
 
     Attributes:
-        rest_volumes: (channels,) [m3].
-        volume_gain: (channels, n) [m3/rad], with each joint's bend.
-        total_gain: (channels,) [m3/rad], with an equal bend of all joints.
-        lags: (channels,) [s], with which the actuators follow the pressure of their channel.
+        rest_volumes: (channels,) [m3], without pressure.
+        volume_gain: (channels, n) [m3/rad], growth of the volume with each joint's bend.
+        total_gain: (channels,) [m3/rad], growth of the volume with an equal bend of all joints.
+        lags: (channels,) [s], time constants with which the pressure in the actuators follows that
+            of their channel.
         by_tables: whether the rest shape follows from tables alone, without effects of the model.
         actuation: effect of the pressures of the present step on the joints.
     """
@@ -109,8 +110,8 @@ class AirCoupling:
         return pressures_abs, volumes
 
     def acting(self, step: float, before: Array, pressures_abs: Array) -> Array:
-        """Absolute pressures (channels,) [Pa] in the actuators after a step [s], where they were
-        `before` at its start, and `pressures_abs` are those of the channels, absolute.
+        """Absolute pressures (channels,) [Pa] in the actuators after a step [s], from those at its
+        start, `before`, and the absolute pressures of the channels, which they follow with `lags`.
         """
         if not self.lags.any():
             return pressures_abs
@@ -178,8 +179,8 @@ def enclosed_pressures_abs(
     volumes: Array,
     pressures_abs: Array,
 ) -> None:
-    """Fill the absolute pressures (channels,) [Pa] of masses [kg above rest] behind closed valves,
-    with R_s T = heat [J/kg].
+    """Fill the absolute pressures (channels,) [Pa] of air masses (channels,) [kg above rest] in
+    `volumes` (channels,) [m3] behind closed valves; `heat` is R_s*T [J/kg].
     """
     for channel in range(len(volumes)):
         content = ambient * rest_volumes[channel] + masses[channel] * heat

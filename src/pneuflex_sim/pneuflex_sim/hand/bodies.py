@@ -269,7 +269,9 @@ class HandBodies:
         self._heavy[:] = False
 
     def read(self) -> None:
-        """Take joint orientations and velocities from PyBullet; raises Diverged when it has."""
+        """Take joint orientations and velocities from PyBullet; raises Diverged when the simulation
+        has diverged.
+        """
         self._states.read()
         if self._gives_back:
             self._look_for_calm()
@@ -297,11 +299,11 @@ class HandBodies:
         )
 
     def save(self) -> tuple[Any, ...]:
-        """The Python side of the state; PyBullet's own is saved by the world."""
+        """The state that is kept in Python; `BulletState` has PyBullet's own."""
         return (self._first, self._fast_time, *(array.copy() for array in self._arrays()))
 
     def restore(self, state: tuple[Any, ...]) -> None:
-        """Return to a saved state, after PyBullet has been restored."""
+        """Return to a state of `save`; PyBullet's own state must be restored before."""
         self._first, self._fast_time = state[:2]
         for array, saved in zip(self._arrays(), state[2:], strict=True):
             array[:] = saved
@@ -339,8 +341,8 @@ def count_calm_steps(
     """Count the steps (chains,) since each chain was pressing (chains,) or fast, and mark those
     with less than CALM_STEPS as heavy (chains,).
 
-    `v` (n, 3) [rad/s] are the velocities of the joints; those of a chain end before `ends`
-    (chains,).
+    `v` (n, 3) [rad/s] are the velocities of the joints; the joints of chain i end before the index
+    ends[i].
     """
     first = 0
     for chain in range(len(ends)):

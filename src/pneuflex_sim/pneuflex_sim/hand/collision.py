@@ -47,8 +47,8 @@ def collision_groups(layout: HandLayout, body: Body) -> list[int]:
 
 
 def collides_with(group: int, neighbours: bool = False) -> int:
-    """Mask of the groups that collide with a group; with its own group only if `neighbours`
-    collide.
+    """Bit mask of the groups that collide with `group`. Links of one group collide with each other
+    only if `neighbours` is True.
     """
     if group == PALM_GROUP:
         return ENVIRONMENT_GROUP
@@ -105,7 +105,7 @@ class Touch:
 
 
 def check_kind(kind: str) -> None:
-    """Raise ValueError for anything but a kind of collision shapes."""
+    """Raise ValueError unless `kind` is a kind of collision shapes."""
     if kind not in COLLISION_KINDS:
         raise ValueError(f"collision: expected one of {', '.join(COLLISION_KINDS)}, got {kind!r}")
 

@@ -95,7 +95,7 @@ def carry_bases(
 
 @compiled
 def place_bases(wrist: WristState, bases: Bases, places: Array, orientations: Array) -> None:
-    """Poses (b, 3) [m] and (b, 4) of the mounts on the wrist as it is now."""
+    """Fill the poses (b, 3) [m] and (b, 4) of the mounts on the wrist at its present pose."""
     for b in range(len(places)):
         mount = rotate(wrist.orientation, bases.mount_places[b])
         write(plus(mount, wrist.position), places[b])
@@ -106,8 +106,9 @@ def place_bases(wrist: WristState, bases: Bases, places: Array, orientations: Ar
 
 @compiled
 def feel_load(step: float, bases: Bases, weight: HandWeight, wrist: WristState) -> None:
-    """Store the wrench of the hand on the wrist, computed from the difference of the bases'
-    velocities from those pushed to, without the weight of the resting hand.
+    """Store the wrench of the hand on the wrist, computed from the differences between the
+    velocities of the bases and those that the last push aimed at. The weight of the resting hand is
+    not included.
     """
     down = (0.0, 0.0, -weight.force)
     about = cross(rotate(wrist.orientation, weight.center), down)
@@ -136,8 +137,8 @@ def push_bases(
     """Fill the push that brings the bases to the next poses within a step and holds them against
     gravity [m/s2]; `bases.pushed` becomes the velocity to reach.
 
-    A difference of the measured velocity from the one pushed to has moved the bases; the push
-    compensates this displacement.
+    A difference between the measured velocity and the one that the last push aimed at has displaced
+    the bases; the push compensates this displacement.
     """
     velocity, pushed, push = bases.velocity, bases.pushed, bases.push
     for b in range(len(pushed)):

@@ -37,8 +37,8 @@ class HandShape:
         self._tip_frames = tuple(map(np.array, zip(*tips, strict=True)))
 
     def frames(self, q: Array) -> tuple[Array, Array, Array]:
-        """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
-        3), in the wrist frame.
+        """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, and centres of mass
+        (n, 3) [m] of the links, in the wrist frame.
         """
         frame, arm, center, *_ = placed = not_placed(len(q))
         place_links(q, self._links, placed)
@@ -86,7 +86,8 @@ class HandShape:
 class TipSensors:
     """One angle sensor per actuator, with the memory of the model's output effects.
 
-    `active` says whether the model has such effects; without them readings are the true angles.
+    `active` says whether the model has such effects; without such effects readings are the true
+    angles.
     """
 
     def __init__(self, model: Model) -> None:

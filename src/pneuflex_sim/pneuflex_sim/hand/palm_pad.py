@@ -73,9 +73,9 @@ class PalmPad:
 def sink_pad(step: float, pad: PadSpring, bases: Bases, orientation: Array) -> None:
     """One implicit step [s] of the sheet's critically damped spring.
 
-    The sheet is the last of the bases; the force on it follows from the difference of its velocity
-    from the one it was pushed to. Its mount in the wrist frame, whose orientation (4,) is given,
-    moves along. Does nothing without a sheet.
+    The sheet is the last of the bases; the force on it follows from the difference between its
+    velocity and the one that the last push aimed at. Its mount, whose `orientation` (4,) in the
+    wrist frame is given, moves along. Does nothing without a sheet.
     """
     if pad.stiffness <= 0.0:
         return

@@ -29,10 +29,11 @@ class SkinPlace:
     """A place on the skin of a chain.
 
     Attributes:
-        chain: its name.
-        along, around: [m], see the module.
+        chain: name of the chain.
+        along, around: distances [m] from the base and from the middle of the passive layer, see the
+            module.
         side: the side whose normal is within 45 deg of the skin's normal.
-        length: of the chain [m].
+        length: length of the chain [m].
         girth: circumference of the section [m].
         flank: `around` at the middle of the +y side [m].
     """
@@ -102,11 +103,15 @@ class SkinPlaces:
         return SkinPlace(chain, along, signed, side, outline.length, girth, flank)
 
     def points(self, chain: str, along: Array, q: Array) -> Array:
-        """Points of the skin's outline (len(along) * k, 3) at places along [m] a chain."""
+        """Points (len(along) * k, 3) [m] of the skin's outlines at distances `along` [m] from the
+        base of a chain.
+        """
         return np.vstack([self._placed(chain, at, _ring, q) for at in along])
 
     def point(self, chain: str, share: float, side: str, q: Array) -> Array:
-        """Point (3,) of the middle of a side, or of the `tip`, at a share of a chain's length."""
+        """Point (3,) [m] in the middle of a side, or of the `tip`, at a share of a chain's
+        length.
+        """
 
         def middle(outline: ChainOutline, along: float) -> Array:
             """The side's middle in the section (1, 2) [m]."""

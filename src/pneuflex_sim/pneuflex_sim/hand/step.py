@@ -45,13 +45,13 @@ class Carrier(NamedTuple):
 
 
 def plain(group: Any) -> Any:
-    """A group of arguments, with nested groups, as plain tuples."""
+    """A named tuple, with the named tuples in it, as plain tuples."""
     return tuple(plain(part) for part in group) if isinstance(group, tuple) else group
 
 
 @compiled
 def named(before: tuple[Any, ...]) -> Before:
-    """A plain `Before` with its names."""
+    """A `Before` from its plain tuple."""
     v, torque, placed, carried, base_rate, reaction = before
     return Before(v, torque, Placed(*placed), carried, base_rate, reaction)
 
@@ -94,8 +94,8 @@ def drive_hand(
     carrier: tuple[Any, ...],
     wrist: tuple[Any, ...],
 ) -> None:
-    """`joint_torques`, and the push on the bases of a hand that is carried by the wrist; its palm
-    sheet yields to its load. The bases come first, as links turn with them.
+    """`joint_torques`, and before them, as links turn with the bases, the push on the bases of a
+    hand that the wrist carries; the palm sheet yields to its load.
 
     `pressures_abs` are absolute [Pa], `carrier` is a plain `Carrier`, `wrist` a plain `WristState`.
     """

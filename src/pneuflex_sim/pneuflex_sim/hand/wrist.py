@@ -113,7 +113,8 @@ class Wrist:
 
     def command(self, position: Array, orientation: Array) -> None:
         """Set the target pose in the world: position (3,) [m], quaternion (4,); raises ValueError
-        for unusable numbers, and for a position outside of the workspace.
+        for numbers that are not finite or no unit quaternion, and for a position outside of the
+        workspace.
         """
         place, quaternion = np.array(position, float), np.array(orientation, float)
         if place.shape != (3,) or not np.isfinite(place).all():
@@ -123,7 +124,7 @@ class Wrist:
         reach = self.parameters.workspace
         if np.abs(place).max() > reach:
             raise ValueError(
-                f"wrist target position: expected a workspace of +-{reach:g} m, got {position}"
+                f"wrist target position: expected coordinates within +-{reach:g} m, got {position}"
             )
         if quaternion.shape != (4,) or not abs(np.linalg.norm(quaternion) - 1) < 1e-2:
             raise ValueError(
@@ -136,7 +137,7 @@ class Wrist:
 @compiled
 def advance_wrist(step: float, arm: Arm, wrist: WristState) -> None:
     """Advance the state of the wrist by one implicit step [s] of the arm's damped springs under the
-    wrench of the hand.
+    hand's load.
     """
     error = minus(wrist.target_position, wrist.position)
     _drive(error, wrist.velocity, wrist.force, arm.translation, step)

@@ -115,8 +115,8 @@ def draw_hand(
 
 
 def draw_beside(axes: Sequence[Axes], hands: Mapping[str, HandDescription]) -> None:
-    """Hands at rest by their titles, on one scale: for each an axes from the palm, then one from
-    the thumb's side.
+    """Draw hands at rest, by their titles, to one scale: each in two of the `axes`, first seen from
+    the palm, then from the thumb's side.
     """
     renderers = [
         Renderer(hand, None, "stand", DRAWN_SEGMENTS, _colors(hand)) for hand in hands.values()
@@ -137,7 +137,7 @@ def draw_beside(axes: Sequence[Axes], hands: Mapping[str, HandDescription]) -> N
 
 
 def channel_colors(hand: HandDescription) -> dict[str, str]:
-    """Colour of each channel."""
+    """Colour of each channel, by name."""
     return {
         name: CHANNEL_PLOT_COLORS[k % len(CHANNEL_PLOT_COLORS)]
         for k, name in enumerate(hand.channels)

@@ -28,7 +28,9 @@ SEAM_WIDTH = 0.4  # [points] of the lines that close gaps between triangles
 def paint(
     behind: Sequence[Shown], before: Sequence[Shown], camera: Camera, size: tuple[int, int]
 ) -> NDArray[np.uint8]:
-    """Picture (height, width, 3) of triangles: those `behind` are covered by all others."""
+    """Picture (height, width, 3) of triangles, of which those `behind` are covered by all others.
+    `size` is (width, height) [pixels].
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
@@ -58,8 +60,8 @@ def paint(
 
 
 def tiles(corners: Array, longest: float) -> Array:
-    """Corners (t, 3, 3) [m] of triangles cut until no edge is longer than this [m]: small ones can
-    be sorted by their distance.
+    """Corners (t, 3, 3) [m] of triangles cut until no edge is longer than `longest` [m]: small
+    triangles can be sorted by their distance.
     """
     from trimesh.remesh import subdivide_to_size
 
@@ -91,7 +93,7 @@ def _axes(camera: Camera) -> Array:
 
 def project(points: Array, camera: Camera, size: tuple[int, int]) -> tuple[Array, Array]:
     """Places (..., 2) [pixels] from the lower left, and depths (...) [m], of points (..., 3) [m] of
-    the world. A camera at yaw and pitch 0 looks along y.
+    the world in a picture of `size` (width, height). A camera at yaw and pitch 0 looks along y.
     """
     width, height = size
     right, ahead, up = _axes(camera)
@@ -104,7 +106,9 @@ def project(points: Array, camera: Camera, size: tuple[int, int]) -> tuple[Array
 
 
 def shades(corners: Array, camera: Camera) -> Array:
-    """Brightness (t,) [-] of triangles: ambient light, and what falls on the side that is seen."""
+    """Brightness (t,) [-] of triangles: ambient light, and the light that falls on the visible
+    side.
+    """
     normals = _normals(corners)
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
     light = np.array(camera.light) / np.linalg.norm(camera.light)

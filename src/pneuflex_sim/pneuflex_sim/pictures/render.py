@@ -38,7 +38,9 @@ OBJECT_COLOR, TABLE_COLOR = (0.25, 0.5, 0.75, 1), (0.86, 0.86, 0.83, 1)
 
 @dataclass(frozen=True)
 class HandState:
-    """State shown in a frame: joint orientations (n, 4), wrist and object pose in the world [m]."""
+    """State shown in a picture: joint orientations (n, 4), and poses of wrist and object in the
+    world.
+    """
 
     joints: Array
     wrist_position: Array
@@ -85,7 +87,9 @@ class Renderer:
     def frame(
         self, state: HandState, size: tuple[int, int] = (640, 480), camera: Camera | None = None
     ) -> NDArray[np.uint8]:
-        """One picture (height, width, 3) of a state."""
+        """Picture (height, width, 3) of a state; `size` is (width, height) [pixels], `camera` None
+        is `Camera()`.
+        """
         if not is_installed():
             return self._paint(state, camera or Camera(), size)
         client = pybullet.connect(pybullet.DIRECT)
@@ -152,7 +156,7 @@ def draw_box(half: tuple, position: tuple, orientation: tuple, color: tuple, cli
 
 
 def surroundings(scene: SceneDescription) -> dict[str, tuple[tuple, tuple, tuple]]:
-    """What is shown of table and wall by name, as boxes: half extents (3,) [m], middle (3,) [m] and
+    """The boxes that show table and wall, by name: half extents (3,) [m], middle (3,) [m] and
     quaternion (4,).
     """
     found = {}
@@ -186,7 +190,7 @@ def draw_object(
 
 
 def photograph(camera: Camera, size: tuple[int, int], client: int) -> NDArray[np.uint8]:
-    """Picture (height, width, 3) of all that has been drawn."""
+    """Picture (height, width, 3) of all that has been drawn; `size` is (width, height) [pixels]."""
     width, height = size
     view = pybullet.computeViewMatrixFromYawPitchRoll(
         camera.target, camera.distance, camera.yaw, camera.pitch, 0, 2

@@ -139,7 +139,7 @@ class HandSkin:
         return rubber | struts | self._fixed
 
     def vertices(self, q: Array) -> dict[str, Array]:
-        """Vertices (v, 3) [m] of every part, as in `parts`, in a fifth of its time."""
+        """Vertices (v, 3) [m] of every part, by name; takes a fifth of the time of `parts`."""
         links = self.shape.frames(q)
         rubber = {
             name: skin.vertices(bone_frames(self.shape, chain, q, links))
@@ -170,8 +170,8 @@ def bone_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...])
 
 
 def strut_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
-    """Frames of the mount and of the link of a chain's strut, both at its joint in the middle; `q`
-    and `links` as in `bone_frames`.
+    """Frames of the mount and of the link of a chain's strut, both at the joint in the middle of
+    the strut; `q` and `links` as in `bone_frames`.
     """
     joint = shape.layout.chain_joints[name].start
     position, frame, _ = links

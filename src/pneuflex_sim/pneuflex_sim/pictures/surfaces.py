@@ -117,7 +117,7 @@ def total_arrow(contacts: list[Contact]) -> Array:
 
 
 def total_force(contacts: list[Contact]) -> float:
-    """Sum of the normal forces [N]."""
+    """Sum of the normal forces [N] of contacts."""
     return sum(contact.force for contact in contacts)
 
 

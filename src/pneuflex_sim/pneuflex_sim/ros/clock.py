@@ -37,7 +37,9 @@ NO_CLOCK_WARNING = (
 
 
 class Pace:
-    """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
+    """Sleeps so that simulated time passes at most `limit` times as fast as wall time; 0: never
+    sleeps.
+    """
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -48,7 +50,9 @@ class Pace:
         self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
 
     def wait(self, simulated: float) -> None:
-        """Sleep until the wall clock has caught up; lost time is not made up for."""
+        """Sleep until wall time has caught up with this simulated time [s]. Lost time is not made
+        up for by going faster.
+        """
         self._now = simulated
         if not self.limit:
             return
@@ -76,10 +80,12 @@ class SharedClock(Protocol):
         """Wait up to `timeout` [s] of wall time for messages of the other simulators."""
 
     def allows(self, now: float) -> bool:
-        """Whether the simulation may go on beyond its time [s]."""
+        """Whether the simulation may go on beyond its present time `now` [s]."""
 
     def jump(self, now: float) -> float:
-        """Change of the simulation's time that is due at once [s]; nearly always 0."""
+        """Change [s] that is due at once to the simulation's present time `now` [s]; 0 unless the
+        clock jumps.
+        """
 
     def warning(self) -> str:
         """A warning about the other simulators; empty when there is none."""
@@ -96,8 +102,8 @@ class ClockPeers:
         self._peers: dict[str, tuple[int, float]] = {}  # stamp [ns], wall time of arrival [s]
 
     def receive(self, timeout: float = 0.0) -> bool:
-        """Take the messages that have come or come within `timeout` [s] of wall time; whether there
-        was one.
+        """Take the messages that have come or come within `timeout` [s] of wall time; returns
+        whether there was one.
         """
         message = self._inbox.take(timeout)
         came = message is not None
@@ -118,7 +124,7 @@ class ClockPeers:
         return list(self._peers)
 
     def times(self) -> list[int]:
-        """The latest time of each of them [ns]."""
+        """Latest time [ns] of each node that has published one lately."""
         return [stamp for stamp, _ in self._peers.values()]
 
 
@@ -148,11 +154,11 @@ class LeadingClock:
         self.followers.receive(timeout)
 
     def allows(self, now: float) -> bool:
-        """Always."""
+        """True always."""
         return True
 
     def jump(self, now: float) -> float:
-        """Never."""
+        """0 always."""
         return 0.0
 
     def warning(self) -> str:

@@ -26,12 +26,13 @@ TARGET_TOPIC, HOLD_TOPIC = "wrist/target_pose", "scene/hold_object"
 class CommandTopics:
     """Applies `wrist/target_pose` and `scene/hold_object`, each message at its stamp.
 
-    A message of the latter has one point. With a transform, the object is put there, in the wrist
-    frame, and a spring holds it; without one, the spring fades within `time_from_start`.
+    A message of `scene/hold_object` has one point. With a transform, the object is put at that pose
+    in the wrist frame, and a spring holds it; without one, the spring fades within
+    `time_from_start`.
 
     Args:
-        node: whose topics they are.
-        simulation: that is commanded.
+        node: the node that subscribes.
+        simulation: the simulation that is commanded.
         refuse: called with the reason when a message cannot be used.
     """
 
@@ -49,7 +50,7 @@ class CommandTopics:
             topic.forget()
 
     def obey(self, now: float, look: bool = True) -> None:
-        """Receive messages, if `look`, and apply those that take effect until `now` [s]."""
+        """Receive messages, if `look`, and apply all commands with stamps up to `now` [s]."""
         for topic in self._topics:
             topic.obey(now, look)
 

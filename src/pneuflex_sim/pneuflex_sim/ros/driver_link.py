@@ -22,7 +22,7 @@ Obey = Callable[[JointState], bool]  # applies valves; whether they could be use
 
 
 class DriverLink(Protocol):
-    """Hands sensor samples to a driver, and its valves to the simulator."""
+    """Gives sensor samples to a driver, and the driver's valve commands to the simulator."""
 
     missed: int  # answers that did not come
 
@@ -30,16 +30,17 @@ class DriverLink(Protocol):
         """Hand over a sample."""
 
     def await_answer(self, wait: bool, commanded: bool) -> None:
-        """Apply the valves that answer the sample; without `wait`, those that have come.
+        """Wait for the valve commands that answer the sample, and apply them; without `wait`, apply
+        only those that have come already.
 
         `commanded`: whether commands for the driver may have come since the last sample.
         """
 
     def look(self) -> None:
-        """Apply the valves that have come."""
+        """Apply the valve commands that have come."""
 
     def serve(self) -> None:
-        """Do what else the driver has to do, where it has no process of its own."""
+        """Do the other work of a driver that has no process of its own."""
 
     def warning(self) -> str:
         """A warning about the driver since the last call; empty when there is none."""
@@ -52,9 +53,9 @@ class TopicLink:
     """The `DriverLink` to a node in another process, by topics.
 
     Args:
-        node: the simulator.
+        node: the simulator's node.
         obey: applies a message of valves.
-        stopped: whether the simulator is to end.
+        stopped: returns whether the simulator is to end.
     """
 
     def __init__(self, node: Node, obey: Obey, stopped: Callable[[], bool]) -> None:
@@ -73,7 +74,9 @@ class TopicLink:
         self._sensors.publish(sample)
 
     def await_answer(self, wait: bool, commanded: bool) -> None:
-        """Wait a limited time for the valves that answer the sample."""
+        """Apply the valve commands that answer the sample; with `wait`, wait for them a limited
+        time.
+        """
         self.look()
         if not wait:
             return
@@ -94,7 +97,7 @@ class TopicLink:
         return bool(self._valves.publishers()) and has_subscribers(self._sensors)
 
     def look(self) -> None:
-        """Apply the valves that have come."""
+        """Apply the valve commands that have come."""
         self._take(0.0)
 
     def _take(self, timeout: float) -> None:
@@ -109,7 +112,9 @@ class TopicLink:
         """Nothing: the driver serves itself."""
 
     def warning(self) -> str:
-        """A warning when answers were waited for in vain for long."""
+        """A warning when the simulator has waited long for answers that did not come; else
+        empty.
+        """
         missed, self._reported = self.missed - self._reported, self.missed
         waited, self._waited = self._waited, 0.0
         if waited <= WAITING_WARNING_TIME:

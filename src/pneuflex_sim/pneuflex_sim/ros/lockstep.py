@@ -29,8 +29,8 @@ class Commanders:
     ends.
 
     Args:
-        node: whose topic it is.
-        awaited: whether the simulation stands at its start until the first node commands.
+        node: the node that subscribes.
+        awaited: whether the simulation waits at its start until the first node commands.
     """
 
     def __init__(self, node: Node, awaited: bool) -> None:
@@ -52,8 +52,8 @@ class Commanders:
 
     def hold(self, now: float, timeout: float = 0.0) -> bool:
         """Whether the simulation must stand at its time `now` [s], after waiting up to `timeout`
-        [s] of wall time for messages of the commanders. Before the time until which all have
-        commanded, nothing is looked for: what they send meanwhile takes effect later.
+        [s] of wall time for messages of the commanders. While all have commanded beyond `now`,
+        messages are left unread: they take effect later.
         """
         instant = round(now * SECOND_NS)
         if self._until > instant:
@@ -68,8 +68,8 @@ class Commanders:
         return held
 
     def heard(self) -> bool:
-        """Whether a commander has gone on since the last call. Its commands come before it says so,
-        as it publishes them before.
+        """Whether a commander has published a new time since the last call. Its commands up to that
+        time have arrived, as it publishes them first.
         """
         heard, self._heard = self._heard, False
         return heard
@@ -86,9 +86,9 @@ class StampedCommands:
     A message that comes late, has no stamp, or is stamped by another clock takes effect on arrival.
 
     Args:
-        node: whose topic it is.
-        kind: of the message.
-        topic: its name.
+        node: the node that subscribes.
+        kind: type of the message.
+        topic: name of the topic.
         command: applies a message, or raises ValueError.
         refuse: called with the reason when a message cannot be used.
     """
@@ -110,7 +110,7 @@ class StampedCommands:
         self._waiting.clear()
 
     def obey(self, now: float, look: bool = True) -> None:
-        """Receive messages, if `look`, and apply those that take effect until `now` [s]."""
+        """Receive messages, if `look`, and apply all commands with stamps up to `now` [s]."""
         instant = round(now * SECOND_NS)
         for _ in range(MAX_COMMANDS_AT_ONCE if look else 0):
             message = self._inbox.take()

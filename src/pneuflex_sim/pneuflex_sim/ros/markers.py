@@ -64,7 +64,7 @@ class SerialisedMessage:
         return found.reshape(numbers.shape)
 
     def place(self, numbers: NDArray[Any]) -> int:
-        """Where the bytes of these numbers begin; raises as `view` does."""
+        """Index of the first byte of these numbers; raises as `view` does."""
         wanted = numbers.tobytes()
         count = self._data.count(wanted)
         if count != 1:
@@ -72,12 +72,14 @@ class SerialisedMessage:
         return self._data.find(wanted)
 
     def write(self, layout: struct.Struct, place: int, *values: Any) -> None:
-        """Write values of a layout at a place: of some dozen numbers, faster than by a view."""
+        """Write values, packed by `layout`, at the byte `place`; for a few dozen numbers faster
+        than a view.
+        """
         layout.pack_into(self._data, place, *values)
 
     @property
     def data(self) -> bytes:
-        """The message now."""
+        """The present bytes of the message."""
         return bytes(self._data)
 
 
@@ -93,12 +95,12 @@ class SceneMarkers:
         self._arrows: set[str] = set()
 
     def publish_contacts(self, stamp: Time) -> None:
-        """Contacts now."""
+        """Publish the present contacts on `hand/contacts`."""
         if has_subscribers(self._contacts):
             self._contacts.publish(self._lines.message(stamp, by_pair(self._simulation.contacts())))
 
     def publish_markers(self, stamp: Time) -> None:
-        """Surfaces and forces now."""
+        """Publish the present surfaces and forces on `hand/markers`."""
         if has_subscribers(self._markers):
             self._markers.publish(self._surfaces.message(stamp))
             self._markers.publish(self._force_markers(stamp))
@@ -234,7 +236,7 @@ class SurfaceMarkers:
         }
 
     def message(self, stamp: Time) -> bytes:
-        """The MarkerArray of now, serialised."""
+        """The MarkerArray of the present surfaces, serialised."""
         for name, (corners, color) in self._surfaces.now().items():
             time, shown_color, shown = self._fields[name]
             time[:], shown_color[:], shown[:] = (stamp.sec, stamp.nanosec), color, corners

@@ -59,7 +59,7 @@ class HandSim(Node):
     """Publishes the state of the hand; applies commands to valves, wrist and object.
 
     Args:
-        link_to: makes the link to the driver.
+        link_to: makes the `DriverLink` to the driver.
         neighbours: parameters of other nodes in this process.
     """
 
@@ -170,7 +170,9 @@ class HandSim(Node):
 
     def _pause(self, on: bool) -> str:
         if self.clock.follows:
-            raise ValueError("it follows /clock: pause the simulation that publishes it")
+            raise ValueError(
+                "this simulation follows /clock: pause the simulation that publishes it"
+            )
         self.paused = on
         self.pace.restart(self.simulation.time)
         return "paused" if on else "running"
@@ -209,7 +211,7 @@ class HandSim(Node):
         return warnings
 
     def publish_diagnostics(self) -> None:
-        """Once a second of wall time: state of the simulation and warnings."""
+        """Publish state and warnings of the simulation, once a second of wall time."""
         values = {
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
@@ -220,7 +222,9 @@ class HandSim(Node):
         }
         awaiting = "waits at its start for a strategy" if self.commanders.awaited else "running"
         state = "paused" if self.paused else awaiting
-        errors = [f"{self.diverged}: it stands until sim/reset"] if self.diverged else []
+        errors = (
+            [f"{self.diverged}: the simulation stands until sim/reset"] if self.diverged else []
+        )
         self._executor.serve_rest()
         report = Report("simulation", state, self._warnings(), values, errors)
         self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
@@ -272,9 +276,11 @@ class HandSim(Node):
             self.publish_clock()
 
     def halt(self, reason: str) -> None:
-        """Stop a simulation that has diverged, and its air flow, until `sim/reset`."""
+        """Stop the simulation, which has diverged, and its air flow until `sim/reset`; the reason
+        is logged.
+        """
         self.diverged = reason
-        self.get_logger().error(f"{reason}: it stands until sim/reset")
+        self.get_logger().error(f"{reason}: the simulation stands until sim/reset")
         self.publish_diagnostics()
 
     def stand(self) -> None:
@@ -324,7 +330,7 @@ def _due(before: float, after: float, rate: float) -> bool:
 
 
 def run(node: HandSim, stop: threading.Event) -> None:
-    """Step and serve until `stop`."""
+    """Step the simulation and serve ROS until `stop` is set."""
     reported_at = 0.0
     node.stop = stop
     while not stop.is_set():

@@ -24,8 +24,8 @@ class StateTopics:
     """Publishes the state of one simulation.
 
     Args:
-        node: whose topics they are.
-        simulation: whose state.
+        node: the node that publishes.
+        simulation: the simulation whose state is published.
     """
 
     def __init__(self, node: Node, simulation: Simulation) -> None:

@@ -39,7 +39,7 @@ class Frame(NamedTuple):
 def frames(simulation: Simulation, prefix: str) -> list[Frame]:
     """The frames of wrist and object, their names behind a prefix such as `left/`.
 
-    Raises Diverged when the object has.
+    Raises Diverged when the object's pose is not finite.
     """
     found = [Frame(WORLD, f"{prefix}wrist", *simulation.wrist_pose())]
     if simulation.object is not None:
@@ -59,7 +59,7 @@ def stamped(frame: Frame, stamp: Time) -> TransformStamped:
 
 
 class Transforms:
-    """Publishes the frames, or logs once that it cannot."""
+    """Publishes the frames of wrist and object, or logs once that tf2_msgs is missing."""
 
     def __init__(self, node: Node, simulation: Simulation) -> None:
         self._simulation, self._publisher = simulation, None

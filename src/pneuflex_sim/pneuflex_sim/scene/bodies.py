@@ -35,8 +35,8 @@ def without_overlap(mesh: Mesh) -> Mesh:
         return mesh
     if find_spec("manifold3d") is None:
         raise ValueError(
-            "surface: expected one body, or manifold3d for several whose bounds overlap; "
-            f"got neither: `pip install manifold3d`, {CHEAPER}"
+            "surface: expected one body, got several whose bounds overlap, which "
+            f"manifold3d has to join: `pip install manifold3d`, {CHEAPER}"
         )
     union = _union(filled)
     if union.volume >= (1.0 - NEAR) * sum(volume for _, volume in parts if volume > 0.0):

@@ -29,8 +29,8 @@ RUBBER_RANGE_BOUNDS = Bounds(0.1, 10.0, "")
 @dataclass(frozen=True)
 class FrictionTable:
     """Coefficients of friction [-] by pair of materials (a set of one or two names), from files
-    that `source` names; `rubber_range`: least and largest factor [-] on those of rubber that
-    published values allow.
+    that `source` names; `rubber_range`: least and largest factor [-] on the coefficients of rubber
+    with which they stay within published values.
     """
 
     pairs: Mapping[frozenset[str], float]
@@ -120,7 +120,8 @@ class BodyFriction:
 
 
 def load_friction(path: str | Path | None = None) -> FrictionTable:
-    """The shipped table; pairs of a file of one's own replace its pairs or are added to them.
+    """The shipped table. The pairs of a user's file at `path` replace shipped pairs or are added;
+    None: no such file.
 
     Raises ValueError naming file, key, expected and got.
 

@@ -43,7 +43,7 @@ class Mesh:
 
     @property
     def trimesh(self) -> trimesh.Trimesh:
-        """The same triangles for the library."""
+        """The same triangles as an object of the library trimesh."""
         import trimesh
 
         faces = self.indices.reshape(-1, 3)
@@ -168,7 +168,9 @@ def box(size: ArrayLike, center: Array) -> Mesh:
 
 
 def write_meshes(path: Path, meshes: Mapping[str, Mesh]) -> None:
-    """Write meshes into one STL or OBJ file, in metres; OBJ has an object a mesh, with normals."""
+    """Write meshes into one STL or OBJ file, in metres; an OBJ file has one object per mesh, with
+    normals.
+    """
     import trimesh
 
     surfaces: dict[str, trimesh.parent.Geometry] = {n: mesh.trimesh for n, mesh in meshes.items()}
@@ -181,8 +183,8 @@ def write_meshes(path: Path, meshes: Mapping[str, Mesh]) -> None:
 def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     """The surface in an STL or OBJ file, in metres after multiplying by `scale`, faces outwards.
 
-    Vertices at one place are joined; groups and materials do not matter. Raises ValueError for a
-    file that cannot be read, a length that hints at other units, or too few triangles.
+    Vertices at one place are joined; groups and materials are ignored. Raises ValueError for a file
+    that cannot be read, a length that hints at other units, or too few triangles.
     """
     import trimesh
 
@@ -201,7 +203,7 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if len(found.faces) < 4 or not (three and np.isfinite(found.vertices).all()):
         raise ValueError(
             f"{path}: expected 4 triangles or more whose corners are three finite numbers, "
-            f"got {len(found.faces)} triangles or other numbers"
+            f"got {len(found.faces)} triangles or numbers that are not finite"
         )
     longest = float(np.ptp(found.triangles.reshape(-1, 3), axis=0).max())
     if not SHORTEST_OBJECT <= longest <= LONGEST_OBJECT:

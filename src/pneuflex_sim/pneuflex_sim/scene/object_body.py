@@ -122,9 +122,9 @@ class ObjectBody:
     """One object in a world.
 
     Attributes:
-        id: of PyBullet.
+        id: PyBullet's id of the body.
         mass: present mass [kg].
-        surfaces: links that touch.
+        surfaces: indices of the links with which the object touches.
     """
 
     def __init__(self, description: ObjectDescription, friction: float, world: World) -> None:
@@ -229,8 +229,8 @@ class ObjectBody:
         self.resist(0.0, 0.0)
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Add mass [kg] and inertia [kg m2] of what holds the object to its resistance against
-        motion.
+        """Set the mass [kg] and inertia [kg m2] of what holds the object, which are added to its
+        own.
         """
         share = self.mass / len(self.links)
         for link in self.links:
@@ -322,7 +322,7 @@ def collision_shape(description: ObjectDescription, client: int) -> int:
 
 def visual_shape(description: ObjectDescription, client: int) -> int:
     """Create the PyBullet visual shape of the surface of an object made of pieces; -1 for others,
-    which look like what they touch with.
+    whose collision shape is drawn.
     """
     surface = description.geometry.surface
     if surface is None:

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class BodyOfObject(Protocol):
-    """The object: its `mass` [kg] now and how it is described."""
+    """The body of an object, with its present `mass` [kg] and its description."""
 
     mass: float
     description: ObjectDescription
@@ -27,10 +27,14 @@ class BodyOfObject(Protocol):
         """Set the mass [kg], with the same distribution."""
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Add mass [kg] and inertia [kg m2] of what holds it to its resistance against motion."""
+        """Set the mass [kg] and inertia [kg m2] of what holds the object, which are added to its
+        own.
+        """
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
-        """Put it at rest at a position (3,) [m] with roll, pitch, yaw [rad] and another yaw."""
+        """Put it at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by another
+        `yaw` [rad] about the vertical.
+        """
 
     def put_at(self, position: Array, rotation: Rotation) -> None:
         """Put it at rest at a position (3,) [m] with an orientation."""

@@ -67,11 +67,12 @@ class ObjectDescription:
 
     Attributes:
         name, shape: see `SHAPE_GEOMETRIES` for the shapes.
-        dimensions: of the shape [m]. A cylinder's may give the number of collision `parts` (2).
-        mass: [kg].
+        dimensions: lengths of the shape [m], by name. A cylinder's may give the number of collision
+            `parts` (2).
+        mass: mass [kg].
         material: its name in the table of friction.
         rpy: orientation in which it lies in the scene [rad].
-        compliance: of its surface, None for a rigid one.
+        compliance: compliance of its surface, None for a rigid one.
         note: what the model leaves out.
     """
 
@@ -152,9 +153,9 @@ def load_objects() -> dict[str, ObjectDescription]:
 
 
 def load_object(name: str | Path, friction: FrictionTable | None = None) -> ObjectDescription:
-    """The shipped object of that name, or the one in a YAML or mesh file at that path. With a table
-    of friction its material must be in the table; without one, as for drawing, any material will
-    do.
+    """The shipped object of that name, or the one in a YAML or mesh file at that path. If a table
+    of friction is given, the object's material must be in it; without one, as for drawing, any
+    material is accepted.
 
     Raises ValueError naming file, key, expected and got, or listing the available names.
 

@@ -81,7 +81,8 @@ class SceneDescription:
 
     def inclined(self, inclination: float | None) -> SceneDescription:
         """The scene with its wall at another inclination [deg], or as it is for None; raises
-        ValueError without a wall, or for an inclination that cannot be.
+        ValueError without a wall, or for an inclination outside of MIN_INCLINATION to
+        MAX_INCLINATION.
         """
         if inclination is None:
             return self
@@ -103,8 +104,9 @@ def load_scenes() -> dict[str, SceneDescription]:
 
 
 def load_scene(name: str | Path, friction: FrictionTable | None = None) -> SceneDescription:
-    """The shipped scene of that name, or the one in a YAML file at that path. With a table of
-    friction its materials must be in the table; without one, as for drawing, any materials will do.
+    """The shipped scene of that name, or the one in a YAML file at that path. If a table of
+    friction is given, the scene's materials must be in it; without one, as for drawing, any
+    materials are accepted.
 
     Raises ValueError naming file, key, expected and got, or listing the available names.
 

@@ -52,7 +52,7 @@ class Solid:
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) per mass [m2], and the quaternion (4,) of their axes.
 
-        If the present axes are principal, they are kept.
+        Axes of the solid that are principal already are kept.
         """
         off_diagonal = self.inertia - np.diag(np.diag(self.inertia))
         if np.abs(off_diagonal).max() <= NEAR_DIAGONAL * np.trace(self.inertia):

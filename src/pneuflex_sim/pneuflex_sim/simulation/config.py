@@ -29,13 +29,13 @@ class SimulationConfig:
     """Configuration of a simulation.
 
     Attributes:
-        hand, object, scene, model: names or files, or descriptions.
-        step: of the physics [s].
-        segments: per actuator.
-        seed: of sensors and valves.
-        gui: open PyBullet's window.
-        engine: `pybullet` or `mujoco`; as it is, PyBullet where it is installed.
-        object_offset: (2,) or (3,) [m] from the scene's place.
+        hand, object, scene, model: each a name, a file or a description.
+        step: physics step [s].
+        segments: number of segments per actuator.
+        seed: seed of the random errors of sensors and valves.
+        gui: whether to open PyBullet's window.
+        engine: `pybullet` or `mujoco`; by default PyBullet if it is installed, else MuJoCo.
+        object_offset: (2,) or (3,) offset [m] of the object from its place in the scene.
         object_mass_scale: factor on the object's mass [-].
         object_rpy: orientation in which the object rests [rad]; None: as it is described.
         object_yaw: turn of the object about the vertical [rad].
@@ -44,10 +44,10 @@ class SimulationConfig:
         modulus_scale: factor on the shear modulus of the hand's rubber [-].
         collision: shapes of the links, `pieces` along the outline or `boxes`.
         wrist, solver: parameters of wrist and contact solver.
-        wall_inclination: of the wall [deg]; None: the scene's.
+        wall_inclination: inclination of the wall [deg]; None: that of the scene.
         friction: table of friction, or its file; None: the shipped one.
         finger_contact: whether neighbouring fingers touch each other.
-        allow_effect_files: run the Python files of effects that the model names.
+        allow_effect_files: whether to run the Python files of effects that the model names.
 
     Raises:
         ValueError: a step, a number of segments, a scale, an offset or a shape is unusable.
@@ -95,31 +95,33 @@ class SimulationConfig:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
 
     def described_hand(self) -> HandDescription:
-        """The hand."""
+        """The hand's description, loaded if `hand` is a name or a file."""
         return self.hand if isinstance(self.hand, HandDescription) else load_hand(self.hand)
 
     def friction_table(self, model: Model) -> FrictionTable:
-        """Friction of all pairs of materials, that of the rubber as the model's effects have it."""
+        """Friction of all pairs of materials, that of the rubber scaled by `rubber_friction_scale`
+        and by the effects of the model.
+        """
         found = self.friction
         table = found if isinstance(found, FrictionTable) else load_friction(found)
         return table.rubber_scaled(self.rubber_friction_scale * friction_factor(model.effects))
 
     def described_scene(self, friction: FrictionTable) -> SceneDescription:
-        """The scene, its wall inclined as asked for."""
+        """The scene's description, with its wall at `wall_inclination`."""
         found = self.scene
         scene = found if isinstance(found, SceneDescription) else load_scene(found, friction)
         return scene.inclined(self.wall_inclination)
 
     def described_object(self, friction: FrictionTable) -> ObjectDescription:
-        """The object, resting as asked for."""
+        """The object's description, resting at `object_rpy`."""
         found = self.object
         if not isinstance(found, ObjectDescription):
             found = load_object(found, friction)
         return found if self.object_rpy is None else replace(found, rpy=tuple(self.object_rpy))
 
     def described_model(self) -> Model:
-        """The model, its rubber as stiff as asked for; raises ValueError for one that the simulator
-        does not have.
+        """The model, its shear modulus scaled by `modulus_scale`; raises ValueError for a model
+        that the simulator cannot simulate.
         """
         model = self.model
         if not isinstance(model, Model):

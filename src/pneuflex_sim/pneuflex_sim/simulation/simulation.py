@@ -146,7 +146,7 @@ class Simulation:
     ) -> None:
         """Put the object at rest at another offset [m] from its place, turned by `yaw` [rad] about
         the vertical, with another mass and with the friction of all pairs scaled; raises ValueError
-        as `SimulationConfig` does. A reset brings it back to there.
+        as `SimulationConfig` does. A reset puts it there again.
         """
         self.config = replace(
             self.config,
@@ -162,11 +162,12 @@ class Simulation:
 
     # ---------------------------------------------------------------- commands
     def command_wrist(self, position: Array, orientation: Array) -> None:
-        """Target pose of the wrist in the world: position (3,) [m], quaternion (4,)."""
+        """Set the target pose of the wrist in the world: position (3,) [m], quaternion (4,)."""
         self.wrist.command(position, orientation)
 
     def set_air_masses(self, masses: Array) -> None:
-        """Impose the channels' air masses [kg above rest] instead of the plant's.
+        """Impose the channels' air masses (channels,) [kg above rest] instead of those that flow
+        through the valves.
 
         Raises ValueError for a wrong shape, and for a model with flow effects, which act on valve
         pulses only.
@@ -174,8 +175,8 @@ class Simulation:
         if self._flow_effects:
             names = ", ".join(effect.name for effect in self._flow_effects)
             raise ValueError(
-                f"{self.config.model_name}: effects: {names}: act on pulses of the valves, and "
-                "imposed air masses pass none; command the valves, or leave them out"
+                f"{self.config.model_name}: effects: {names}: act on valve pulses, and "
+                "imposed air masses have none; command the valves, or leave these effects out"
             )
         masses = np.asarray(masses, float)
         if masses.shape != (len(self.channels),) or not np.isfinite(masses).all():
@@ -215,9 +216,9 @@ class Simulation:
     def step(self, valves: ArrayLike | None = None) -> None:
         """One physics step.
 
-        `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps imposed masses, or
-        closes the valves. Warns once (RuntimeWarning) when the pressure would bend a joint beyond
-        its stop.
+        `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None: imposed masses are kept, or
+        without them all valves closed. Warns once (RuntimeWarning) when the pressure would bend a
+        joint beyond its stop.
         """
         self._update_air(valves)
         self._acting_abs = self.air.acting(self.step_size, self._acting_abs, self.pressures_abs)
@@ -292,7 +293,9 @@ class Simulation:
         )
 
     def read_sensors(self) -> Array:
-        """Noisy absolute pressures [Pa] of the channels and, last, of the supply."""
+        """Noisy absolute pressures (channels + 1,) [Pa] of the channels and, last, of the
+        supply.
+        """
         return self.plant.read()
 
     def tip_angles(self) -> dict[str, float]:

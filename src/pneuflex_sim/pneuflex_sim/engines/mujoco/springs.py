@@ -46,7 +46,9 @@ class Places(NamedTuple):
 
 
 class State(NamedTuple):
-    """MuJoCo's positions and speeds, and references and stiffnesses of its springs."""
+    """MuJoCo's positions and speeds of the joints, and the references and stiffnesses of its
+    springs.
+    """
 
     qpos: Array
     qvel: Array
