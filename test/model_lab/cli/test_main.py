@@ -201,7 +201,7 @@ WRONG = {
         ["add", "x", "--data", "DATA", "--out", "OUT/m.yaml", "--effects", "/no.py"],
         "/no.py: expected a Python file",
     ),
-    "name of the model": (["add", "x", "--data", "DATA", "--out", "OUT/m"], "name of a YAML file"),
+    "name of the model": (["add", "x", "--data", "DATA", "--out", "OUT/m"], "that ends in .yaml"),
     "no experiment": (["synthesize", "levity", "--out", "OUT/s"], "got levity"),
     "no seal": (["reveal", "DATA"], ".seal: expected the seal"),
     "no command": ([], "the following arguments are required: COMMAND"),

@@ -155,7 +155,7 @@ def test_an_error_that_is_unknown_is_left_out(tmp_path):
 
 @pytest.mark.parametrize("name", ["m.txt", "m", "m.json"])
 def test_a_name_that_would_not_load_is_refused(tmp_path, name):
-    with pytest.raises(ValueError, match="the name of a YAML file"):
+    with pytest.raises(ValueError, match="a name that ends in .yaml or .yml"):
         write_model(tmp_path / name, Model())
 
 

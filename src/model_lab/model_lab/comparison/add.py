@@ -47,7 +47,12 @@ NOT_PHYSICS = "a generic term, not physics"
 
 @dataclass(frozen=True)
 class Addition:
-    """A model with one effect more: before and after as fitted, and as a file holds it."""
+    """One effect added to a model.
+
+    problem: the fit problem. before, after: the fitted models without and with the effect. effect:
+    the effect with its fitted parameters. model: the model with the effect, as its file will hold
+    it.
+    """
 
     problem: FitProblem
     before: Scored
@@ -63,7 +68,9 @@ def add_effect(
     classes: Mapping[str, type[Effect]],
     tell: Tell = tell_nobody,
 ) -> Addition:
-    """Fit calibration, the effects that were fitted before, and the new one, all together.
+    """Add an effect to a model: calibration, effects that an earlier fit added, and the new effect
+    are fitted together. For a hand, the name of an effect without a place adds it where it leaves
+    the smallest held-out error.
 
     Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
     """
@@ -113,7 +120,10 @@ def _at_best_place(
     tried = score_all(problem, score_base(problem, [e.name for e in given]), places, tell=tell)
     shown = [scored for scored in tried if isinstance(scored, Scored)]
     if not shown:
-        raise ValueError(f"effect {name}: expected one that these data show, but it shows nowhere")
+        raise ValueError(
+            f"effect {name}: expected one that these data show, but it changes no output at "
+            f"any place of the hand"
+        )
     return min(shown, key=lambda scored: scored.held_out.rmse).added
 
 
@@ -139,7 +149,7 @@ def _before_and_after(
     before = score_base(problem, given)
     after = _scored(problem, before, name)
     if isinstance(after, Unseen):
-        raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
+        raise ValueError(f"effect {name}: expected one that these data show, but it {after.reason}")
     clearer = with_lower_floor(problem, after.fit)
     return (problem, before, after) if clearer is None else _before_and_after(clearer, given, name)
 
@@ -183,18 +193,18 @@ def _instance(problem: FitProblem, named: NamedEffect) -> Effect:
 def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:
     """Write a model file that `softhand_model.model_file.load_model` reads back equal.
 
-    Files of effects that are not built in (`model.files`) are named relative to the model file, so
-    that both can move together; those from outside of its folder are copied there.
+    Paths of the effects' own files (`model.files`) are written relative to the model file, so that
+    both can be moved together; files from outside its folder are copied into it.
 
     Args:
         path: the model file, `.yaml` or `.yml`.
         model: what it holds.
-        comment: its first lines, each behind a #.
+        comment: text of its first lines; each gets a #.
         force: whether a file there may be overwritten.
 
     Raises:
-        ValueError: the file exists and `force` is false, its name is no YAML file's, it cannot be
-            written; or an effect's file would take the place of another one.
+        ValueError: the file exists and `force` is false, its name does not end in .yaml or .yml, it
+            cannot be written, or the copy of an effect's file would overwrite another file.
     """
     check_model_file(path, force)
     files = {name: _beside(path.parent, file, force) for name, file in model.files.items()}
@@ -212,16 +222,20 @@ def _beside(folder: Path, file: Path, force: bool) -> Path:
 
 
 def check_model_file(path: Path, force: bool = False) -> None:
-    """Raise ValueError if a model file of that name could not be written or not be loaded."""
+    """Raise ValueError if no model file can be written at this path, or if its name does not end in
+    .yaml or .yml, without which it could not be loaded.
+    """
     if path.suffix not in (".yaml", ".yml"):
         raise ValueError(
-            f"{path}: expected the name of a YAML file, got {path.suffix or 'no'} suffix"
+            f"{path}: expected a name that ends in .yaml or .yml, got {path.suffix or 'no'} suffix"
         )
     check_new(path, force)
 
 
 def model_text(model: Model, folder: Path, comment: str = "") -> str:
-    """The text of a model file that lies in a folder."""
+    """The text of a model file that is to lie in `folder`, to which paths of effect files are
+    relative; `comment` becomes its first lines.
+    """
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines += [f"format: {FORMAT}", f"base: {model.base}"]
     if model.calibration:

@@ -33,11 +33,11 @@ PROGRESS_STEPS = 3  # of the progress of a comparison
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Accuracy over some samples, in the unit of the outputs.
+    """Accuracy of predictions over some samples; errors are measured minus predicted, in the SI
+    unit of the outputs.
 
-    rmse; fit: 100*(1 - |y - yhat|/|y - mean y|) [percent], the mean that of each output, NaN for
-    outputs that do not vary; bias: mean of measured minus predicted; largest: of its absolute
-    value.
+    rmse: root mean square error. fit: 100*(1 - |y - yhat|/|y - mean y|) [percent], with the mean of
+    each output; NaN if no output varies. bias: mean error. largest: largest absolute error.
     """
 
     samples: int
@@ -48,7 +48,9 @@ class Accuracy:
 
 
 def accuracy(measured: Array, residual: Array, output: IntArray) -> Accuracy:
-    """Accuracy of predictions, given measured values, residuals and outputs (samples,)."""
+    """Accuracy of predictions, from measured values, residuals (measured minus predicted) and the
+    number of the output, each (samples,).
+    """
     mean = _means(measured, output)[output]
     spread = float(np.linalg.norm(measured - mean))
     stands = np.allclose(measured, mean, rtol=1e-9, atol=0.0)  # but for rounding
@@ -69,15 +71,17 @@ def _means(values: Array, output: IntArray) -> Array:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a model, in SI units.
+    """Errors of a model on a measurement set, in SI units.
 
-    as_is: of the model as its file has it; its calibration is fitted to the set if the file has
-    none for it (`calibrated` says so). held_out: with the calibration, and effects that carry
-    standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
-    without its own data. calibration: the one of as_is.
+    as_is: accuracy of the model as its file has it. If the file has no calibration for this set,
+    the calibration is fitted to the set, and `calibrated` is True. held_out: accuracy with
+    calibration, and effects that have standard errors, fitted anew to the other folds, so that
+    every fold (a protocol or a block, see `holdout`) is predicted without its own data.
+    calibration: the one behind `as_is`.
 
-    data: the set as it was judged; table: of its samples. residual_as_is, residual (samples,):
-    residual is the held-out one. at_bound: parameters of the fitted calibration on a bound.
+    data: the set that was judged; table: its samples. residual_as_is, residual (samples,): measured
+    minus predicted values behind `as_is` and `held_out`. at_bound: names of the fitted calibration
+    parameters that lie on a bound.
     """
 
     model: Model
@@ -149,7 +153,9 @@ def _given(model: Model, data: MeasurementSet, parameter: str) -> bool:
 
 @dataclass(frozen=True)
 class Part:
-    """Accuracy of the model on a part of the set: as it is, and held out."""
+    """Accuracy of the model on a part of the set, such as a run: `as_is` and `held_out` as in
+    `Errors`.
+    """
 
     name: str
     as_is: Accuracy
@@ -158,12 +164,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A model against a measurement set, in SI units.
+    """A model compared with a measurement set, in SI units.
 
-    runs, specimens, outputs: the errors in parts. localisation, relation, notices: of the held-out
-    residual. slips: mistakes in how the data are stated; all else is about the data as stated.
-    series: what repeats say of the order of the runs; within: residual tests within runs.
-    outside: what of the data the model does not describe at all, empty if nothing.
+    runs, specimens, outputs: accuracy on each of these parts. localisation, relation, notices:
+    where the held-out residual is large, how it follows the input, and what else is odd in the set.
+    slips: mistakes in how the data are stated; the other results are about the data as stated.
+    series: what happened between the runs, as their repeats show it. within: tests of the residual
+    within runs; None where no run has a time course. outside: why no model can be judged by these
+    data; "" if one can.
     """
 
     data: MeasurementSet
@@ -183,10 +191,10 @@ class Comparison:
 def compare(
     data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = tell_nobody
 ) -> Comparison:
-    """Compare a model with a set.
+    """Compare a model with a measurement set.
 
-    seed: of the tests of the localisation; same seed, same answer. Raises ValueError for
-    data that the model cannot use.
+    seed: seed of the random draws of the localisation; the same seed gives the same answer. Raises
+    ValueError for data that the model cannot use.
     """
     checked = find_slips(data, model, tell)
     errors = errors_of(data, model, tell)

@@ -22,7 +22,7 @@ class Rung:
 
 @dataclass(frozen=True)
 class Ladder:
-    """Models in the order in which they were named; floor: as the best of them shows it."""
+    """Several models on the same measurement set, in the order in which they were named."""
 
     data: MeasurementSet
     rungs: tuple[Rung, ...]
@@ -34,16 +34,16 @@ class Ladder:
 
     @property
     def floor(self) -> NoiseFloor:
-        """The noise floor."""
+        """The noise floor, estimated from the residual of the best model."""
         return self.best.errors.floor
 
 
 def compare_models(
     data: MeasurementSet, models: Mapping[str, Model], tell: Tell = tell_nobody
 ) -> Ladder:
-    """Compare each of the models (by name) with the set.
+    """Compare each of the models, given by name, with the set.
 
-    Raises ValueError for data that a model cannot use, naming the model.
+    Raises ValueError for data that a model cannot use; the message names the model.
     """
     rungs = []
     for number, (name, model) in enumerate(models.items(), 1):

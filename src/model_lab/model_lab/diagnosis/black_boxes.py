@@ -29,8 +29,9 @@ AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are 
 
 @dataclass(frozen=True)
 class BlackBox:
-    """A black box fitted to a model's residual: held-out residual (samples,) and number of
-    features.
+    """A black box fitted to a model's residual.
+
+    residual (samples,): the held-out residual with it. features: their number.
     """
 
     name: str
@@ -39,7 +40,7 @@ class BlackBox:
 
     @property
     def against(self) -> str:
-        """The axis of the contract that its inputs belong to."""
+        """Name of the axis (see `localisation.axes`) that its inputs belong to."""
         return AXIS_OF.get(self.name, self.name)
 
     @property
@@ -52,7 +53,7 @@ def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Bl
     """The black boxes whose inputs these data have, sorted by their held-out error.
 
     Args:
-        fit: of a model, whose residual (measured less fitted) they are fitted to.
+        fit: fit of a model; the black boxes are fitted to its residual (measured less fitted).
         data: the measurements.
         predicted: outputs (samples,) [SI unit of the set] of the model without added effects, on
             which some black boxes depend.
@@ -112,9 +113,10 @@ def _in_block(columns: Array, output: int, outputs: int) -> Array:
 
 
 def held_out_with(fit: Fit, columns: Array) -> Array:
-    """Held-out residual (samples,) of the model, linearised, and the features together.
+    """Held-out residual (samples,) of the linearised model and feature columns (samples, features),
+    fitted together.
 
-    Weighted by what both together leave, which is found by iteration.
+    The fit is weighted by the noise that both together leave, found by iteration.
     """
     spectrum = fit.likelihood.spectrum
     design = np.hstack([fit.jacobian, columns])

@@ -1,9 +1,9 @@
-"""How sure a verdict is: the share of such verdicts that are right, by what they rest on.
+"""How sure a verdict is: the share of verdicts on similar evidence that are right.
 
 A logistic model for each verdict, over numbers of `diagnosis.evidence`. Its coefficients, and where
 they come from, stand in confidence.json, which `python -m bench.lab.calibrate` writes from sets
-with hidden effects; of a set it uses the evidence alone. Where too few sets of an experiment
-or with a verdict were seen, nothing is said.
+with hidden effects; of a set it uses the evidence alone. Where too few sets of an experiment or
+with a verdict were seen, nothing is said.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ FILE = "confidence.json"
 
 @dataclass(frozen=True)
 class Confidence:
-    """Probability (0 to 1) that a verdict is right, None where it is not known; a guess where it is
-    below the limit. beyond: numbers of the evidence that lie beyond those of all sets that were
-    seen: then the probability is not known.
+    """How sure a verdict is.
+
+    value: probability (0 to 1) that it is right; None where it is not known. guess: whether that is
+    too little to stand by the verdict. beyond: names of evidence beyond the range in all sets with
+    known answers, because of which the probability is not known.
     """
 
     value: float | None
@@ -41,9 +43,11 @@ def confidence_of(
     most: float = 1.0,
     at_bound: bool = False,
 ) -> Confidence:
-    """Confidence in a verdict, at most `most`; where it is not known and the calibration stays on a
-    bound, a guess: on seeds 500 to 545 and 700 to 745 of `bench.second_author --kind slips` all
-    three such verdicts were wrong.
+    """Confidence in a verdict, from the evidence for it.
+
+    most: upper limit. at_bound: whether the calibration lies on a bound; if the probability is then
+    not known, the verdict counts as a guess: on seeds 500 to 545 and 700 to 745 of
+    `bench.second_author --kind slips` all three such verdicts were wrong.
     """
     known = calibration()
     model = known["verdicts"][verdict]
@@ -60,7 +64,8 @@ def confidence_of(
 
 
 def beyond(model: Mapping[str, Any], evidence: Mapping[str, float]) -> tuple[str, ...]:
-    """Numbers of the evidence that lie clearly beyond the ends between which they were seen.
+    """Names of the evidence whose numbers lie clearly beyond the range (low, high) in which the
+    model was calibrated.
 
     >>> term = {"scale": 0.1, "low": 0.0, "high": 1.0}
     >>> beyond({"terms": {"left": term, "after": term}}, {"left": 1.5, "after": 1.05})
@@ -75,8 +80,8 @@ def beyond(model: Mapping[str, Any], evidence: Mapping[str, float]) -> tuple[str
 
 
 def probability(model: Mapping[str, Any], evidence: Mapping[str, float]) -> float:
-    """Probability by one logistic model: intercept, and of each number of the evidence its mean,
-    scale and weight, and the ends (low, high) between which it was seen; nothing beyond counts.
+    """Probability by one logistic model: an intercept, and for each number of the evidence its
+    mean, scale and weight, and the range (low, high) to which the number is clipped.
 
     >>> term = {"mean": 1.0, "scale": 2.0, "weight": 3.0, "low": 0.0, "high": 1.0}
     >>> probability({"intercept": 0.0, "terms": {"left": term}, "most": 0.99}, {"left": 7.0})
@@ -92,7 +97,7 @@ def probability(model: Mapping[str, Any], evidence: Mapping[str, float]) -> floa
 
 @lru_cache(maxsize=1)
 def calibration() -> dict[str, Any]:
-    """The shipped coefficients."""
+    """The coefficients of the logistic models, from confidence.json."""
     text = files("model_lab.diagnosis").joinpath(FILE).read_text()
     found: dict[str, Any] = json.loads(text)
     return found

@@ -29,17 +29,21 @@ TIMES_OF_SESSION = ("time_in_run", "run_order")  # black boxes of what no effect
 
 # ---------------------------------------------------------------------- errors
 def has_few_folds(problem: FitProblem) -> bool:
-    """Whether held-out errors say little, since each fold is a large part of the data."""
+    """Whether there are so few folds that held-out errors say little: each fold is then a large
+    part of the data.
+    """
     return len(problem.data.table.folds) < problem.rules.fewest_folds
 
 
 def error_of(problem: FitProblem, scored: Scored) -> float:
-    """Error by which a model is judged: the held-out one; with few folds, that of the fit."""
+    """Error by which a model is judged: the held-out root mean square error, or that of the fit to
+    all data if folds are few.
+    """
     return scored.fit.rmse if has_few_folds(problem) else scored.held_out.rmse
 
 
 def shape_error(problem: FitProblem, scored: Scored) -> float:
-    """The same without the errors of each run's gain, in which runs scatter most."""
+    """The error of `error_of` without the gain of each run, in which runs scatter most."""
     residual = scored.fit.residual if has_few_folds(problem) else scored.held_out.residual
     spectrum = problem.spectrum
     power = spectrum.power(spectrum.coefficients(residual[None]))[0]
@@ -53,7 +57,9 @@ def _gains(problem: FitProblem) -> Mask:
 
 
 def excess(problem: FitProblem, scored: Scored) -> float:
-    """Error beyond the noise floor, in the unit of the outputs."""
+    """Root of squared error less squared noise floor, in the SI unit of the outputs; 0 below the
+    floor.
+    """
     return _beyond(error_of(problem, scored), problem.floor.total)
 
 
@@ -62,8 +68,8 @@ def _beyond(error: float, floor: float) -> float:
 
 
 def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
-    """Share of one model's excess error that another leaves: of the whole error, or of the error
-    without the gains of runs, whichever is less.
+    """Share of the excess error of the model `before` that the model `after` leaves: of the whole
+    error, or of the error without the gains of runs, whichever share is less.
     """
     counts = problem.spectrum.counts() * ~_gains(problem)
     shape = float(np.sqrt(counts @ problem.floor.variance / problem.data.table.samples))
@@ -75,8 +81,9 @@ def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
 
 
 def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> float:
-    """p-value of a residual (samples,) that only scatters as repeats do: of its largest band, or of
-    the bands of one order of all outputs together if that is less, times the number of tests.
+    """p-value of a residual (samples,) under the hypothesis that it scatters as repeats do: the
+    smallest over all bands, and over bands of the same order of all outputs together, times the
+    number of tests.
 
     lost: share by which the mean square of noise is larger in held-out data.
     """
@@ -101,26 +108,33 @@ def beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> f
 
 # ---------------------------------------------------------------------- is it noise?
 def explains_all(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model predicts held-out data to the noise floor, with parameters off their bounds.
+    """Whether a model predicts held-out data to the noise floor, with no parameter on a bound.
 
-    The search may have rejected it by the likelihood, which hardly feels an error of whole runs.
+    The search may have rejected such a model by its likelihood, on which an error of whole runs has
+    hardly any influence.
     """
     most = problem.rules.material_error * problem.floor.total
     return scored.plausible and scored.held_out.rmse <= most
 
 
 def material(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model's error is so far above the floor that an effect may be missing."""
+    """Whether the error is at least so far above the noise floor that an effect may be missing
+    (`Rules.material_error`).
+    """
     return error_of(problem, scored) > problem.rules.material_error * problem.floor.total
 
 
 def is_far(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model's error is so far above the floor that it is no explanation."""
+    """Whether the error is so far above the noise floor that the model is no explanation
+    (`Rules.most_explained_error`).
+    """
     return error_of(problem, scored) > problem.rules.most_explained_error * problem.floor.total
 
 
 def is_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether what a model leaves may be noise, as far as the floor is known."""
+    """Whether what a model leaves may be noise alone. If it is not known how much the gains of runs
+    scatter, the error without gains decides.
+    """
     rules, floor = problem.rules, problem.floor
     if error_of(problem, scored) <= rules.explained_error * floor.total:
         return True
@@ -130,7 +144,9 @@ def is_noise(problem: FitProblem, scored: Scored) -> bool:
 
 
 def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
-    """Whether the error of a model, or its error without gains, is clearly below another's."""
+    """Whether the error of the model `after`, with or without the gains of runs, is clearly below
+    that of `before`.
+    """
     least = problem.rules.material_error
     return any(
         error(problem, before) > least * error(problem, after) for error in (error_of, shape_error)
@@ -141,8 +157,10 @@ def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
 def verdict_of(
     problem: FitProblem, base: Scored, final: Scored, black_boxes: Sequence[BlackBox]
 ) -> str:
-    """The verdict on a base model, of which the search made a final one (the same if it found
-    nothing). black_boxes: fitted to what the final model leaves, the best first.
+    """The verdict on a base model: adequate, effects_missing or unexplained.
+
+    final: the model that the search chose; the base itself if it found nothing. black_boxes: fitted
+    to what the final model leaves, the best first.
     """
     if final is base:
         return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE
@@ -268,8 +286,9 @@ def depends_on(
     black_boxes: Sequence[BlackBox],
     localised: Localisation,
 ) -> tuple[str, ...]:
-    """Axes on which the rest of a model depends, at most three: those of the black boxes that
-    predict better, best first; if none does, those against which the model fails, or the first.
+    """Names of at most three axes on which the residual of a model depends: those of black boxes
+    that predict better, the best first; if none does, those along which the residual varies beyond
+    chance, or else the first axis.
     """
     varied = {axis.name for axis in axes_of(data)}
     least = final.rules.black_box_better * final.held_out.rmse

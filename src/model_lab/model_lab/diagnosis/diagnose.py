@@ -66,7 +66,7 @@ from softhand_model.model_file import Model, load_model
 
 @dataclass(frozen=True)
 class Outcome:
-    """A diagnosis with the fits and notices behind it, for reports."""
+    """A diagnosis with the fits and notices behind it, from which reports are made."""
 
     diagnosis: Diagnosis
     problem: FitProblem
@@ -84,15 +84,23 @@ def diagnose(
     tell: Tell = tell_nobody,
     tell_first: TellFirst = tell_no_first,
 ) -> Outcome:
-    """Compare a model with a set, search the effects for what is missing, and judge the rest.
+    """Compare a model with a measurement set, search for the effects that it lacks, and judge what
+    is left.
 
-    Before that it looks for slips, mistakes in how the data are stated, and for events in the
-    series of runs, and goes on without them.
+    First it looks for slips (mistakes in how the data are stated) and for events in the series of
+    runs; what it finds is taken out of the data. Long recordings are thinned. Effects of the model
+    that have standard errors are fitted again, the others stay as they are.
 
-    classes: effects that take part, the built-in ones if None. Effects of the model file that carry
-    standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
-    recordings are thinned. tell_first: gets the first look, once, before the search. Raises
-    ValueError for data that the model cannot use.
+    Args:
+        data: the measurement set.
+        model: the model to judge.
+        classes: effects to search, by name; None: the built-in ones.
+        seed: seed of all random draws; the same seed gives the same answer.
+        jobs: number of processes.
+        tell: called with each step of the work, for a progress bar.
+        tell_first: called once, before the search, with the first look.
+
+    Raises ValueError for data that the model cannot use.
     """
     known = effect_classes() if classes is None else classes
     checked = find_all_slips(data, model, known, tell)
@@ -233,7 +241,9 @@ def _judged_search(
 
 
 def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
-    """Effects that could be missing, and those that cannot show in this set at all."""
+    """(names of effects that could be missing, effects that cannot show in this set with the
+    reason).
+    """
     present = {effect.name for effect in model.effects}
     absent = {
         name: not_searched(effect, problem.data, model.base)

@@ -17,7 +17,7 @@ from model_lab.rules import RULES, Rules
 
 
 def error_by_step(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tuple[Step, ...]:
-    """How the held-out error fell from model to model, up to the chosen one."""
+    """How much each added effect lowered the held-out error, from the base to the chosen model."""
     return tuple(
         Step(
             " + ".join(name for name in after.effects if name not in before.effects),
@@ -31,9 +31,10 @@ def error_by_step(problem: FitProblem, base: Scored, forward: ForwardSelection) 
 def path(
     problem: FitProblem, base: Scored, forward: ForwardSelection, final: Scored
 ) -> tuple[Scored, ...]:
-    """Models from the base to a larger one, with its effects one after the other.
+    """Fitted models from the base to `final`, to which the effects of `final` are added one after
+    the other.
 
-    An effect that is seen only together with the next is left out on the way.
+    There is no model for an effect that shows only together with the next one.
     """
     known = {frozenset(s.effects): s for models in forward.sizes for s in models}
     found = [base]
@@ -46,10 +47,11 @@ def path(
 
 
 def helping(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tuple[Scored, ...]:
-    """Models with the effects that, in this order, lower the held-out error though much is left.
+    """Fitted models to which effects are added one after the other that lower the held-out error
+    but leave much of it; empty if none do.
 
-    Each halves it or more; or, where such effects do not take it
-    to a third, several do together, and each of them is missed if it is left out.
+    Either each effect halves the error or more; or, if such effects leave more than a third,
+    several together bring it below a third, and each of them is missed if it is left out.
     """
     halving = _halving(base, forward)
     if halving and halving[-1].held_out.rmse <= problem.rules.together_error * base.held_out.rmse:
@@ -103,8 +105,10 @@ def _of_the_missed(problem: FitProblem, base: Scored, scored: Scored) -> Scored:
 
 
 def is_missed(there: Array, gone: Array, rules: Rules = RULES) -> bool:
-    """Whether an effect is missed, by mean squares of held-out errors (folds,) with it and without:
-    in the mean of their logarithms, and by much in their sum.
+    """Whether an effect is missed: without it the mean logarithm of the mean square held-out errors
+    is larger, and their sum is larger by much (`Rules.missed_error`).
+
+    there, gone: mean square held-out errors (folds,) with and without the effect.
     """
     more = np.mean(np.log(gone / there)) > 0.0
     return bool(more and np.sum(gone) > rules.missed_error**2 * np.sum(there))

@@ -23,10 +23,12 @@ DIGITS = 4
 def evidence_of(
     problem: FitProblem, selection: Selection, black_boxes: Sequence[BlackBox], notices: int = 0
 ) -> dict[str, float]:
-    """Numbers by name; ratios are natural logarithms, cut off at LARGEST_LOGARITHM.
+    """Evidence for a verdict: numbers by name. Ratios are given as natural logarithms, cut off at
+    LARGEST_LOGARITHM.
 
     The final model is the one with the effects that were found, whether they count as an
-    explanation or not; the rival is the best one of as many effects that is neither it nor tied.
+    explanation or not. The rival is the best model with as many effects that is not the final one
+    and not tied with it.
     """
     base, final, floor = selection.base, selection.final, problem.floor.total
     rival, best = _rival(selection), black_boxes[0].rmse if black_boxes else base.held_out.rmse

@@ -1,7 +1,7 @@
 """First look at a set, before the search: the error, and the effects that promise most.
 
 Each effect is represented by its signatures, scaled at best (`search.promise`): nothing is fitted
-but the model as it is. What the search says afterwards counts.
+but the model as it is. The search that follows may come to another answer.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ LIKELIEST = 3  # effects that are told
 class FirstLook:
     """What is known before the search.
 
-    rmse, noise_floor: held out, in `unit` (SI). slips: in how the data are stated. likeliest: names
-    of effects with the share of the mean square error that each may explain alone, the likeliest
-    first. is_noise: whether the error is the floor, as nearly as it is known.
+    rmse, noise_floor: held-out error and noise floor, in `unit` (SI). slips: mistakes in how the
+    data are stated. likeliest: (name, share of the mean square error that it may explain alone) of
+    effects, the likeliest first. is_noise: whether the error may be noise alone.
     """
 
     rmse: float
@@ -47,7 +47,9 @@ def tell_no_first(_found: FirstLook) -> None:
 def first_look(
     problem: FitProblem, base: Scored, effects: Sequence[str], slips: Sequence[Slip]
 ) -> FirstLook:
-    """The first look at a problem whose base is fitted; effects: those that could be missing."""
+    """The first look at a problem whose base is fitted; effects: names of those that could be
+    missing.
+    """
     promised = {}
     for name in effects:
         found = signature_of(problem, base, name)

@@ -31,8 +31,10 @@ Search = Callable[..., list[Scored | Unseen]]
 
 @dataclass(frozen=True)
 class ForwardSelection:
-    """Models by size: sizes[n] has the proven ones with n + 1 effects more than the base, the best
-    first. final: the chosen one, the base if none.
+    """Models by their number of effects.
+
+    sizes[n]: proven models with n + 1 effects more than the base, the best first. final: the chosen
+    model; the base if none is chosen.
     """
 
     sizes: tuple[tuple[Scored, ...], ...]
@@ -40,13 +42,17 @@ class ForwardSelection:
 
 
 def criterion(scored: Scored) -> float:
-    """Deviance of a model, what its parameters must bring, and how unusual they are."""
+    """Number by which models are compared, less is better: the deviance, a penalty for each
+    parameter, and a penalty for unusual parameter values.
+    """
     penalty = scored.rules.parameter_penalty * len(scored.fit.values)
     return scored.fit.deviance + penalty + scored.unusual
 
 
 def proven(scored: Iterable[Scored], threshold: float) -> list[Scored]:
-    """Plausible models whose last effect gains more than pure noise would, best first."""
+    """Models, best first, whose last effect lowers the deviance by more than `threshold` and whose
+    parameters are plausible.
+    """
     good = [s for s in scored if s.plausible and s.improvement > threshold]
     return sorted(good, key=criterion)
 
@@ -54,7 +60,11 @@ def proven(scored: Iterable[Scored], threshold: float) -> list[Scored]:
 def select_forward(
     problem: FitProblem, base: Scored, singles: Sequence[Scored], threshold: float, search: Search
 ) -> ForwardSelection:
-    """The model with the effects that are missing, up to four."""
+    """Add effects one at a time, and choose the model with those that are missing, at most four.
+
+    singles: the base with one effect each. threshold: least fall of the deviance that counts.
+    search: fits a model with each of some effects added.
+    """
     good = proven(singles, threshold)
     if not good or not material(problem, base):
         return ForwardSelection((tuple(good),), base)
@@ -72,8 +82,8 @@ def select_forward(
 
 
 def with_own_held_out(problem: FitProblem, scored: Scored) -> Scored:
-    """The model with every fold predicted by a fit of its own, where folds are few: a step from the
-    fit to all data predicts them too badly.
+    """The model with its held-out error computed by fits of their own for all folds, if folds are
+    few: one step from the fit to all data would then be too inaccurate.
     """
     if not has_few_folds(problem):
         return scored
@@ -179,9 +189,8 @@ def _is_whole(problem: FitProblem, base: Scored, scored: Scored) -> bool:
 
 
 def without_idle(problem: FitProblem, base: Scored, scored: Scored) -> Scored:
-    """The same without effects that, once the others are there, remove little: one pass backwards.
-
-    The one that removes least is dropped first.
+    """The model without effects that remove little of the error beside the others. They are dropped
+    one at a time, first the one that removes least.
     """
     added = [effect for effect in scored.effects if effect not in base.effects]
     if len(added) < 2:

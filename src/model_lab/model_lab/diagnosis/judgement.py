@@ -15,9 +15,9 @@ from model_lab.fitting.problem import FitProblem
 class Judgement:
     """The verdict on a search, and the models it is about.
 
-    named: the model with the named effects, the base if none. helping: models with the effects that
-    help in part, where nothing explains the error. black_boxes: fitted to what the final model of
-    the search leaves, the best first.
+    named: the model with the effects that the verdict names; the base if it names none. helping:
+    models with effects that explain a part, if nothing explains the whole error. black_boxes:
+    fitted to what the final model of the search leaves, the best first.
     """
 
     problem: FitProblem
@@ -29,18 +29,20 @@ class Judgement:
 
     @property
     def added(self) -> list[str]:
-        """The named effects."""
+        """Names of the effects that the verdict names."""
         return [name for name in self.named.effects if name not in self.selection.base.effects]
 
     @property
     def at_bound(self) -> bool:
-        """Whether effects are named and the calibration stays on a bound beside them."""
+        """Whether effects are named, but a parameter of the calibration lies on a bound beside
+        them.
+        """
         return bool(self.added and calibration_at_bound(self.named))
 
     @property
     def most_confidence(self) -> float:
-        """The largest confidence that what the named model leaves allows, with a calibration on its
-        bound or without.
+        """Upper limit (0 to 1) of the confidence: it is lower if much error is left, or some error
+        with the calibration on a bound.
         """
         rules, left = self.problem.rules, self.named.held_out.rmse / self.problem.floor.total
         if self.at_bound and left > rules.bound_error:
@@ -49,6 +51,6 @@ class Judgement:
 
     @property
     def leaves_much(self) -> bool:
-        """Whether effects are named and the rest is worth reporting."""
+        """Whether effects are named and the error that is left is worth reporting."""
         most = self.problem.rules.rest_error * self.problem.floor.total
         return bool(self.added) and self.named.held_out.rmse > most

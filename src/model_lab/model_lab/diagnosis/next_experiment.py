@@ -9,8 +9,8 @@ with the difference D of their predictions, the noise C of a run, and how far ea
 still adapt: its Jacobian J and the covariance S of its parameters. The experiment whose worst pair
 is furthest apart is proposed; where several are far enough, the one with the fewest changes.
 
-Every run begins with the chamber open to the air. Explanations that predict different readings of
-the gauge at that moment are separated by it, if no earlier run began so.
+Every run begins with the chamber open to the air. The reading of the pressure sensor at that moment
+separates explanations that predict different ones, if no earlier run began so.
 """
 
 from __future__ import annotations
@@ -39,9 +39,12 @@ READINGS = 400  # at which an explanation is asked for the pressure in the chamb
 
 @dataclass(frozen=True)
 class Experiment:
-    """A proposed run; separation: of the worst tied pair in units of noise; floors: their distance
-    over the noise floor (root mean square); separates: the names that it separates; at_rest: what
-    a gauge reads [Pa] of an open chamber, by these names, where that differs.
+    """A proposed run.
+
+    separation: of the tied pair that it separates least, in standard deviations of the noise.
+    floors: root mean square difference of such a pair over the noise floor. separates: groups of
+    names that the run separates. at_rest: by name, what the pressure sensor reads [Pa] on an open
+    chamber; empty if that does not differ.
     """
 
     trial: TrialRun
@@ -51,7 +54,9 @@ class Experiment:
     at_rest: Mapping[str, float]
 
     def as_json(self) -> dict[str, Any]:
-        """What the diagnosis and `plan --json` say of it; inputs by column, all in SI units."""
+        """The entry in the JSON of the diagnosis and of `plan`; inputs by column, all in SI
+        units.
+        """
         trial = self.trial
         duration = trial.columns["time"][-1] if "time" in trial.columns else None
         driving = next(iter(name for name in ("pressure", "stretch") if name in trial.columns), "")
@@ -80,10 +85,10 @@ class Experiment:
 def proposal(
     problem: FitProblem, final: Scored, ties: Sequence[Sequence[str]]
 ) -> dict[str, Any] | None:
-    """What `next_experiment` of a diagnosis holds; None when nothing is tied.
+    """The entry `next_experiment` of a diagnosis; None if nothing is tied.
 
-    final: the chosen model; ties: for each effect that was added, in the order of final.effects
-    (given ones first), the names that explain as much in its place.
+    final: the chosen model. ties: for each of the last len(ties) effects of `final.effects`, the
+    names of effects that explain as much in its place.
     """
     found = next_experiment(problem, explanations(problem, final, ties))
     return None if found is None else found.as_json()
@@ -92,7 +97,9 @@ def proposal(
 def explanations(
     problem: FitProblem, final: Scored, ties: Sequence[Sequence[str]]
 ) -> list[dict[str, Scored]]:
-    """For each effect that is tied: the fitted models by the name that stands in its place."""
+    """For each effect that is tied: fitted models by name, with the effect itself or another one in
+    its place.
+    """
     added = final.effects[len(final.effects) - len(ties) :]
     groups = []
     for effect, others in zip(added, ties, strict=True):
@@ -109,8 +116,8 @@ def explanations(
 def next_experiment(
     problem: FitProblem, groups: Sequence[Mapping[str, Scored]]
 ) -> Experiment | None:
-    """The experiment that separates the explanations in each group best; None without a group or
-    where no experiment can be thought of.
+    """The run that best separates the explanations in each group; None if there is no group, or no
+    run that could be made.
     """
     trials = trial_runs(problem.data, problem.base)
     if not groups or not trials:

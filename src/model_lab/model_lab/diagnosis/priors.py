@@ -18,8 +18,8 @@ GAUGE_ZERO = "pressure_offset.offset"
 
 
 def unusual(fit: Fit) -> float:
-    """Deviance by which parameters of effects outside their usual ranges are unlikely: the prior is
-    flat within a range, with normal tails beyond it whose sigma is half the range.
+    """Deviance added for effect parameters outside their usual ranges. Within a range the prior is
+    flat; beyond it falls off like a normal distribution whose standard deviation is half the range.
     """
     scales = fit.likelihood.scales
     ends = np.array([p.typical for p in fit.likelihood.parameters], float).reshape(-1, 2)
@@ -31,10 +31,10 @@ def unusual(fit: Fit) -> float:
 
 
 def seen_at_rest(data: MeasurementSet, fit: Fit, rules: Rules = RULES) -> float:
-    """Deviance by which the first readings of runs, made at rest and without pressure, are more
-    likely with a fitted zero of the gauge than with none.
+    """Deviance by which the first readings of runs, at rest and without pressure, are more likely
+    with the fitted zero of the pressure sensor than with a zero of 0.
 
-    A dead zone, or a wrong zero of the output, gives the same curve, but the gauge then reads zero
+    A dead zone and a wrong zero of the output give the same curve, but with them the sensor reads 0
     at rest.
     """
     names = fit.likelihood.names
@@ -48,8 +48,8 @@ def seen_at_rest(data: MeasurementSet, fit: Fit, rules: Rules = RULES) -> float:
 
 
 def read_at_rest(data: MeasurementSet, zero: float, rules: Rules = RULES) -> Array:
-    """First readings [Pa] of runs that may have begun with an open chamber, given what the gauge
-    reads at zero pressure [Pa].
+    """First pressure readings [Pa] of runs that may have begun with an open chamber, if `zero` [Pa]
+    is what the sensor reads at zero pressure.
     """
     first = np.array(
         [r.columns["pressure"][0] for r in data.runs if "pressure" in r.columns and not r.steady]
@@ -79,8 +79,8 @@ def is_resolved(
 
 
 def is_between_samples(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
-    """Whether an effect lasts for less than the time between samples: how well it fits then depends
-    on the input between them, which was not recorded.
+    """Whether an effect lasts for less than the time between samples. How well it fits then depends
+    on the input between samples, which was not recorded.
     """
     times = [p.name for p in effect.parameters if p.unit == "s"]
     if not times or effect.endless or not data.has_time:

@@ -26,10 +26,10 @@ FLOOR_REASONS = (LOWERED, MENDED, WITHOUT_EVENTS, THINNED)
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted parameter: value, standard error and 95 % interval in its unit.
+    """A fitted parameter: value, standard error and 95 % interval, in `unit`.
 
-    undetermined: the data do not fix it: the interval reaches over all possible values, or the
-    value lies at their end.
+    undetermined: True if the data do not fix it, that is, if the interval covers all possible
+    values or the value lies on a bound.
     """
 
     value: float
@@ -43,11 +43,11 @@ class Estimate:
 class NamedEffect:
     """A missing effect with its fitted parameters by name.
 
-    cause: the class of causes it belongs to, such as "lag"; its own name without one. members: of
-    that class those that explain the data alike, by name of effect, in words such as "tube", the
-    effect itself first; empty where it stands alone. cause_confidence: share (0 to 1) of such
-    verdicts in which the class is right, None where that is not known. kind, where: of an effect
-    of a hand, what it is called without its place, and the place, names by key.
+    cause: the class of causes it belongs to, such as "lag"; its own name if it has no class.
+    members: effects of this class that explain the data equally well, as a word such as "tube" by
+    effect name, the effect itself first; empty if there are no others. cause_confidence: share (0
+    to 1) of such verdicts in which the class is right; None if it is not known. kind, where: for an
+    effect of a hand, its name without the place, and the place as names by key.
     """
 
     name: str
@@ -64,7 +64,7 @@ class NamedEffect:
         return [name for name, entry in self.parameters.items() if entry.undetermined]
 
     def as_json(self) -> dict[str, Any]:
-        """The entry of `effects` in the JSON of a diagnosis."""
+        """The entry of this effect in the list `effects` of the JSON of a diagnosis."""
         return {
             "name": self.kind or self.name,
             **({"where": dict(self.where)} if self.where else {}),
@@ -77,9 +77,10 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class Ranked:
-    """One effect alone: held-out error with it, BIC against the model without, and its p-value.
+    """One effect added to the model alone.
 
-    plausible: its parameters lie off their bounds.
+    rmse_heldout: held-out error with it [SI unit of the outputs]. delta_bic: its BIC less that of
+    the model without it. plausible: whether no parameter lies on a bound. p_value: of pure noise.
     """
 
     name: str
@@ -91,7 +92,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class NotVisible:
-    """An effect about which these data say nothing."""
+    """An effect about which these data say nothing, and why."""
 
     name: str
     reason: str
@@ -99,7 +100,7 @@ class NotVisible:
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest value of an effect's parameter that would have shown."""
+    """The smallest value of an effect's (first) parameter that these data would have shown."""
 
     name: str
     parameter: str
@@ -108,7 +109,12 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Failure:
-    """Where the model without the missing effects fails."""
+    """Where the model without the missing effects fails: along the axis `against`, in the part
+    `where`.
+
+    p_value: of no dependence on the axis. share_of_error: share of the mean square error that
+    depends on it.
+    """
 
     against: str
     where: str
@@ -118,7 +124,11 @@ class Failure:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What the final model leaves above the noise floor, and on what it depends."""
+    """What the final model leaves.
+
+    rms: its error above the noise floor [SI unit of the outputs]. against: axes on which it
+    depends.
+    """
 
     rms: float
     against: tuple[str, ...]
@@ -126,8 +136,8 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class Step:
-    """How the held-out error fell when an effect was added; several that show only together are
-    joined by " + ".
+    """How much the held-out error fell when an effect was added. Names of effects that show only
+    together are joined by " + ".
     """
 
     name: str
@@ -137,7 +147,9 @@ class Step:
 
 @dataclass(frozen=True)
 class Help:
-    """An effect that takes much of the error and leaves much: held-out error with it."""
+    """An effect that removes much of the error but leaves much too; rmse_after: held-out error with
+    it.
+    """
 
     name: str
     rmse_after: float
@@ -147,20 +159,23 @@ class Help:
 class Diagnosis:
     """The verdict on a model and a measurement set, in SI units.
 
-    story: the named effects as they were found. helps: where nothing known explains the error,
-    effects that each take half of it or more, in order. notices: anomalies of the set whatever
-    the model, see `fitting.notices`. confidence: share of such verdicts that are right, 0 to 1,
-    None if it is not known; guess: whether that is too little to stand by it; evidence: what it
-    follows from, see `diagnosis.confidence`; beyond: of this what lies beyond all that was seen
-    when the confidence was calibrated, which is why it is not known. slips: mistakes in how the
-    data are stated, told before all else; events: what happened in the series of runs, see
-    `series.events`. With either, all else is about the data without them, and verdict_mended is the
-    verdict on these. instead: effects that would explain the data as stated as well as the slips
-    do. at_bound: parameters of the calibration that lie on a bound in the model as it is.
-    noise_floor_as_is: the floor of the model as it is; floor_reasons: why `compare` prints another
-    than noise_floor, of FLOOR_REASONS, empty where it prints the same.
-    residual_tests: whether the residual within runs is white, see `series.within_runs`. units: of
-    the columns as they were stated.
+    story: the named effects in the order in which they were found. helps: if nothing known explains
+    the error, effects that each remove half of it or more, in order. notices: anomalies of the set
+    that do not depend on the model, see `fitting.notices`. confidence: share (0 to 1) of such
+    verdicts that are right; None if it is not known. guess: whether the confidence is too low to
+    stand by the verdict. evidence: numbers from which it follows, see `diagnosis.confidence`.
+    beyond: names of evidence beyond the range of the sets by which the confidence was calibrated,
+    because of which it is not known.
+
+    slips: mistakes in how the data are stated. events: what happened in the series of runs, see
+    `series.events`. If there are slips or events, the other results are about the data without
+    them, and verdict_mended is the verdict on those. instead: effects that would explain the data
+    as stated as well as the slips do.
+
+    at_bound: calibration parameters on a bound in the model as it is. noise_floor_as_is: the floor
+    estimated with the model as it is. floor_reasons: why `compare` prints another floor than
+    noise_floor, as words of FLOOR_REASONS; empty if it prints the same. residual_tests: whether the
+    residual within runs is white, see `series.within_runs`. units: units of the columns as stated.
     """
 
     experiment: str
@@ -202,7 +217,9 @@ class Diagnosis:
 
     @property
     def display(self) -> Display:
-        """How outputs are shown: in the unit that the user stated for them."""
+        """Unit and factor with which outputs are shown: in the unit that the user stated
+        for them.
+        """
         stated = [name for name in OUTPUTS[self.experiment] if name in self.units]
         return stated_display(stated[0], self.units[stated[0]]) if stated else display_of(self.unit)
 
@@ -213,7 +230,7 @@ class Diagnosis:
 
 
 def named_effect(scored: Scored, effect: str) -> NamedEffect:
-    """An effect of a fitted model with its parameters, errors and 95 % intervals."""
+    """An effect of a fitted model with the estimates of its parameters."""
     parameters = scored.fit.likelihood.parameters
     return NamedEffect(
         effect,
@@ -225,8 +242,8 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 
 def estimate(scored: Scored, index: int) -> Estimate:
-    """One parameter of a fitted model; the interval allows for the few runs there are, and for what
-    the form of the equation leaves out.
+    """The estimate of one parameter (by its index) of a fitted model. The interval is wider for few
+    runs, and allows for the error in the form of the equation (`Rules.form_error`).
     """
     fitted, scales = scored.fit, scored.fit.likelihood.scales
     parameter = fitted.likelihood.parameters[index]
@@ -250,7 +267,7 @@ def estimate(scored: Scored, index: int) -> Estimate:
 
 
 def calibration_of(scored: Scored) -> dict[str, Any]:
-    """The fitted calibration as a model file holds it."""
+    """The fitted calibration in the form in which a model file holds it."""
     found: dict[str, Any] = {}
     parameters = scored.fit.likelihood.parameters
     for parameter, value in zip(parameters, scored.fit.values.tolist(), strict=True):
@@ -270,8 +287,8 @@ def calibration_at_bound(scored: Scored) -> tuple[str, ...]:
 
 
 def modulus_of(scored: Scored, data: MeasurementSet) -> dict[str, Estimate] | None:
-    """Fitted shear modulus [Pa] of each batch, where that is what is measured; of the first
-    specimen, if those of a batch differ.
+    """Fitted shear modulus [Pa] of each batch, where the modulus itself is what is measured; else
+    None. If specimens of a batch state different moduli, that of the first one is scaled.
     """
     if not data.free_modulus:
         return None
@@ -291,13 +308,13 @@ def modulus_of(scored: Scored, data: MeasurementSet) -> dict[str, Estimate] | No
 
 
 def correlation(scored: Scored) -> Array:
-    """Correlation (k, k) of the parameters of a fitted model."""
+    """Correlation matrix (k, k) of the k parameters of a fitted model."""
     std = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
     size = np.where(std > 0.0, std, 1.0)
     return np.asarray(scored.fit.covariance / np.outer(size, size))
 
 
 def correlation_of(scored: Scored) -> dict[str, dict[str, float]]:
-    """Correlation of every two parameters of a fitted model, by their names."""
+    """Correlation of every two parameters of a fitted model, as a dictionary by both names."""
     names, rows = scored.fit.likelihood.names, correlation(scored).tolist()
     return {name: dict(zip(names, row, strict=True)) for name, row in zip(names, rows, strict=True)}

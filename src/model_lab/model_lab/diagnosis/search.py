@@ -28,12 +28,12 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Signature:
-    """What an effect would change beyond the model it is added to.
+    """What an effect would change in the predictions of the model it is added to, at trial values.
 
-    values (trials, k): its parameters. change (trials, samples): whitened coefficients, less what
-    the model's own parameters take up. size (trials,): root mean square of that in the outputs'
-    unit; raw (trials,): before the model's parameters take their part. usual (2, k): ends of the
-    usual ranges.
+    values (trials, k): values of its parameters. usual (2, k): lower and upper ends of their usual
+    ranges. change (trials, samples): change in whitened coefficients, without the part that the
+    model's own parameters can imitate. size (trials,): root mean square of `change` in the unit of
+    the outputs. raw (trials,): the same of the whole change.
     """
 
     values: Array
@@ -44,9 +44,9 @@ class Signature:
 
 
 def trial_values(effect: type[Effect]) -> Array:
-    """Trial values (trials, k) over the typical ranges of an effect's parameters.
+    """Trial values (trials, k) on a grid over the usual ranges of an effect's k parameters.
 
-    A single parameter is tried at its bounds too: an effect may be far stronger than usual.
+    A single parameter is tried at its bounds too, as an effect may be far stronger than usual.
     """
     count = len(effect.parameters)
     points = [_points(parameter, GRID.get(count, 2)) for parameter in effect.parameters]
@@ -67,9 +67,9 @@ def _points(parameter: Parameter, count: int) -> Array:
 
 
 def signature(likelihood: Likelihood, fit: Fit, effect: type[Effect]) -> Signature:
-    """Signatures of an effect of `likelihood` at trial values, the other parameters as in `fit`.
+    """The signature of an effect; all other parameters stay as in `fit`.
 
-    fit is that of the model without the effect.
+    likelihood: of the model with the effect. fit: of the model without it.
     """
     trials = trial_values(effect)
     lanes = with_trials(likelihood, fit, effect.name, trials)
@@ -92,7 +92,9 @@ def signature(likelihood: Likelihood, fit: Fit, effect: type[Effect]) -> Signatu
 
 
 def with_trials(likelihood: Likelihood, fit: Fit, effect: str, trials: Array) -> Array:
-    """Parameters (trials, k): those of a fit by name, trial values for one effect."""
+    """Parameters (trials, k) of `likelihood`: trial values for one effect, values of the fit for
+    the others.
+    """
     fitted = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
     parameters = likelihood.parameters
     known = np.array([fitted.get(p.name, p.start) for p in parameters], float)
@@ -102,7 +104,9 @@ def with_trials(likelihood: Likelihood, fit: Fit, effect: str, trials: Array) ->
 
 
 def starts(found: Signature, fit: Fit) -> Array:
-    """Trial values (n, k) of the effect from which the search begins: at most two usual ones."""
+    """Trial values (n, k) of the effect from which its fit starts: the best one within the usual
+    ranges as it is, and the best one scaled; n is 1 or 2.
+    """
     as_it_is, scaled = _improvements(found, fit)
     usual = np.all((found.values >= found.usual[0]) & (found.values <= found.usual[1]), axis=1)
     scores = (np.where(usual, score, -np.inf) for score in (as_it_is, scaled))
@@ -111,12 +115,12 @@ def starts(found: Signature, fit: Fit) -> Array:
 
 
 def promise(found: Signature, fit: Fit) -> tuple[float, float]:
-    """How much an effect could gain at best, before it is fitted: the largest fall of the deviance,
-    and the largest share of the mean square error that goes.
+    """How much an effect could gain at best, before it is fitted: (largest fall of the deviance,
+    largest share of the mean square error that it removes).
 
     Each of its signatures (changes of the prediction at trial values) is scaled twice: so that the
     likelihood rises most, and so that the error falls most. The two differ for an effect that moves
-    whole runs: that changes the error much, the likelihood little, as runs may differ.
+    whole runs: it changes the error by much but the likelihood by little, as runs scatter anyway.
     """
     spectrum = fit.likelihood.spectrum
     change = found.change * np.sqrt(fit.variance)[spectrum.bands]
@@ -150,7 +154,9 @@ def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
 
 
 def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | None:
-    """Why an effect does not show in these runs however strong it is; None if it does."""
+    """Why an effect does not show in these runs however strong it is, as a clause such as `changes
+    nothing in these runs`; None if it does show.
+    """
     if found.raw.max() < rules.visible_share * floor:
         return "changes nothing in these runs"
     if found.size.max() < rules.visible_share * floor:
@@ -160,11 +166,12 @@ def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | Non
 
 @dataclass(frozen=True)
 class Scored:
-    """A fitted model with what it says of held-out data.
+    """A fitted model with its prediction of held-out data.
 
-    known: whether a parameter of every effect can be estimated. improvement: fall of the deviance
-    against the model it came from. signature: of the effect that was added last. unusual: deviance
-    by which the model is unlikely besides its error (`priors`). rules: by which it is judged.
+    known: whether, for every effect, some parameter can be estimated. improvement: fall of the
+    deviance from the model without the last effect. signature: of the effect that was added last.
+    unusual: deviance for what makes the model unlikely besides its error (`priors`). rules:
+    thresholds by which it is judged.
     """
 
     effects: tuple[str, ...]
@@ -178,12 +185,12 @@ class Scored:
 
     @property
     def added(self) -> str:
-        """The effect that was added last."""
+        """Name of the effect that was added last."""
         return self.effects[-1]
 
     @property
     def plausible(self) -> bool:
-        """Whether the parameters of its effects are off their limits, and known at all."""
+        """Whether the parameters of its effects lie off their bounds and can be estimated."""
         parameters = self.fit.likelihood.parameters
         if any(p.effect and limit for p, limit in zip(parameters, self.fit.at_limit, strict=True)):
             return False
@@ -197,7 +204,9 @@ class Scored:
 
 @dataclass(frozen=True)
 class Unseen:
-    """An effect that cannot be seen in a set beside the model it was tried with, and why."""
+    """An effect that cannot be seen in a set beside the model it was tried with; reason: why, as a
+    clause.
+    """
 
     name: str
     reason: str
@@ -206,7 +215,9 @@ class Unseen:
 def score_base(
     problem: FitProblem, effects: Sequence[str] = (), start: Array | None = None
 ) -> Scored:
-    """The model with some effects, fitted from a start (k,) or from what is known of it."""
+    """Fit the model with some effects, and predict held-out data. start: values (k,) from which the
+    fit starts; None: those of the model as it is if all are known, else the usual ones.
+    """
     likelihood = problem.likelihood(effects)
     parameters = likelihood.parameters
     if start is None and all(p.name in problem.fitted for p in parameters):
@@ -235,7 +246,7 @@ def _fitted(
 
 
 def signature_of(problem: FitProblem, before: Scored, effect: str) -> Signature:
-    """The signature of an effect beside a fitted model."""
+    """The signature of an effect that is added to the fitted model `before`."""
 
     def make() -> Signature:
         likelihood = problem.likelihood((*before.effects, effect))
@@ -245,7 +256,9 @@ def signature_of(problem: FitProblem, before: Scored, effect: str) -> Signature:
 
 
 def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Unseen:
-    """The model with one effect more."""
+    """Fit the model `before` with one more effect; an `Unseen` with the reason if the effect cannot
+    show.
+    """
     effects = (*before.effects, effect)
     likelihood = problem.likelihood(effects)
     found = signature_of(problem, before, effect)
@@ -263,9 +276,11 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
 
 
 def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:
-    """Whether any parameter of an effect differs from no effect by more than its standard error.
+    """Whether the data tell the effect from no effect: the value of some parameter is known to a
+    share of its distance from no effect (`Rules.known_error`).
 
-    Otherwise two terms grow without bound against each other, and neither means anything.
+    Without this, two effects could grow without limit against each other, and neither would mean
+    anything.
     """
     scales, spread = fit.likelihood.scales, np.sqrt(np.diag(fit.covariance))
     place = {parameter.name: index for index, parameter in enumerate(fit.likelihood.parameters)}
@@ -280,7 +295,7 @@ def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:
 
 
 def score_without(problem: FitProblem, before: Scored, effect: str) -> Scored:
-    """The model with one effect less."""
+    """Fit the model `before` without one of its effects."""
     kept = tuple(name for name in before.effects if name != effect)
     likelihood = problem.likelihood(kept)
     values = dict(zip(before.fit.likelihood.names, before.fit.values, strict=True))
@@ -296,9 +311,11 @@ def score_all(
     limit: int = 0,
     tell: Tell = tell_nobody,
 ) -> list[Scored | Unseen]:
-    """The model with each of the effects added in turn, by so many processes.
+    """Fit the model `before` with each of the effects added in turn; results in the order of the
+    effects tried.
 
-    With a limit only so many effects are fitted: those whose signatures promise most.
+    jobs: number of processes. limit: most effects to fit, those whose signatures promise most; 0:
+    all.
     """
     if limit and len(effects) > limit:
         effects = _most_promising(problem, before, effects, limit)
@@ -361,7 +378,10 @@ def _in_processes(
 
 def _work(effect: str) -> Scored | Unseen:
     if _task is None:
-        raise RuntimeError("a process of the search was started without its task")
+        raise RuntimeError(
+            "a worker process of the search was started before its task was set: expected "
+            "score_all to start it"
+        )
     result = score_with(*_task, effect)
     if isinstance(result, Unseen):
         return result

@@ -1,7 +1,8 @@
 """Selection of the missing effects: each alone, several (`forward_selection`), then their ties.
 
 An effect is only named if it gains more than the best of all candidates does in pure noise, whose
-distribution is drawn. Besides, the smallest value of each effect that would have been detected.
+distribution is found by random draws. This module also finds the smallest value of each effect that
+would have been detected.
 """
 
 from __future__ import annotations
@@ -50,9 +51,11 @@ NOISE_DRAWS = 2000  # simulated sets of pure noise
 class Selection:
     """The search and its outcome.
 
-    base: the model as it was; singles: every effect alone; unseen: those that cannot show;
-    forward: models of more effects and the chosen one; p_values: of singles by name; ties: for each
-    effect of the final model the names that explain as much in its place, nearest first.
+    base: the model as it was. singles: the model with each effect alone. unseen: effects that
+    cannot show. forward: models with several effects, and the chosen one. p_values: of the single
+    effects, by name. threshold: least fall of the deviance that counts as more than noise. ties:
+    for each effect of the final model, names of effects that explain as much in its place, the
+    closest first.
     """
 
     base: Scored
@@ -65,12 +68,14 @@ class Selection:
 
     @property
     def final(self) -> Scored:
-        """The chosen model; the base if nothing is missing."""
+        """The chosen model; the base if no effect is missing."""
         return self.forward.final
 
     @property
     def proven(self) -> list[Scored]:
-        """Plausible single effects that gain more than pure noise would, best first."""
+        """Models with one effect that gain more than pure noise would, with plausible parameters,
+        best first.
+        """
         return proven(self.singles, self.threshold)
 
 
@@ -82,7 +87,9 @@ def select(
     jobs: int,
     tell: Tell = tell_nobody,
 ) -> Selection:
-    """Search the effects for what is missing in a model that has the given ones."""
+    """Search among `effects` for those that are missing in a model that already has the `given`
+    ones.
+    """
     base = score_base(problem, given)
     search = partial(score_all, jobs=jobs, tell=tell)
     tried = search(problem, base, effects)
@@ -112,7 +119,7 @@ def select(
 def with_final(
     problem: FitProblem, selection: Selection, final: Scored, jobs: int = 1
 ) -> Selection:
-    """The selection with another of its models as the chosen one, and the ties of this."""
+    """The selection with another model as the chosen one, and with its ties."""
     search = partial(score_all, jobs=jobs)
     ties = _ties(problem, final, selection.base, selection.singles, search)
     names = tuple(tuple(scored.added for scored in group) for group in ties)
@@ -212,11 +219,11 @@ def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
 
 
 def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) -> Array:
-    """Largest fall of the deviance over all candidates (draws,), sorted, in sets of pure noise.
+    """Largest falls of the deviance (draws,) over all candidates in sets of pure noise, sorted.
 
-    Noise of every band is drawn with a level that is itself only known from that band's
-    coefficients and the floor's pseudo-observations. Each candidate is represented by its
-    signatures, scaled as suits it best.
+    In each draw, the noise level of each band is drawn too, as it is only known from that band's
+    coefficients and the pseudo-observations of the floor. Each candidate is represented by its
+    signatures, each scaled so that it gains most.
     """
     changes = [found.change[found.size > 0.0] for found in signatures]
     stacked = np.concatenate([change for change in changes if len(change)] or [np.zeros((0, 1))])
@@ -237,13 +244,17 @@ def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) 
 
 
 def p_value(maxima: Array, improvement: float) -> float:
-    """Share of noise sets in which some candidate improves as much; one of them at least."""
+    """Share of the sets of noise (`maxima`) in which some candidate gains as much as `improvement`;
+    at least one over their number.
+    """
     beyond = len(maxima) - int(np.searchsorted(maxima, improvement))
     return (beyond + 1) / (len(maxima) + 1)
 
 
 def detectable_effects(problem: FitProblem, selection: Selection) -> list[Detectable]:
-    """For each effect that could show, the weakest value of its first parameter that would have."""
+    """For each effect that could show, the weakest value of its first parameter that would have
+    been detected.
+    """
     found, size = [], problem.rules.detectable_share * problem.floor.total
     for scored in selection.singles:
         effect = problem.classes[scored.added]

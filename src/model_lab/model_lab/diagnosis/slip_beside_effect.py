@@ -1,9 +1,9 @@
-"""Search of a slip beside a missing effect, where neither alone explains the data.
+"""Search for a slip beside a missing effect, where neither alone explains the data.
 
-A wrong size of the finger and a hysteresis, say: mended, the set is still far from the model, so a
-search of slips alone passes by. Here the set as stated and each set that a plausible slip would
-mend are given their best effect, on thinned data. A slip is told where mended data and one usual
-effect are explained, and the data as stated are not by any effect.
+An example is a wrong finger size and a hysteresis: with the size mended, the set is still far from
+the model, so a search for slips alone misses it. Here the set as stated and each set that a
+plausible slip would mend are given their best effect, on thinned data. A slip is reported if one
+usual effect explains the mended data, and no effect explains the data as stated.
 """
 
 from __future__ import annotations
@@ -99,10 +99,10 @@ def find_all_slips(
     classes: Mapping[str, type[Effect]],
     tell: Tell = tell_nobody,
 ) -> Checked:
-    """The slips of a set that alone explain it, or with an effect; else one beside which an effect
-    does, if there is any, and the set without them. classes: effects that take part.
+    """Search for the slips of a set, and take them out: slips that explain the set, alone or with
+    an effect; or else one slip and one effect that explain it together.
 
-    Raises ValueError for data that the model cannot use.
+    classes: effects to try, by name. Raises ValueError for data that the model cannot use.
     """
     jump = None if data.doubts else jumping_angle(data, model)
     if jump is not None:  # that is a slip whatever else is missing
@@ -126,10 +126,10 @@ def find_slip_beside_effect(
     classes: Mapping[str, type[Effect]],
     tell: Tell = tell_nobody,
 ) -> Checked:
-    """The slip beside which one effect explains a set, and the set without it; the set as it is if
-    there is none. classes: effects that take part.
+    """Search for one slip that explains a set together with one effect, and take it out. If there
+    is none, the result is the set as it is, without slips.
 
-    Raises ValueError for data that the model cannot use.
+    classes: effects to try, by name. Raises ValueError for data that the model cannot use.
     """
     stated = _base_of(data, model, classes)
     scattered = scatters(data, stated.problem.floor.total)

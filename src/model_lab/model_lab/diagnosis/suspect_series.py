@@ -1,9 +1,10 @@
-"""Search of a set in whose series of runs something happened: an event, or an effect with memory?
+"""Search for effects in a set in whose series of runs something happened: an event, or an effect
+with memory?
 
-Events are taken out of the set, which is then searched. A step or drift without which the model
-errs more is not what let the repeats differ. An event does not stand where the effects found
-without it account for it, or where effects explain the set as it is: effects may make repeats
-differ by what came before them (softening, ageing, a drifting sensor).
+Events are taken out of the set, which is then searched. A step or drift is not believed if the
+model is worse without it. An event is dropped if the effects that are found without it account for
+it, or if effects explain the set as it is: effects may make repeats differ by what came before them
+(softening, ageing, a drifting sensor).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ Candidates = Callable[[FitProblem], Sequence[str]]
 
 @dataclass(frozen=True)
 class Faults:
-    """What happened in a series: its events, and a slip for each odd run or exchanged pair."""
+    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair."""
 
     events: tuple[Event, ...] = ()
     slips: tuple[Slip, ...] = ()
@@ -46,7 +47,11 @@ class Faults:
 def judged_series(
     data: MeasurementSet, pose: Pose, candidates: Candidates, judge: Judge
 ) -> tuple[Judgement, Faults]:
-    """The judgement on a set without the events in its series, and these events."""
+    """(judgement on the set without the events in its series, what happened in the series).
+
+    pose: makes the fit problem of a set. candidates: names of effects to search. judge: searches
+    and judges a problem.
+    """
     problem, given = pose(data)
     base = score_base(problem, given)
 

@@ -1,4 +1,6 @@
-"""Slips that a measurement set may have, each with the set as it would be without it."""
+"""Slips (mistakes in units, signs or names) that a measurement set may have, each with the set as
+it would be without it.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +69,9 @@ EXPECTED = {
 
 
 def candidates(data: MeasurementSet) -> Iterator[Candidate]:
-    """All slips that the set may have; of one with values in doubt, those that may explain them."""
+    """All slips that the set may have. If a column has impossible values, only the slips that may
+    explain these.
+    """
     if data.of_hand:
         yield from candidates_of_hand(data)
         return

@@ -1,4 +1,4 @@
-"""A slip as a candidate, and a set with columns that are read anew."""
+"""A slip that may be there, and measurement sets whose columns are read in another way."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ Change = Callable[[Run], Mapping[str, Array]]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A slip that a set may have: its name, column, said, fits and mend as in `Slip`, the set
-    without it, and whether it is told only where no other fits as well.
+    """A slip that a set may have.
+
+    name, column, said, fits, mend: as in `Slip`. mended: the set without the slip. rare: whether
+    the slip is so rare that one that fits as well comes before it.
     """
 
     name: str
@@ -49,14 +51,16 @@ class Candidate:
 
 
 def stated_unit(data: MeasurementSet, column: str) -> str:
-    """The unit that the set states for a column; of a set that was not read, that in which it would
-    be written.
+    """The unit that the set states for a column; if it states none, the unit in which the column
+    would be written to a file.
     """
     return data.units.get(column, display_of(unit_of(column) or "").unit)
 
 
 def factors_of(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
-    """Other usual units of a column, and the factor from the stated one to each."""
+    """(unit, factor) of each other usual unit of a column; numbers in it, times the factor, are in
+    the stated unit.
+    """
     stated = column_unit(column, stated_unit(data, column)).scale
     known = MISTAKEN_UNITS.get(unit_of(column) or "", ()) if column not in WITHOUT_UNIT else ()
     factors = [(unit, column_unit(column, unit).scale / stated) for unit in known]
@@ -64,13 +68,13 @@ def factors_of(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
 
 
 def is_rare(column: str, unit: str) -> bool:
-    """Whether a unit is a rare one of a column's quantity."""
+    """Whether a unit is rarely used for the quantity of a column."""
     return unit in MISTAKEN_UNITS[unit_of(column) or ""][COMMON_UNITS:]
 
 
 def with_columns(data: MeasurementSet, change: Change, needed: tuple[str, ...]) -> MeasurementSet:
-    """The set with columns changed in every run that has those needed; change gives the new ones of
-    a run by name.
+    """The set with columns replaced by those that `change` returns, in every run that has all the
+    columns `needed`.
     """
     runs = tuple(
         replace(
@@ -95,7 +99,9 @@ def _changed(
 def with_units(
     data: MeasurementSet, columns: Sequence[str], unit: str, factor: float
 ) -> MeasurementSet:
-    """The set with some columns in another unit, which is a factor on their values and noise."""
+    """The set as it is if some columns are in `unit` and not in the stated unit: values and noise
+    are multiplied by `factor`.
+    """
     changed = with_columns(
         data, lambda run: {name: factor * run.columns[name] for name in columns}, tuple(columns)
     )
@@ -108,7 +114,9 @@ def with_units(
 def with_meaning(
     data: MeasurementSet, columns: Sequence[str], word: str, ambient: float = ATMOSPHERE
 ) -> MeasurementSet:
-    """The set with columns that hold what a word of `meanings` says, in air of a pressure [Pa]."""
+    """The set as it is if some columns hold what a word of `meanings` says, such as `absolute`;
+    ambient: pressure of the air [Pa].
+    """
     meanings = dict.fromkeys(columns, word)
 
     def read(run: Run) -> dict[str, Array]:
@@ -120,7 +128,9 @@ def with_meaning(
 
 
 def with_renamed(data: MeasurementSet, sources: Mapping[str, str]) -> MeasurementSet:
-    """The set with each of some columns taken from the one that `sources` names."""
+    """The set with some columns, the keys of `sources`, replaced by the columns that `sources`
+    names for them.
+    """
     return with_columns(
         data,
         lambda run: {name: run.columns[source] for name, source in sources.items()},
@@ -130,7 +140,9 @@ def with_renamed(data: MeasurementSet, sources: Mapping[str, str]) -> Measuremen
 
 # ---------------------------------------------------------------------- mends
 def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """The text that states columns anew: under `columns`, or under the topics of each bag."""
+    """Text for experiment.yaml that states columns anew, from entries by column: under `columns`,
+    or for runs from bags under their `topics`.
+    """
     bags = {run.name: {"topics": entries} for run in data.runs if run.name in data.bags}
     document: dict[str, Any] = {"runs": bags} if bags else {}
     if len(bags) < len(data.runs):
@@ -139,7 +151,7 @@ def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) 
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """A document in YAML in a single line.
+    """A document as one line of YAML, without the outer braces.
 
     >>> one_line({"columns": {"pressure": {"unit": "psi"}}})
     'columns: {pressure: {unit: psi}}'

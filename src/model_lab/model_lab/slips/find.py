@@ -1,4 +1,4 @@
-"""Search of slips: which mistake in how the data are stated explains the error of the model.
+"""Search for slips: which mistake in how the data are stated explains the error of the model.
 
 A slip has no free parameter: the data are changed as it says, and the calibration alone is fitted
 again. So the whole search is one prediction for each slip, and a fit to thinned data for those that
@@ -38,10 +38,11 @@ LIKE_WEAKNESS = ("chord",)  # slips that look like an effect of another size
 
 @dataclass(frozen=True)
 class Checked:
-    """A set without the slips that were found in it.
+    """A measurement set without the slips that were found in it.
 
-    relative_error: held-out error without them over the size of the outputs, NaN if none was found.
-    instead: effects, or pairs of them, that explain the set as stated as well.
+    relative_error: held-out error on this set over the size of the outputs; NaN if no slip was
+    found. instead: effects, or pairs of effects, that explain the set as it was stated as well as
+    the slips do.
     """
 
     data: MeasurementSet
@@ -52,8 +53,10 @@ class Checked:
 
 @dataclass(frozen=True)
 class Score:
-    """Held-out error and noise floor of a model with its calibration fitted, in the unit of the
-    outputs, the root mean square of the outputs, and whether the calibration is on a bound.
+    """How well a model with its calibration fitted predicts a set.
+
+    rmse, floor: held-out error and noise floor. size: root mean square of the outputs; all three in
+    the SI unit of the outputs. at_bound: whether a parameter of the calibration lies on a bound.
     """
 
     rmse: float
@@ -63,22 +66,26 @@ class Score:
 
     @property
     def relative(self) -> float:
-        """Error over the size of the outputs, which no unit of them changes."""
+        """Held-out error over the size of the outputs: a number that does not depend on
+        their unit.
+        """
         return self.rmse / self.size if self.size > 0.0 else np.inf
 
     @property
     def explains(self) -> bool:
-        """Whether the error is about the floor."""
+        """Whether the error is at most `Rules.explained_error` times the floor."""
         return self.rmse <= RULES.explained_error * self.floor
 
     @property
     def is_noise(self) -> bool:
-        """Whether the error is the floor, as nearly as it is known."""
+        """Whether the error is at most `Rules.material_error` times the floor, and so may be noise
+        alone.
+        """
         return self.rmse <= RULES.material_error * self.floor
 
 
 def find_slips(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> Checked:
-    """The slips of a set under a model, and the set without them.
+    """Search for slips, one after the other, and take them out of the set.
 
     Raises ValueError for data that the model cannot use.
     """
@@ -95,8 +102,8 @@ def find_slips(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> 
 
 
 def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip without which the data fit best, the set without it, and the relative error that is
-    left; None if there is none.
+    """(slip, set without it, relative error that is left) of the slip without which the data fit
+    best; None if no slip is found.
     """
     if data.doubts:
         return _possible_reading(data, model)
@@ -119,8 +126,9 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
 
 
 def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip of a tip angle that jumps by about 360 deg from one sample to the next and runs on
-    without the jumps, whatever the model leaves; None if it does not, or fits no better so.
+    """The slip of a tip angle that jumps by 360 deg between samples, as `best_slip` returns it. It
+    is told even if the model explains little of the data; None if no angle jumps, or the data fit
+    no better without the jumps.
     """
     if not any(_jumps(run.columns["tip_angle"]) for run in data.runs if "tip_angle" in run.columns):
         return None
@@ -142,8 +150,9 @@ def _jumps(angle: Array) -> bool:
 
 
 def scatters(data: MeasurementSet, floor: float) -> bool:
-    """Whether readings scatter by so much of their spread that no slip is told. A floor far above
-    their spread is not theirs: by inputs in a wrong unit a model tells repeats farther apart.
+    """Whether the readings scatter by so large a share of their standard deviation that no slip can
+    be told. A noise floor far above that deviation does not count: it comes from inputs in a wrong
+    unit.
     """
     spread = float(np.std(data.table.value))
     return RULES.slip_noise * spread < floor < RULES.slip_foreign_noise * spread
@@ -168,7 +177,7 @@ def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Ca
 
 
 def words(candidate: Candidate) -> str:
-    """What another slip is, such as `pressure is inHg, not kPa`."""
+    """A slip in words, such as `pressure is inHg, not kPa`."""
     return f"{candidate.column} is {candidate.fits}, not {candidate.said}"
 
 
@@ -200,9 +209,13 @@ def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, Meas
 
 
 def is_slip(name: str, before: Score, after: Score) -> bool:
-    """Whether an error falls so far that no physics would do the same by chance: of a large one,
-    most of it; of a small one, all of it. Where the calibration wants more than that, the factor is
-    none of a slip. The chord's angle must explain the data, as a weak actuation halves angles, too.
+    """Whether the error falls so far without a slip that hardly any effect could do the same.
+
+    The slip must remove most of a large error, or all of a small one, and still more if the
+    calibration ends on a bound. The slip `chord` must explain the data to the noise floor, as a
+    weak actuation halves angles, too.
+
+    name: kind of the slip. before, after: scores of the model with and without it.
     """
     if name in LIKE_WEAKNESS and not after.explains:
         return False
@@ -214,7 +227,7 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
 
 
 def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
-    """The slips whose predictions come nearest to the data, fitted; in the order of candidates."""
+    """The slips of `nearest` with the scores that the fitted model has without them."""
     return [(one, score(one.mended, model)) for one in nearest(data, model)]
 
 
@@ -249,7 +262,7 @@ def _predicted_error(data: MeasurementSet, model: Model) -> float:
 
 
 def score(data: MeasurementSet, model: Model) -> Score:
-    """How well the model does on thinned data, its calibration fitted."""
+    """Score of the model on thinned data, with its calibration fitted."""
     problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, {})
     likelihood = problem.likelihood([effect.name for effect in given])
     found = fit(likelihood, base_starts(likelihood.parameters))

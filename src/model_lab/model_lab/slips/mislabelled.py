@@ -20,8 +20,8 @@ PREDICTED_SAMPLES = 15  # of a run
 
 
 def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
-    """The run whose error falls most if it is of another specimen, and the two runs whose errors
-    fall most if their specimens are exchanged; none where no error falls.
+    """At most two slips: the run that fits another specimen best in place of its own, and the two
+    runs that gain most if their specimens are exchanged. Only those that lower the error.
     """
     names = [name for name in data.specimens if any(run.specimen == name for run in data.runs)]
     if len(names) < 2:

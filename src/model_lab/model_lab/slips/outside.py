@@ -20,13 +20,15 @@ ACTUATED = ("free_bending", "blocked_tip", "base_torque")
 
 
 def outside(data: MeasurementSet, base: str) -> str | None:
-    """Why no model can be judged by the data, with the name of the column; None if one can."""
+    """Why no model can be judged by these data, as a sentence that begins with the column; None if
+    one can.
+    """
     return below_ambient(data, base) or dead_readings(data)
 
 
 def dead_readings(data: MeasurementSet) -> str | None:
-    """Outputs that are one number throughout, hold numbers that mark missing samples, or are noise
-    of which nothing follows the input; None if there are none.
+    """A sentence about outputs that are constant, repeat a number that marks missing samples, or
+    are noise that does not follow the input; None if there are none.
     """
     outputs = {
         name: np.concatenate([run.columns[name] for run in data.runs if name in run.columns])
@@ -89,8 +91,8 @@ def _noise(data: MeasurementSet) -> str | None:
 
 
 def below_ambient(data: MeasurementSet, base: str) -> str | None:
-    """A sentence about pressures below that of the air, which the model does not describe; None
-    where there are none, or the base is no model of an actuator.
+    """A sentence about pressures below ambient, for which the model has no equations; None if there
+    are none, or if the base model is not one of an actuator under pressure.
     """
     if base == "linear" or data.experiment not in ACTUATED:
         return None

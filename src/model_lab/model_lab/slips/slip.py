@@ -1,4 +1,6 @@
-"""A slip: a mistake in how data are stated, without which they fit."""
+"""A slip: a mistake in how data are stated, such as a wrong unit, without which the data fit the
+model.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +11,13 @@ from dataclasses import dataclass
 class Slip:
     """A slip that was found.
 
-    name: its kind, such as `unit`, `absolute`, `sign` or `odd_run`. column: what it is about: a
-    column, a key of the specimens, or a run. said, fits: what the set states, and what fits, such
-    as `kPa` and `psi`. rmse_before, rmse_after: held-out error of the model, its calibration
-    refitted, on the data as stated and mended; each in the SI unit of the outputs as they are then.
-    mend: text to paste into experiment.yaml, which takes the place of what stands there. beside: an
-    effect that acts besides, with which rmse_after is; empty if none is needed. alike: other slips
-    without which the data fit about as well, such as `pressure is inHg, not kPa`.
+    name: its kind, such as `unit`, `absolute`, `sign` or `odd_run`. column: the column, the key of
+    the specimens, or the run that it is about. said, fits: what the set states, and what fits
+    instead, such as `kPa` and `psi`. rmse_before, rmse_after: held-out error of the model on the
+    data as stated and mended, its calibration fitted to each, in the SI unit of the outputs (which
+    a mend may change). mend: text to paste into experiment.yaml in place of the present one.
+    beside: effect that the model needs besides the mend to reach rmse_after; "" if none. alike:
+    other slips that explain the data about as well, such as `pressure is inHg, not kPa`.
     """
 
     name: str
