@@ -65,7 +65,7 @@ REFUSED = {
     ),
     "words in a tenth of the rows": (
         [HEADER, *(row if n % 10 else "1.0;OVERFLOW;2.0" for n, row in enumerate(ROWS))],
-        ["column pressure", "OVERFLOW", "5 cells more"],
+        ["column pressure", "OVERFLOW", "5 more cells"],
     ),
     "a second table": (
         [HEADER, *ROWS[:30], "time [s];pressure [kPa];tip_force [N]", *ROWS[30:]],

@@ -1,1 +1,1 @@
-"""Import of files as people have them: what their columns are, and the measurement set of them."""
+"""Import of measurement files: what their columns mean, and the measurement set made of them."""

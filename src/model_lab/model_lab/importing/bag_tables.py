@@ -1,4 +1,6 @@
-"""Tables of a bag: a topic each, with the units that ROS gives to the fields of its messages."""
+"""Tables of a bag, one for each topic, with the units that ROS defines for the fields of
+messages.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +37,10 @@ LARGEST_MESSAGE = 64  # numbers of a message that becomes columns; images and cl
 
 
 def read_bag(path: Path, messages: Path | None) -> tuple[Table, ...]:
-    """The tables of a bag, whose columns are called "TOPIC FIELD". DocumentError where it has none.
+    """The tables of a bag; columns are called "TOPIC FIELD".
 
-    messages: folder of definitions of message types that the bag does not define.
+    messages: folder of definitions of message types that the bag does not define; None: no folder.
+    Raises DocumentError for a bag without numbers.
     """
     tables = tuple(_table(path, topic) for topic in read_topics(path, messages))
     if not tables:
@@ -61,8 +64,10 @@ def _unit(units: dict[str, str], field: str) -> str:
 
 @dataclass(frozen=True)
 class TopicTable:
-    """The numbers of a topic: type of its messages, times (k,) [s] since the first message of the
-    bag, and columns (k,) by field, NaN where a message lacks one.
+    """The numbers in the messages of a topic.
+
+    time (k,) [s]: since the first message of the bag. columns (k,): by field; NaN where a message
+    lacks the field.
     """
 
     topic: str
@@ -72,13 +77,14 @@ class TopicTable:
 
 
 def read_topics(bag: Path, messages: Path | None = None) -> list[TopicTable]:
-    """The topics of a bag whose messages hold at most LARGEST_MESSAGE numbers.
+    """The topics of a bag, except those whose messages hold more than LARGEST_MESSAGE numbers.
 
     Args:
         bag: a rosbag2 folder or the file of a ROS 1 bag.
-        messages: folder of definitions (PACKAGE/msg/NAME.msg) for a bag that has none of its own.
+        messages: folder of definitions (PACKAGE/msg/NAME.msg) for a bag that has none of its own;
+            None: no folder.
 
-    Raises DocumentError for what cannot be read.
+    Raises DocumentError for a bag that cannot be read.
     """
     found = []
     with opened(bag, messages) as reader:

@@ -31,18 +31,18 @@ MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))  # of byte orders
 
 
 class Ambiguous(DocumentError):
-    """A file that can be read in two ways, between which only a person can choose."""
+    """A file can be read in two ways, and only the user knows which is right."""
 
 
 def read_cells(path: Path, sheet: str = "") -> tuple[list[Row], str]:
-    """Rows of cells of a file, without blank ones, and the sign between them ("" in spreadsheets);
-    preamble and header are among the rows.
+    """(rows, delimiter): all rows of cells of a file that are not blank, with preamble and header,
+    and the sign between cells; "" for a spreadsheet.
 
-    A text file is split at the delimiter at which most of its lines become rows of numbers. sheet:
-    of a spreadsheet, "" for the only one that holds rows of numbers.
+    A text file is split at the delimiter with which most of its lines become rows of numbers.
+    sheet: name of the sheet of a spreadsheet; "": the only one that holds rows of numbers.
 
     Raises DocumentError for a file that cannot be read, is too large, has no such sheet, or holds
-    no row of numbers, and Ambiguous where several sheets do.
+    no row of numbers, and Ambiguous if several sheets hold numbers.
     """
     if path.is_dir() or not path.exists():
         got = "a folder" if path.is_dir() else "nothing there"
@@ -73,7 +73,7 @@ def is_value(cell: str) -> bool:
 
 
 def is_data(cells: Row) -> bool:
-    """Whether a row may hold what was measured: two numbers or times at least."""
+    """Whether a row may be measured data: at least two cells hold numbers or times."""
     known = 0
     for cell in cells:
         known += is_value(cell)
@@ -83,13 +83,13 @@ def is_data(cells: Row) -> bool:
 
 
 def is_pure(cells: Row) -> bool:
-    """Whether a row holds what was measured, and no words."""
+    """Whether a row is data (see `is_data`) without words."""
     return is_data(cells) and all(is_missing(cell) or is_value(cell) for cell in cells)
 
 
 def count_of_data(rows: list[Row]) -> int:
-    """Number of rows of numbers that have as many cells as most of them; those with words among
-    them count as less.
+    """A count of rows of data that have the most frequent number of cells: rows without words count
+    2, others 1.
     """
     counts: dict[int, float] = {}
     for row in rows:

@@ -1,4 +1,4 @@
-"""Times of a clock and dates as text, in seconds."""
+"""Times of day, stop-watch times and dates in text form, in seconds."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ def is_time(cell: str) -> bool:
 
 
 def may_be_hours(cells: Sequence[str]) -> bool:
-    """Whether times of two parts such as 12:27 may be hours and minutes, or minutes and seconds."""
+    """Whether all times are like 12:27, which may be hours and minutes as well as minutes and
+    seconds.
+    """
     found = [match for match in map(_TEXT.match, cells) if match is not None]
     return all(
         match["first"] is None
@@ -42,11 +44,11 @@ def may_be_hours(cells: Sequence[str]) -> bool:
 
 
 def seconds(cells: Sequence[str]) -> Array:
-    """Seconds (rows,) of times of a clock or of dates, NaN for a cell without one.
+    """Seconds (rows,) of times of day, stop-watch times or dates; NaN for a cell without one.
 
-    Two parts are minutes and seconds. A clock that begins anew goes on: after an hour if it shows
-    minutes and seconds, else after half a day or a day. Of dates such as 3/1/2026 the order is
-    taken in which the whole takes less time.
+    Two parts, as in 12:27, are minutes and seconds. A clock that jumps back is taken to go on:
+    after one hour if it shows minutes and seconds, else after half a day or a day. For dates such
+    as 3/1/2026, day and month are ordered so that the whole takes less time.
     """
     found = [None if is_missing(cell) else _TEXT.match(cell) for cell in cells]
     clock = np.array([np.nan if one is None else _of_day(one) for one in found])
@@ -58,14 +60,15 @@ def seconds(cells: Sequence[str]) -> Array:
 
 
 def is_newest_first(time: Array) -> bool:
-    """Whether times (rows,) fall from row to row."""
+    """Whether times (rows,) fall from the first to the last row."""
     steps = np.diff(time)
     return len(steps) > 1 and bool(np.all(steps <= 0.0)) and bool(np.any(steps < 0.0))
 
 
 def spread(time: Array) -> Array:
-    """Times (rows,) of which those of rows that share a stamp lie evenly between it and the next
-    one, the last ones as far apart as is usual; as they are if one falls or all are the same.
+    """Times (rows,) in which rows that share a stamp are spaced evenly up to the next stamp; rows
+    with the last stamp are spaced by the median step. Times that fall somewhere, or are all the
+    same, are returned as they are.
 
     >>> spread(np.array([0.0, 0.0, 1.0, 1.0, 2.0]))
     array([0. , 0.5, 1. , 1.5, 2. ])

@@ -1,4 +1,4 @@
-"""Tip angles of what was tracked: a quaternion, markers, the tip's position, its chord, or the
+"""Tip angles from what was tracked: a quaternion, markers, the tip's position, its chord, or the
 curvature of the arc.
 
 `--map 'tip_angle=tip(x,y)'` names such a function with its columns; a lone name stands for its
@@ -29,9 +29,10 @@ _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
 class Derivation:
     """A function of the columns of a file that gives the tip angle.
 
-    parts: names of the parts that a lone column name stands for. sizes: numbers of columns that it
-    takes. angle: of columns (k, samples), in rad or in the unit of its column. said: what it does.
-    of: quantity of the column, of which the angle needs SI units and a length [m]; "" for others.
+    parts: letters, such as xyz, of the columns for which a single name stands; "" if it stands for
+    itself. sizes: numbers of columns that the function takes. angle: maps columns (k, samples) to
+    angles (samples,) in rad, or in the unit of a single column. said: what it does, in words. of:
+    quantity of its column, if the angle needs that in SI units and a length [m]; else "".
     """
 
     parts: str
@@ -42,7 +43,7 @@ class Derivation:
 
 
 def derivation(text: str) -> tuple[Derivation, list[str]] | None:
-    """The function that a text names, and its arguments; None for a column's name.
+    """(function, its arguments) of a text such as `tip(x, y)`; None for the name of a column.
 
     >>> derivation("tip(x, y)")[1], derivation("angle (deg)")
     (['x', 'y'], None)
@@ -56,8 +57,8 @@ def derivation(text: str) -> tuple[Derivation, list[str]] | None:
 def quaternion_angle(components: Array) -> Array:
     """Angle (samples,) [rad] by which a body has turned since the first sample.
 
-    components: x, y, z, w (4, samples), of any norm and sign. The angle is that about the axis
-    about which it turns most, and may exceed half a turn.
+    components (4, samples): x, y, z, w, of any norm and sign. The angle is counted about the axis
+    about which the body turns most, and may exceed half a turn.
     """
     x, y, z, w = components / np.linalg.norm(components, axis=0)
     vector, real = np.stack([x, y, z]), w
@@ -70,8 +71,8 @@ def quaternion_angle(components: Array) -> Array:
 
 
 def direction_angle(vectors: Array) -> Array:
-    """Angle (samples,) [rad] by which a vector (2 or 3, samples) has turned in its plane since the
-    first sample.
+    """Angle (samples,) [rad] by which vectors (2 or 3, samples) have turned, in the plane in which
+    they turn, since the first sample.
     """
     unit = vectors / np.linalg.norm(vectors, axis=0)
     plane = np.linalg.svd(unit, full_matrices=False)[0][:, :2]
@@ -80,18 +81,20 @@ def direction_angle(vectors: Array) -> Array:
 
 
 def markers_angle(positions: Array) -> Array:
-    """Angle (samples,) [rad] of the tip, from markers with coordinates (4, 6 or 9, samples).
+    """Tip angle (samples,) [rad] from coordinates (4, 6 or 9, samples) of markers.
 
-    Of two markers, both on the tip, it is how far the line between them has turned. Of three, at
-    base, between and tip, it is that of an arc through them: twice the turn from chord to chord.
-    Six numbers are two markers in space.
+    For two markers, both on the tip, it is the angle by which the line between them has turned. For
+    three, at base, in between and at the tip, it is that of an arc through them: twice the angle
+    between the two chords. Four numbers are two markers in a plane, six are two markers in space.
     """
     size = 2 if len(positions) == 4 else 3
     return _of_points(positions.reshape(len(positions) // size, size, -1))
 
 
 def plane_markers_angle(positions: Array) -> Array:
-    """The same of two or three markers in a plane, as a camera sees them: (4 or 6, samples)."""
+    """Tip angle (samples,) [rad] as `markers_angle` gives it, from two or three markers in a plane:
+    (4 or 6, samples).
+    """
     return _of_points(positions.reshape(len(positions) // 2, 2, -1))
 
 
@@ -116,7 +119,9 @@ def tip_angle(position: Array) -> Array:
 
 
 def chord_angle(angle: Array) -> Array:
-    """Tip angle (samples,) of an arc whose chord has an angle (1, samples), in the same unit."""
+    """Tip angle (samples,) of an arc whose chord has turned to an angle (1, samples), in the same
+    unit.
+    """
     return 2.0 * (angle[0] - angle[0, 0])
 
 
@@ -126,14 +131,14 @@ def curvature_angle(bend: Array) -> Array:
 
 
 def radius_angle(ratio: Array) -> Array:
-    """Tip angle (samples,) [rad] of an arc, from radius over length (1, samples); a radius without
-    bounds is a straight arc.
+    """Tip angle (samples,) [rad] of an arc, from radius over length (1, samples); an infinite
+    radius is a straight arc.
     """
     return _from_first(1.0 / ratio[0])
 
 
 def bent_length(argument: str) -> float | None:
-    """Length [m] that the last argument of a curvature states; None if it is none.
+    """Length [m] that a text such as `90mm` states; None if it states none.
 
     >>> bent_length("90mm"), bent_length("0.09 m"), bent_length("LENGTH")
     (0.09, 0.09, None)
@@ -162,7 +167,9 @@ DERIVATIONS = {
 
 
 def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> list[str]:
-    """The columns that arguments name: a lone name stands for its parts."""
+    """Columns that the arguments of a function name. A single name that is no column of the file
+    stands for the columns with its `parts`, such as `tip.x`, `tip.y`, `tip.z`.
+    """
     if len(names) == 1 and names[0] not in known and parts:
         for sign in PART_SIGNS:
             for spelt in (parts, parts.upper()):
@@ -173,8 +180,8 @@ def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> li
 
 
 def suggestion(names: Sequence[str]) -> str | None:
-    """The function that gives a tip angle of columns, by their names: of a quaternion, of two or
-    three markers, or of a curvature; None where they hold none.
+    """Text of the function that gives a tip angle, if the names of columns are those of a
+    quaternion, of two or three markers, or of a curvature; else None.
 
     >>> suggestion(["Rotation X", "Rotation Y", "Rotation Z", "Rotation W"])
     'quaternion(Rotation)'

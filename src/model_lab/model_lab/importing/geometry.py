@@ -18,10 +18,11 @@ STRAIGHT = 1e-9  # [m] by which a size that does not vary may vary
 
 
 def finger_of_hand(hand: str, runs: Sequence[ImportedRun]) -> tuple[str, dict[str, object]]:
-    """Name and entry of the specimen that a finger of a hand is.
+    """(name, entry in experiment.yaml) of a specimen that is a finger of a hand.
 
-    hand: name or file of the hand, with `:FINGER` after it where its fingers differ and no file is
-    named after one. Raises DocumentError for none or several.
+    hand: name or file of the hand, with `:FINGER` after it if its fingers differ and no file name
+    contains the name of one. Raises DocumentError if no finger, or several different ones, may be
+    meant.
     """
     name, _, finger = hand.partition(":")
     chains = _fingers(load_hand(name))

@@ -1,4 +1,4 @@
-"""Bags of this suite in which a hand held poses in free air."""
+"""Bags that this suite recorded of a hand that held poses in free air."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def _suffix(topic: str) -> str:
 
 
 def segments_of(bag: Path, hand: HandDescription) -> int | None:
-    """Segments of an actuator of the hand that a bag's joints are of; None without joints, which
-    only simulated hands have.
+    """Number of segments into which the actuators of the recorded hand are cut, from the joints in
+    a bag; None for a bag without joints, which only simulated hands publish.
     """
     with opened(bag) as reader:
         topic = next((name for name in reader.topics if _suffix(name) == JOINTS), None)
@@ -52,9 +52,10 @@ def segments_of(bag: Path, hand: HandDescription) -> int | None:
 
 
 def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
-    """What a bag of `hand/fingertips`, `pneumaticbox/state` and `wrist/pose` tells of a hand.
+    """The course of a hand from a bag with `hand/fingertips`, `pneumaticbox/state` and
+    `wrist/pose`.
 
-    Raises DocumentError for a bag of another hand or of two.
+    Raises DocumentError for a bag of another hand or of two hands.
     """
     found: dict[str, TopicTable] = {}
     for topic in read_topics(bag):

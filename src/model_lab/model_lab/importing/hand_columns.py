@@ -1,4 +1,6 @@
-"""Columns of files of a whole hand: pressures of channels, places of markers, the wrist."""
+"""Columns in files of a whole hand: pressures of channels, positions of markers, pose of
+the wrist.
+"""
 
 from __future__ import annotations
 
@@ -40,14 +42,14 @@ REACH = 0.2  # [m] of the tips of a hand from its wrist, in the middle
 
 
 def hand_meanings(table: Table, hand: HandDescription, given: Maps) -> tuple[Meant, ...]:
-    """What the columns of a file stand for, with the names of a set of a hand: `time`,
+    """What the columns of a file mean, with the names in a set of a hand: `time`,
     `pressure.<channel>`, `<marker>.x` ..., `wrist.x` ..., `wrist.qx` ... or `wrist.roll` ...
 
-    given: what the user says, by quantity: `time`, `pressure.a`, a marker or `wrist` (the words
-    that its columns share), `pressure` and `places` (the unit of all). A column that the file lacks
-    is passed over.
+    given: (column, unit) that the user states, by quantity: `time`, `pressure.a`, a marker or
+    `wrist` (with the words that its columns share), `pressure` and `places` (only the unit, for all
+    of them). Columns that the file does not have are ignored.
 
-    Raises DocumentError for two columns of one quantity, and for a unit that is none of it.
+    Raises DocumentError for two columns of one quantity, and for a unit that does not fit.
     """
     places = _places(table, hand, given)
     mine = {one.column for one in places}
@@ -61,7 +63,7 @@ def hand_meanings(table: Table, hand: HandDescription, given: Maps) -> tuple[Mea
 
 
 def has_markers(table: Table, hand: HandDescription, given: Maps) -> bool:
-    """Whether a file has x, y and z of a marker of a hand, by their names."""
+    """Whether a file has, by the names of its columns, x, y and z of a marker of the hand."""
     whole = [*_triples(table)[0]]
     return any(
         _groups_of(whole, marker, tip, given)
@@ -76,7 +78,7 @@ def _may_be_time(column: Column) -> bool:
 
 
 def words(name: str) -> list[str]:
-    """The words and numbers of a name, also where capitals part them.
+    """The words and numbers in a name, in lower case; capitals begin a word too.
 
     >>> words("IndexTip_x [mm]"), words("p1")
     (['index', 'tip', 'x', 'mm'], ['p', '1'])

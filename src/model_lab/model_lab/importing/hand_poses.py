@@ -34,9 +34,11 @@ KPA, MM = 1e-3, 1e3  # units of the set over those of ROS
 
 @dataclass(frozen=True)
 class HandCourse:
-    """What files tell of a hand over time: time (k,) [s], gauge pressures (k, channels) [Pa],
-    places (k, 3) [m] of markers by name in the frame of the wrist, and quaternions (k, 4) of the
-    wrist in the world.
+    """What files tell of a hand over time.
+
+    time (k,) [s]. pressures (k, channels) [Pa]: gauge pressures. places (k, 3) [m]: positions of
+    each marker, by name, in the frame of the wrist. wrist (k, 4): orientation of the wrist in the
+    world, as quaternions x, y, z, w.
     """
 
     files: tuple[Path, ...]
@@ -49,8 +51,10 @@ class HandCourse:
 
 @dataclass(frozen=True)
 class Pose:
-    """Means over a pose that was held: time [s], pressures (channels,) [Pa], places of the markers
-    (markers, 3) [m] and quaternion (4,) of the wrist in the world.
+    """A pose that was held, as means over its time.
+
+    time [s], pressures (channels,) [Pa], places (markers, 3) [m] of the markers in the frame of the
+    wrist, wrist (4,): orientation of the wrist in the world, as a quaternion.
     """
 
     time: float
@@ -60,13 +64,14 @@ class Pose:
 
 
 def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> ImportedSet:
-    """The set of all poses that were held, at least HOLD long, with the wrist and the hand at rest;
-    of a file with samples further apart each is a pose.
+    """The set of all poses that were held for at least HOLD seconds, with wrist and hand at rest.
+    In a file whose samples are farther apart than that, each sample is a pose.
 
-    A run ends where the wrist turns or the hand is empty again; runs with the same poses are
-    repeats of a protocol. What moves is left out. That the hand touches nothing is not tested.
+    A run ends where the wrist turns or the hand is empty of air again; runs with the same poses are
+    repeats of a protocol. Samples in motion are left out. Whether the hand touches something is not
+    tested.
 
-    Raises DocumentError for courses without poses, or of different markers.
+    Raises DocumentError for courses without poses, or with different markers.
     """
     hand, markers = specimen.description, _markers_of(courses)
     runs: list[ImportedRun] = []
@@ -137,7 +142,7 @@ def _remarks(runs: int, protocols: int, segments: int | None) -> list[str]:
 
 # ---------------------------------------------------------------------- poses
 def held_poses(course: HandCourse) -> list[Pose]:
-    """The poses of a course that were held; each of its samples, if they are far apart."""
+    """The poses that were held in a course; if its samples are far apart, each one is a pose."""
     time, places = course.time, np.stack([*course.places.values()], axis=1)
     if len(time) < 2 or float(np.median(np.diff(time))) >= HOLD:
         spans = [(index, index + 1) for index in range(len(time))]

@@ -1,4 +1,4 @@
-"""Files of a whole hand as a set `hand_pose`: bags of this suite, or tables of followed markers."""
+"""Files of a whole hand as a set `hand_pose`: bags of this suite, or tables of tracked markers."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def set_of_hand(
     sheets: Mapping[str, str] | None = None,
     wrist: Mapping[str, Sequence[float]] | None = None,
 ) -> tuple[ImportedSet, Proposal] | None:
-    """The set of the poses of a hand, and what its files hold; None where they are of something
-    else: no hand with several fingers is named, or no file has a place of its markers.
+    """(set of the poses of a hand, proposal with the meaning of the columns); None if the files are
+    not of a whole hand: `hand` names no hand with several fingers, or no file has a marker of it.
 
-    wrist: roll, pitch and yaw [rad] in which it was held, by the name of a file, "" for all others;
-    all else as in `importing.propose` and `make_set`.
+    wrist: roll, pitch and yaw [rad] in which the wrist was held, by the name of the file; "" for
+    all others. The other arguments are those of `importing.propose` and `make_set`.
 
-    Raises DocumentError as `set_of_poses`, `course_of_bag` and `courses_of` do, and for something
-    said of a hand that has no such column.
+    Raises DocumentError as `set_of_poses`, `course_of_bag` and `courses_of` do, and for an argument
+    about a quantity that sets of a hand do not have.
     """
     if experiment not in (None, HAND_POSE):
         return None
@@ -148,7 +148,8 @@ def _segments_of(bags: Sequence[Path], hand: HandDescription) -> int | None:
     cut = {segments_of(bag, hand) for bag in bags}
     if len(cut) > 1:
         raise DocumentError(
-            f"{listed(map(str, bags))}: expected one hand, got segments an actuator: "
-            f"{listed(map(str, cut))} (None: of a real one)"
+            f"{listed(map(str, bags))}: expected bags of one hand, got numbers of segments "
+            f"per actuator of "
+            f"{listed(map(str, cut))} (None: a real hand)"
         )
     return cut.pop()

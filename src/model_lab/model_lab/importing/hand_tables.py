@@ -1,4 +1,4 @@
-"""Tables in which markers of a whole hand were followed, as courses on one clock."""
+"""Tables of tracked markers of a whole hand, as courses on one clock."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ LEAST_LENGTH = 0.9  # of a quaternion; of what is none it is anything
 
 @dataclass(frozen=True)
 class HandFile:
-    """A table and what its columns stand for."""
+    """A table and what its columns mean."""
 
     table: Table
     meanings: tuple[Meant, ...]
 
     def si(self, quantity: str) -> Array | None:
-        """Values (k,) of a quantity in SI units, None where the file has none."""
+        """Values (k,) of a quantity in SI units; None if the file does not have it."""
         meant = next((one for one in self.meanings if one.quantity == quantity), None)
         if meant is None:
             return None
@@ -59,7 +59,9 @@ class HandFile:
 
     @property
     def parts(self) -> Source:
-        """The file with the parts of a run that it has."""
+        """The file as a `Source` that says whether it has pressures, markers or both, by which
+        files of a run are paired.
+        """
         has: dict[str, str] = {}
         for one in self.meanings:
             if one.quantity.rpartition(".")[2] in MARKER_AXES and not one.quantity.startswith(
@@ -77,13 +79,13 @@ def courses_of(
     shifts: Mapping[str, float],
     wrist: Mapping[str, Sequence[float]],
 ) -> list[HandCourse]:
-    """The course of each run, of one file or of one with pressures and one with markers.
+    """The course of each run, from one file, or from one file with pressures and one with markers.
 
     shifts: time [s] to add to the clock of a file, by its name. wrist: roll, pitch and yaw [rad] in
-    which the wrist was held, by the name of a file, "" for all others.
+    which the wrist was held, by the name of a file; "" for all others.
 
-    Raises DocumentError for files without partner, without the pressure of a channel, or where
-    nobody says how the wrist was held.
+    Raises DocumentError for a file without the other one of its run, for a channel without
+    pressure, and if neither columns nor `wrist` say how the wrist was held.
     """
     by_path: dict[tuple[Path, int], HandFile] = {
         (one.table.path, id(one.table)): one for one in files
@@ -140,7 +142,9 @@ def _time_of(file: HandFile, shifts: Mapping[str, float], one_file: bool) -> Arr
     time = file.si("time")
     if time is None:
         if not one_file:
-            raise DocumentError(f"{file.table.path}: expected a column of time beside another file")
+            raise DocumentError(
+                f"{file.table.path}: expected a column of time, as the run has another file too"
+            )
         return np.arange(float(file.table.rows))
     return time + shifts.get(file.table.path.name, 0.0)
 

@@ -17,11 +17,11 @@ IDENTIFIER = re.compile(r"[0-9A-Fa-f:]*[0-9][0-9A-Fa-f:]*$")  # of a body, which
 
 
 def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int]:
-    """Names and units as written of `width` columns, and the number of lines that hold them.
+    """(names, units as written, number of header lines) of `width` columns.
 
-    before: rows of cells above the numbers. Where the last line names several columns alike, as
-    motion capture and trackers of markers write x and y for each body, the lines above tell them
-    apart: `tip x`.
+    before: rows of cells above the numbers. If the last line has the same name several times, as in
+    files of motion capture, where x and y stand below each body, words of the lines above are put
+    before it: `tip x`.
     """
     levels = _levels(before, width)
     if not levels:

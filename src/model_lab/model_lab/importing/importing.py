@@ -1,4 +1,6 @@
-"""Import of measurement files into a set: what is proposed, what is not sure, and the set."""
+"""Import of measurement files into a set: what the columns are proposed to mean, what is still
+open, and the set.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +39,10 @@ DIGITS = 9  # of the numbers of a set
 
 @dataclass(frozen=True)
 class Proposal:
-    """What files hold, before anything is written.
+    """What files hold, as found before anything is written.
 
-    sources: files with what their columns stand for. experiment: None where the columns do not
-    say it. unsure: what has to be said, by the text to add to the command. remarks: of each run.
+    sources: files with the meaning of their columns. experiment: its name; None if the columns do
+    not tell. unsure: what the user still has to say, each with the text to add to the command.
     """
 
     sources: tuple[Source, ...]
@@ -49,7 +51,7 @@ class Proposal:
 
     @property
     def rows(self) -> list[tuple[str, str, str, str, str]]:
-        """File, column, unit as written, quantity and unit in the set, of every column."""
+        """(file, column, unit as written, quantity, unit in the set) of every column."""
         return [row for source in self.sources for row in _rows(source)]
 
 
@@ -64,7 +66,11 @@ def _rows(source: Source) -> Iterable[tuple[str, str, str, str, str]]:
 
 @dataclass(frozen=True)
 class ImportedSet:
-    """A set ready to be written: its document and the runs' tables; remarks to be read."""
+    """A measurement set that is ready to be written.
+
+    document: content of experiment.yaml. runs: their tables. remarks: what the user should know
+    about the import.
+    """
 
     document: Mapping[str, object]
     runs: tuple[ImportedRun, ...]
@@ -89,21 +95,25 @@ def propose(
     decimal: str = "",
     sheets: Mapping[str, str] | None = None,
 ) -> Proposal:
-    """What measurement files hold, by names, units and numbers of their columns.
+    """Propose what measurement files hold, from names, units and numbers of their columns.
 
     Args:
         paths: CSV or text files in any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip or uniaxial; None: as the columns say.
-        maps: what the user says of columns, by quantity; in place of a column the tip angle may be
-            a function of columns, see `derived`.
-        messages: folder of definitions of message types that a bag does not define.
-        decimal: decimal sign of text files, "" for the one that their numbers show.
+        experiment: free_bending, blocked_tip or uniaxial; None: found out from the columns.
+        maps: (column, unit) that the user states, by quantity; for the tip angle, a function of
+            columns may take the place of the column, see `derived`.
+        messages: folder of definitions of message types that a bag does not define; None: no
+            folder.
+        decimal: decimal sign in text files; "": found out from their numbers.
         sheets: name of the sheet of a spreadsheet, by the name of its file; "" for all others.
 
-    Raises DocumentError for what cannot be read, is ambiguous, or is no unit of its quantity.
+    Raises DocumentError for a file that cannot be read or is ambiguous, and for a unit that does
+    not fit its quantity.
     """
     if experiment is not None and experiment not in NEEDED:
-        raise DocumentError(f"experiment: expected {listed(NEEDED)}, got {shortened(experiment)}")
+        raise DocumentError(
+            f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
+        )
     given, sheet_of = maps or {}, sheets or {}
     _check_files("--sheet", sheet_of, [path.name for path in paths])
     tables = []
@@ -258,18 +268,19 @@ def make_set(
     specimen: str | None = None,
     stretched_to: Mapping[str, float] | None = None,
 ) -> ImportedSet:
-    """The set of a proposal without open questions.
+    """Make the measurement set of a proposal that leaves nothing open.
 
     Args:
         proposal: what the files hold.
-        hand: shipped hand or hand file, or HAND:ACTUATOR, of which the specimen is a finger.
+        hand: name or file of the hand, or HAND:ACTUATOR, of which the specimen is a finger; None:
+            the specimen is not known.
         shifts: time [s] to add to the clock of a file, by its name.
-        title: of the set.
-        specimen: name of the specimen of all runs; None: as the names of the files say.
-        stretched_to: largest stretch of the specimen before the run, by the name of its file; ""
-            for those of all others.
+        title: title of the set; "": made from the name of a file.
+        specimen: name of the specimen of all runs; None: taken from the file names.
+        stretched_to: largest stretch [-] that the specimen had seen before a run, by the name of
+            the file of the run; "" for all others.
 
-    Raises DocumentError where something is open, or files do not belong together.
+    Raises DocumentError if something is still open, or files do not belong together.
     """
     experiment = proposal.experiment
     if proposal.unsure or experiment is None:
@@ -322,8 +333,8 @@ def _pulled(
     files = {path.name: run.name for run in runs for path in run.files}
     if stretched_to and INPUT[experiment] != "stretch":
         raise DocumentError(
-            f"--stretched-to: expected runs whose stretch is measured, got {experiment}; import "
-            "what was done to the specimen before as a run"
+            f"--stretched-to: expected an experiment whose input is the stretch, got {experiment}; "
+            "import what was done to the specimen before as a run"
         )
     _check_files("--stretched-to", stretched_to, files)
     every = {run.name: stretched_to[""] for run in runs} if "" in stretched_to else {}
@@ -406,7 +417,9 @@ def _with_own_names(runs: Sequence[ImportedRun]) -> tuple[ImportedRun, ...]:
 
 
 def csv_of(run: ImportedRun) -> str:
-    """A run as CSV: first its lead, without outputs, then its samples."""
+    """A run as the text of a CSV file: first its lead, with empty cells for outputs, then its
+    samples.
+    """
     names = list(run.columns)
     lines = [",".join(names)]
     for index in range(len(run.lead.get("time", ()))):

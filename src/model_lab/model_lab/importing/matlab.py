@@ -1,4 +1,4 @@
-"""Tables of a MAT file: its variables, and one table more for every structure in it."""
+"""Tables of a MAT file: one of its variables, and one more for every structure in it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ FEWEST_ROWS = 3
 
 
 def read_matlab(path: Path) -> tuple[Table, ...]:
-    """The tables of a MAT file up to version 7: vectors of equal length, columns of matrices.
+    """The tables of a MAT file up to version 7. Columns are vectors of equal length and columns of
+    matrices.
 
-    Raises DocumentError for a file of another kind or without such vectors.
+    Raises DocumentError for a file of another kind, or without two such vectors.
     """
     try:
         content = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)

@@ -1,4 +1,6 @@
-"""What the columns of a file stand for, by their names in English, German and French, and units."""
+"""What the columns of a file mean, from their names in English, German or French and from their
+units.
+"""
 
 from __future__ import annotations
 
@@ -86,12 +88,12 @@ CLOCK_SCALES = {"h": 60.0, "min": 1.0}  # by unit of the first part of a clock o
 
 @dataclass(frozen=True)
 class Meant:
-    """What a column of a file stands for.
+    """What a column of a file means.
 
-    quantity: its name in a set, or `strain`. unit: as `experiment.yaml` writes it, "" where the
-    quantity has none, None where it is not known. scale: factor on the numbers of the file before
-    that unit (clocks and epochs in seconds). kind: `absolute` of a pressure whose name or unit says
-    so, else "".
+    column: its name in the file. quantity: its name in a set, or `strain`. unit: as experiment.yaml
+    writes it; "" if the quantity has none, None if it is not known. scale: factor that brings the
+    numbers of the file to that unit where the unit does not (clocks in seconds). kind: `absolute`
+    for a pressure whose name or unit says so; else "".
     """
 
     column: str
@@ -102,20 +104,21 @@ class Meant:
 
     @property
     def is_sure(self) -> bool:
-        """Whether nothing has to be asked."""
+        """Whether the unit is known, so that the user need not be asked."""
         return self.unit is not None
 
 
 def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant, ...]:
-    """What the columns of a file stand for, each quantity at most once.
+    """What the columns of a file mean; each quantity occurs at most once.
 
     Args:
         table: the file.
-        given: (column, unit) by quantity, stated by the user for all files; unit "" where the file
-            says it; that of time may be a rate of frames such as 30Hz. A column that the file lacks
-            is passed over.
+        given: (column, unit) that the user states for all files, by quantity. A unit of "" stands
+            for the one in the file; the unit of time may be a frame rate such as 30Hz. Columns that
+            this file does not have are ignored.
 
-    Raises DocumentError where several columns may be the same quantity, or a unit is none of it.
+    Raises DocumentError if several columns may be the same quantity, or a unit does not fit its
+    quantity.
     """
     found: dict[str, Meant] = {}
     stated = {name.casefold() for name, _ in given.values()}
@@ -147,8 +150,9 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
 
 
 def measured(columns: list[Column]) -> list[Column]:
-    """The columns without those that were asked of a controller or measured elsewhere, and of
-    stamps those of the measurement, if others remain.
+    """The columns that were measured on the specimen: without set-points and pressures of the
+    supply or the air, and of several time stamps those of the measurement. If none would remain,
+    nothing is left out.
     """
     for is_other in (is_setpoint, _is_elsewhere):
         columns = [one for one in columns if not is_other(one.name)] or columns
@@ -170,7 +174,7 @@ def _with_unit(columns: list[Column], quantity: str) -> list[Column]:
 
 
 def is_setpoint(name: str) -> bool:
-    """Whether a name says that a value was asked for, not measured.
+    """Whether the name of a column says that its values were commanded, not measured.
 
     >>> is_setpoint("Solldruck"), is_setpoint("p_set [kPa]"), is_setpoint("p_sensor")
     (True, True, False)
@@ -277,8 +281,9 @@ def _time(column: Column) -> Meant:
 
 
 def experiment_of(quantities: Iterable[str], stated: Iterable[str] = ()) -> str | None:
-    """The experiment whose columns these are, of several the one that needs most of those that the
-    user stated; None where none or several are.
+    """The experiment whose columns are among these quantities; None if it is not clear which.
+    stated: quantities that the user named; of several experiments, the one that needs most of these
+    is taken.
     """
     have, said = (
         {"stretch" if name == "strain" else name for name in names}

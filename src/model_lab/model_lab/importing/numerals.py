@@ -1,7 +1,7 @@
 """Numbers as people write them: decimal points or commas, signs between thousands, exponents.
 
-Of a cell such as 1,234 alone nobody can say whether it is a little more than one or a thousand. So
-the decimal sign is judged by all cells of a column, and by the other columns where that is open.
+A cell such as 1,234 may be a little more than one or more than a thousand. So the decimal sign is
+found from all cells of a column, and if these do not tell, from the other columns.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Roles = Mapping[str, frozenset[str]]
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell holds nothing.
+    """Whether a cell is empty or marks a missing number.
 
     >>> is_missing("NaN"), is_missing("0")
     (True, False)
@@ -50,7 +50,9 @@ def is_number(cell: str) -> bool:
 
 
 def roles(cells: Iterable[str]) -> Roles:
-    """As what points and commas are used in the numbers of cells."""
+    """For what points and commas are used in the numbers of some cells: decimals, thousands, or
+    either.
+    """
     found: dict[str, set[str]] = {sign: set() for sign in SIGNS}
     for cell in cells:
         match = _NUMERAL.match(_plain(cell)) if "." in cell or "," in cell else None
@@ -81,11 +83,12 @@ def decimal_sign(cells: Sequence[str], others: Roles, point: bool = False) -> st
     """The decimal sign of the numbers in a column.
 
     Args:
-        cells: of the column.
-        others: as what signs are used in the whole file.
-        point: whether a point that may be either is a decimal one, as where commas part columns.
+        cells: cells of the column.
+        others: for what points and commas are used in the whole file, see `roles`.
+        point: whether a point that may be either is a decimal point, as in files with commas
+            between columns.
 
-    Raises ValueError where the signs contradict each other, or may be either.
+    Raises ValueError if signs contradict each other, or may be either.
     """
     own = roles(cells)
     sign = _sign_by(own)
@@ -122,7 +125,7 @@ def _other(sign: str) -> str:
 
 
 def numbers(cells: Sequence[str], decimal: str) -> Array:
-    """Numbers (rows,) of cells with that decimal sign; NaN where a cell holds none.
+    """Numbers (rows,) in cells that use the given decimal sign; NaN for a cell without a number.
 
     >>> numbers(["1.234,5", "-2,5", "x"], ",").tolist(), numbers(["1,234.5"], ".").tolist()
     ([1234.5, -2.5, nan], [1234.5])

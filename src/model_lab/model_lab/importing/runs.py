@@ -1,4 +1,6 @@
-"""Runs of imported files: which belong together, on one clock, with the whole course of inputs."""
+"""Runs of imported files: which files belong to one run, joined on one clock, with the whole course
+of the input.
+"""
 
 from __future__ import annotations
 
@@ -30,21 +32,23 @@ CUBIC = 4  # coefficients
 
 @dataclass(frozen=True)
 class Source:
-    """A file and what its columns stand for."""
+    """A file and what its columns mean."""
 
     table: Table
     meanings: tuple[Meant, ...]
 
     @property
     def quantities(self) -> set[str]:
-        """Quantities of its columns, without time; a strain is a stretch."""
+        """Quantities of its columns, without time; a strain counts as a stretch."""
         names = {one.quantity for one in self.meanings} - {"time"}
         return {"stretch" if name == "strain" else name for name in names}
 
     def series(self, quantity: str) -> tuple[Array | None, Array]:
-        """Times (k,) [s], None without a clock, and values (k,) in the file's unit of a quantity,
-        where both are known; a strain is turned into a stretch. Rows that are written newest first
-        are turned round, and those that share a stamp of a coarse clock spread evenly.
+        """(times (k,) [s], values (k,) in the unit of the file) of a quantity, without rows that
+        lack either; times are None without a clock.
+
+        A strain is turned into a stretch. Rows written newest first are reversed, and rows that
+        share a stamp of a coarse clock are spaced evenly.
         """
         time, values = self._as_written(quantity)
         if time is None:
@@ -54,7 +58,7 @@ class Source:
         return spread(time), values
 
     def remarks(self, quantity: str) -> list[str]:
-        """What was done to the clock of a quantity."""
+        """What was changed in the time stamps of a quantity, as sentences."""
         time, _ = self._as_written(quantity)
         if time is None:
             return []
@@ -89,8 +93,10 @@ class Source:
 
 @dataclass(frozen=True)
 class ImportedRun:
-    """A run: columns (samples,) at the stamps of its outputs, in the units of the files, time [s]
-    from 0; lead: time and input (k,) before the first output.
+    """An imported run.
+
+    columns (samples,): at the times of its outputs, in the units of the files; time [s] starts at
+    0. lead (k,): time and input before the first output.
     """
 
     name: str
@@ -101,10 +107,11 @@ class ImportedRun:
 
 
 def paired(sources: Sequence[Source], needed: Sequence[str]) -> list[tuple[Source, ...]]:
-    """The files of each run: one that has all, or the two that have input and output.
+    """The files of each run: one file with all `needed` quantities, or two, one with the input and
+    one with the output.
 
-    Two files belong together if their names are the same without the words that differ; if there
-    are only two, they do anyway. Raises DocumentError for a file without partner.
+    Two files belong together if their names are the same apart from words for what they hold; if
+    there are only two files, they always do. Raises DocumentError for a file without partner.
     """
     whole: list[tuple[Source, ...]] = [
         (one,) for one in sources if one.quantities.issuperset(needed)
@@ -146,7 +153,9 @@ def _common_names(parts: Sequence[Source]) -> dict[Path, str]:
 
 
 def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) -> ImportedRun:
-    """The run of one or two files. Raises DocumentError where two have no time in common."""
+    """The run that one or two files hold. Raises DocumentError if two files have no time in
+    common.
+    """
     driving = INPUT[experiment]
     output = next(name for name in needed if name != driving)
     of_input = next(one for one in members if driving in one.quantities)
@@ -161,7 +170,10 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     input_time, inputs = of_input.series(driving)
     if time is None or input_time is None:
         lacking = of_output if time is None else of_input
-        raise DocumentError(f"{_path(lacking)}: expected a column of time beside the other file")
+        raise DocumentError(
+            f"{_path(lacking)}: expected a column of time, to join it with the other file of "
+            f"the run"
+        )
     remarks = [*of_input.remarks(driving), *of_output.remarks(output)]
     if min(time[-1], input_time[-1]) <= max(time[0], input_time[0]):
         remarks.append("the clocks of the two files have nothing in common: both begin at 0")
@@ -204,7 +216,7 @@ def _of_one_file(
     input_time, inputs = source.series(driving)
     if time is None or input_time is None:
         if len(values) != len(inputs):
-            raise DocumentError(f"{paths[0]}: expected a column of time where cells are empty")
+            raise DocumentError(f"{paths[0]}: expected a column of time, as some cells are empty")
         return ImportedRun(name, {driving: inputs, output: values}, {}, paths)
     columns, lead = _at_outputs(input_time, inputs, time, values)
     remarks = tuple(dict.fromkeys([*source.remarks(driving), *source.remarks(output)]))
@@ -241,10 +253,10 @@ def _run_name(paths: Sequence[Path]) -> str:
 
 
 def clock_offset(input_time: Array, inputs: Array, time: Array, values: Array) -> float | None:
-    """Time [s] by which the clock of the outputs is late (positive) against that of the inputs;
-    None unless a shift clearly brings them together.
+    """Time [s] by which the clock of the outputs is late (positive) against the clock of the
+    inputs; None unless a shift brings the two together clearly better.
 
-    It is sought where a cubic function of the input leaves least of the output.
+    The shift is the one at which a cubic function of the input leaves least of the output.
     """
     length = min(float(np.ptp(time)), float(np.ptp(input_time)))
     usual = float(np.median(np.diff(time)))

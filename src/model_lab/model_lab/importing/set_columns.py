@@ -1,4 +1,4 @@
-"""What an imported set says of its columns: their units, and of pressures that are absolute."""
+"""What an imported set states of its columns: units, and which pressures are absolute."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ Columns = dict[str, dict[str, object]]
 
 
 def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns:
-    """The entries of all columns of the runs. Raises DocumentError where files differ."""
+    """The entries of all columns of the runs in experiment.yaml. Raises DocumentError if files have
+    different units.
+    """
     columns: Columns = {name: {"unit": unit} for name, unit in _units(sources, runs).items()}
     return columns | _absolute(sources, runs)
 
 
 def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]:
-    """What is said of pressures that are absolute."""
+    """Remarks on pressures that are absolute."""
     for name, entry in columns.items():
         if AMBIENT in entry:
             yield (

@@ -1,4 +1,4 @@
-"""Which specimen and which protocol a run has, by the names of files."""
+"""Which specimen and which protocol a run has, as the names of files tell."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ FALLBACK_PROTOCOL = "run"
 
 @dataclass(frozen=True)
 class Assigned:
-    """Specimen ("" for the only one) and protocol of each run, by its name.
+    """Specimen and protocol of each run, by the name of the run; a specimen is "" if there is only
+    one.
 
-    unsure: words in the names of some runs alone, which may name a specimen or a protocol.
+    unsure: words that are in the names of some runs only, and may name a specimen or a protocol.
     """
 
     specimens: Mapping[str, str]
@@ -39,11 +40,12 @@ class Assigned:
 
 
 def assigned(runs: Sequence[str]) -> Assigned:
-    """What names of runs say: `thin_ramp_1` is the first ramp of the specimen thin.
+    """Specimens and protocols that the names of runs tell: `thin_ramp_1` is the first ramp of the
+    specimen thin.
 
-    Words that all names share, and the number of a repeat at the end, say nothing. A word that is
-    no usual one for a protocol, nor a setting such as 40kPa, names a specimen if every name has
-    such a word.
+    Words that all names share, and numbers of repeats at the end, tell nothing. A word that is
+    neither a usual name of a protocol nor a setting such as 40kPa names a specimen, if every name
+    has such a word.
 
     >>> assigned(["thin_1", "thin_2", "thick_1"]).names
     ['thin', 'thick']
@@ -82,7 +84,7 @@ def _is_protocol(word: str) -> bool:
 
 
 def protocol_of(name: str) -> str:
-    """Name of a run without the number of its repeat.
+    """Name of the protocol of a run: the name of the run without the number of its repeat.
 
     >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
     ('ramp', 'run', '7')

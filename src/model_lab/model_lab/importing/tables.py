@@ -1,4 +1,4 @@
-"""Tables of measurement files: names, units as written, and numbers of their columns."""
+"""Tables of measurement files: names of their columns, units as written, and numbers."""
 
 from __future__ import annotations
 
@@ -29,8 +29,10 @@ MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no ac
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a file: name, unit as the file writes it ("" if it does not), and its numbers
-    (rows,), NaN where a cell is empty. Times of a clock are in seconds, their unit is CLOCK.
+    """A column of a file.
+
+    unit: as the file writes it; "" if it does not. values (rows,): NaN where a cell is empty. Times
+    of a clock are in seconds, and their unit is CLOCK.
     """
 
     name: str
@@ -45,14 +47,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A file's columns, and remarks on what is left out of it."""
+    """The columns of a file, and remarks on what was left out."""
 
     path: Path
     columns: tuple[Column, ...]
     remarks: tuple[str, ...] = ()
 
     def with_column(self, column: Column) -> Table:
-        """The table with one column more."""
+        """The table with one more column."""
         return replace(self, columns=(*self.columns, column))
 
     @property
@@ -61,7 +63,7 @@ class Table:
         return len(self.columns[0].values)
 
     def column(self, name: str) -> Column | None:
-        """The column of that name, in any case of its letters; None without one."""
+        """The column with that name, whatever the case of its letters; None if there is none."""
         found = [one for one in self.columns if one.name.casefold() == name.casefold()]
         return found[0] if found else None
 
@@ -71,7 +73,8 @@ def read_tables(
 ) -> tuple[Table, ...]:
     """The tables of a file: the topics of a bag, the structures of a MAT file, or a single one.
 
-    messages: folder of definitions of a bag's own message types. decimal, sheet: see `read_table`.
+    messages: folder of definitions of message types that a bag does not define; None: no folder.
+    decimal, sheet: see `read_table`.
     """
     if path.suffix.lower() == ".mat":
         from model_lab.importing.matlab import read_matlab  # here, as it loads scipy.io
@@ -87,12 +90,12 @@ def read_tables(
 def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
     """The table of a CSV or text file in any dialect, or of a spreadsheet.
 
-    decimal: its decimal sign, "" for the one that its numbers show. sheet: of a spreadsheet, "" for
-    the only one that holds numbers. Columns of words, and rows
-    without numbers, are left out; so are single cells that cannot be read, which become NaN.
+    decimal: its decimal sign; "": found out from its numbers. sheet: name of the sheet of a
+    spreadsheet; "": the only one that holds numbers. Columns of words and rows without numbers are
+    left out. Single cells that cannot be read become NaN.
 
-    Raises DocumentError for what has no table or two, and for more than a few cells that cannot be
-    read; Ambiguous for several sheets, and for numbers that may be read in two ways.
+    Raises DocumentError for a file without a table or with two, and for more than a few cells that
+    cannot be read; Ambiguous if several sheets hold numbers, or numbers may be read in two ways.
     """
     rows, delimiter = read_cells(path, sheet)
     widths = [len(row) for row in rows if is_data(row)]
@@ -118,8 +121,8 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
 
 
 def side_by_side(table: Table) -> tuple[Table, ...]:
-    """The tables that stand side by side in a file: each begins at a column of the same name as the
-    first one, such as Time, Pressure, Time, Angle; the table itself where there is one.
+    """The tables that stand side by side in a file, each of which begins with a column of the same
+    name, such as Time, Pressure, Time, Angle. If there is only one, the table itself.
     """
     first = table.columns[0].name
     starts = [
@@ -191,7 +194,7 @@ def _unreadable(path: Path, body: Sequence[Row], names: Mapping[int, str]) -> li
         if len(wrong) > MOST_UNREADABLE * len(body):
             raise DocumentError(
                 f"{path}: column {shortened(name)}: expected numbers, got {shortened(wrong[0])} "
-                f"and {len(wrong) - 1} cells more that are none"
+                f"and {len(wrong) - 1} more cells without a number"
             )
         if wrong:
             remarks.append(

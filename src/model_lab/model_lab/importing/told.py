@@ -1,4 +1,6 @@
-"""What an import says and asks: the columns with a curve of each, what is open, and the command."""
+"""What an import prints and asks: the columns with a small curve of each, what is open, and the
+command.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ CURVE_WIDTH = 16  # characters
 
 
 def table_rows(proposal: Proposal) -> list[list[str]]:
-    """Rows of text for every column of the files, the header first."""
+    """Rows of text for a table of all columns of the files, the header first."""
     curves = [column.values for source in proposal.sources for column in source.table.columns]
     rows = [["file", "column", "unit", "is", "in", "course"]]
     for row, values in zip(proposal.rows, curves, strict=True):
@@ -41,7 +43,9 @@ def curve(values: Array) -> str:
 
 
 def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str, tuple[str, str]]:
-    """The maps with what the user answers for columns without unit and missing columns."""
+    """The `maps` together with the answers of the user on columns without unit and on missing
+    columns; ask: puts a question and returns the answer.
+    """
     answers = dict(maps)
     for source in proposal.sources:
         for meant in source.meanings:
@@ -58,7 +62,7 @@ def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str
 
 @dataclass(frozen=True)
 class Said:
-    """What the user said of files, as the options of the command."""
+    """What the user stated of files by the options of the command."""
 
     experiment: str | None
     maps: Maps
@@ -73,7 +77,7 @@ class Said:
 
     @property
     def words(self) -> list[str]:
-        """The options with their values."""
+        """The options with their values, as words of a command line."""
         given = {
             "--experiment": self.experiment,
             "--msgs": self.messages,
@@ -97,6 +101,6 @@ class Said:
 
 
 def again(files: Sequence[Path], out: Path, said: Said) -> str:
-    """The command that makes the same set again without questions."""
+    """The command line that makes the same set again without questions."""
     words = ["model-lab", "import", *map(str, files), "-o", str(out), *said.words, "--yes"]
     return shlex.join(words)

@@ -1,4 +1,4 @@
-"""Units as people write them in headers, and the unit of the lab that each stands for."""
+"""Units as people write them in headers, and the name that the lab has for each."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_
 
 
 def usual_unit(text: str) -> str:
-    """The unit that a text stands for, as `experiment.yaml` writes it; "" if it is none.
+    """The unit that a text stands for, as experiment.yaml writes it; "" if the text is no unit.
 
     >>> usual_unit("Grad"), usual_unit("mbar"), usual_unit("thumb")
     ('deg', 'mbar', '')
@@ -82,8 +82,8 @@ def usual_unit(text: str) -> str:
 
 
 def kind_of_pressure(written: str) -> tuple[str, str]:
-    """The unit of a pressure as written, without what says that it is absolute or gauge pressure,
-    and which of these it is; as it is, and "", where it says neither.
+    """(unit, `absolute` or `gauge`) of a pressure unit as written: the part that says which of the
+    two it is, is taken out of the unit. The second is "" if the unit does not say.
 
     >>> kind_of_pressure("psia"), kind_of_pressure("bar(g)"), kind_of_pressure("kPa")
     (('psi', 'absolute'), ('bar', 'gauge'), ('kPa', ''))
@@ -95,7 +95,7 @@ def kind_of_pressure(written: str) -> tuple[str, str]:
 
 
 def unit_in_header(cell: str) -> tuple[str, str]:
-    """Name and unit as written in a cell of a header; the unit is "" where there is none.
+    """(name, unit as written) in a cell of a header; the unit is "" if there is none.
 
     >>> unit_in_header("Druck [mbar]"), unit_in_header("p_kPa"), unit_in_header("tip angle")
     (('Druck', 'mbar'), ('p', 'kPa'), ('tip angle', ''))
@@ -113,8 +113,8 @@ def unit_in_header(cell: str) -> tuple[str, str]:
 
 
 def unit_for(quantity: str, written: str) -> str | None:
-    """The unit of a column of a set, given its quantity and what the file writes; None where that
-    is no unit of the quantity.
+    """The unit that a column of this quantity gets in a set, from the unit in the file; None if
+    that does not fit the quantity.
     """
     if quantity in ("stretch", "strain"):
         return "" if written in (*DIMENSIONLESS, "") else usual_unit(written) or None

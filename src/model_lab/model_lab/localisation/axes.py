@@ -40,11 +40,12 @@ AXES_OF_RUNS = (
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis; values (samples,) in SI units, NaN where it has none.
+    """One axis along which a residual may vary.
 
-    noun: what is meant by the axis in this experiment. categories: names of the values 0, 1, ... of
-    an axis without order. of_run: the value does not change within a run. display: how its values
-    are shown.
+    values (samples,): in SI units; NaN for samples without a value. noun: what the axis means in
+    this experiment. categories: names of the values 0, 1, ... of an axis without order; empty for
+    others. of_run: whether the value is constant within a run. display: unit and factor with which
+    values are shown.
     """
 
     name: str
@@ -57,7 +58,9 @@ class Axis:
 
 
 def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
-    """The axes along which a set varies, in the order of its table."""
+    """The axes along which a set varies. Of axes with the same values within runs only the first is
+    kept.
+    """
     axes = [*_course_axes(data), *_run_axes(data), *(_hand_axes(data) if data.of_hand else ())]
     varied = [replace(axis, display=data.shown_in(axis.unit)) for axis in axes if _varies(axis)]
     return tuple(
@@ -68,7 +71,9 @@ def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
 
 
 def input_rate(run: Run, values: Array) -> Array:
-    """Smoothed rate of change (samples,) of an input, by time or else by sample number."""
+    """Smoothed rate of change (samples,) of an input, per second; per sample if the run has no
+    time.
+    """
     count = len(values)
     if count < 2:
         return np.zeros(count)
@@ -80,7 +85,7 @@ def input_rate(run: Run, values: Array) -> Array:
 
 
 def resting_share(data: MeasurementSet) -> float:
-    """Share of all samples in which the driving input rests."""
+    """Share (0 to 1) of all samples in which the driving input is constant."""
     inputs = [data.driving(run) for run in data.runs]
     rests = [
         _course(run, values, input_rate(run, values)) == RESTS for run, values in _zip(data, inputs)

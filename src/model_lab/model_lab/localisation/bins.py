@@ -20,10 +20,10 @@ BAND_LEVEL = 95.0  # [percent]
 
 @dataclass(frozen=True)
 class Bins:
-    """Bins of one axis: index (samples,) of each sample's, -1 where the axis has no value.
+    """Bins of one axis.
 
-    low, high, center (bins,): smallest, largest and mean value of each in SI units, rising, or the
-    numbers of categories.
+    index (samples,): bin of each sample; -1 where the axis has no value. low, high, center (bins,):
+    smallest, largest and mean value of each bin in SI units, rising; for categories, their numbers.
     """
 
     axis: Axis
@@ -39,7 +39,7 @@ class Bins:
 
 
 def make_bins(axis: Axis) -> Bins:
-    """Bins of an axis, none of them empty."""
+    """Divide an axis into bins, none of them empty."""
     known = np.isfinite(axis.values)
     values = axis.values[known]
     place = np.searchsorted(_inner_edges(_rounded(values), axis), _rounded(values), side="right")
@@ -85,9 +85,10 @@ def _few_values(values: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class Curve:
-    """Mean residual (bins,) of one output along an axis with its 95 % band, in SI units.
+    """Mean residual (bins,) of one output along an axis with its 95 % band (low, high), in SI
+    units, and the number of samples in each bin.
 
-    NaN where a bin is empty; the band is NaN where a single block fills a bin.
+    The mean is NaN where a bin is empty, the band also where only one block has samples in the bin.
     """
 
     mean: Array
@@ -98,14 +99,16 @@ class Curve:
 
 @dataclass(frozen=True)
 class BlockSums:
-    """Sums of the residual and numbers of samples (blocks, outputs, bins)."""
+    """Sums of the residual (value) and numbers of samples (number) in each block, output and bin:
+    (blocks, outputs, bins).
+    """
 
     value: Array
     number: Array
 
     @classmethod
     def of(cls, bins: Bins, table: SampleTable, residual: Array, outputs: int) -> BlockSums:
-        """Sums of a residual (samples,)."""
+        """The sums of a residual (samples,) over the blocks of a table."""
         known = bins.index >= 0
         shape = (int(table.block[-1]) + 1, outputs, bins.count)
         cell = (table.block[known] * outputs + table.output[known]) * bins.count
@@ -121,10 +124,10 @@ class BlockSums:
         return len(self.value)
 
     def explained(self, sums: Array) -> Array:
-        """Squares (draws,) explained by bin means about the mean of each output.
+        """Sums of squares (draws,) that bin means explain beyond the mean of each output.
 
-        sums (draws, outputs, bins): of the residual, such as `total`, with the numbers of samples
-        of this set.
+        sums (draws, outputs, bins): sums of a residual in the bins, such as `total`; the numbers of
+        samples are those of this object.
         """
         number = self.number.sum(axis=0)
         squares = np.sum(sums**2 / np.where(number > 0.0, number, 1.0), axis=-1)
@@ -132,22 +135,26 @@ class BlockSums:
         return np.sum(squares - mean, axis=-1)
 
     def total(self) -> Array:
-        """Sums (1, outputs, bins) over all blocks."""
+        """Sums of the residual over all blocks, (1, outputs, bins)."""
         return self.value.sum(axis=0, keepdims=True)
 
     def flipped(self, random: np.random.Generator) -> Array:
-        """Sums (draws, outputs, bins) as they could be if the bins did not differ.
+        """Sums (draws, outputs, bins) of the residual under the hypothesis that the bins do not
+        differ.
 
-        A wild bootstrap: blocks take a sign at random. What is flipped are the blocks' deviations
-        from the bin means of the *other* blocks, so that neither a real dependence nor the fitting
-        of the means passes for noise.
+        A wild bootstrap: each block takes a sign at random. The sign applies to a block's
+        deviations from the bin means of the *other* blocks, so that neither a real dependence nor
+        the fitting of the means is taken for noise.
         """
         signs = random.choice((-1.0, 1.0), (BOOTSTRAP_DRAWS, self.blocks))
         return np.tensordot(signs, self._deviations(), 1)
 
     def signed(self, random: np.random.Generator) -> Array:
-        """Sums (draws, outputs, bins) where blocks take a sign at random. Exact for any number
-        of blocks, if they are independent and their residuals as likely as the opposite ones.
+        """Sums (draws, outputs, bins) where the whole residual of each block takes a sign at
+        random.
+
+        A test with them is exact for any number of blocks, if blocks are independent and their
+        residuals symmetric about 0.
         """
         signs = random.choice((-1.0, 1.0), (BOOTSTRAP_DRAWS, self.blocks))
         return np.tensordot(signs, self.value, 1)
@@ -159,7 +166,9 @@ class BlockSums:
         return self.value - self.number * mean
 
     def curves(self, outputs: tuple[str, ...], flipped: Array) -> dict[str, Curve]:
-        """Mean and band of each output, given the sums of flipped deviations of `flipped`."""
+        """Mean residual with its band, by name of the output; flipped: sums as `flipped` returns
+        them.
+        """
         number = self.number.sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = self.value.sum(axis=0) / number

@@ -1,8 +1,4 @@
-"""How a residual goes with the course of the input: cross-correlation and loops.
-
-A residual that follows the input with a lag points to something that takes time; one that lies
-higher on the way up than on the way down, loop by loop, to memory of any kind.
-"""
+"""How a residual follows the course of the input: cross-correlation and loops."""
 
 from __future__ import annotations
 
@@ -21,14 +17,14 @@ LARGEST_LAG = 50  # lag in steps
 
 @dataclass(frozen=True)
 class InputRelation:
-    """A residual against the input of its runs.
+    """How a residual follows the input of its runs.
 
-    lag (2*LARGEST_LAG + 1,): of the residual behind the input, in seconds or, without time, samples
-    (`lag_unit`). correlation (outputs, lags): from -1 to 1, over all runs, each about its mean.
-    loop_area: by run (outputs,) the integral of the residual over the closed course of the input,
-    in the product of their SI units, positive when the residual is larger on the way down.
-    loop_width: by run (outputs,) how much larger it is on the way down, on the average, in the
-    unit of the residual. Both are NaN for runs that do not come back.
+    lag (2*LARGEST_LAG + 1,): of the residual behind the input, in `lag_unit` (seconds; samples if
+    there is no time). correlation (outputs, lags): from -1 to 1, over all runs, each about its
+    mean. loop_area: by run (outputs,), integral of the residual over the closed course of the
+    input, in the product of their SI units; positive when the residual is larger while the input
+    falls. loop_width: by run (outputs,), by how much it is then larger on average, in the unit of
+    the residual. Both are NaN for runs whose input does not return to its start.
     """
 
     lag: Array
@@ -38,13 +34,17 @@ class InputRelation:
     loop_width: Mapping[str, Array]
 
     def strongest(self, output: int = 0) -> tuple[float, float]:
-        """(lag, correlation) of the strongest correlation of an output."""
+        """(lag, correlation) where the correlation of an output, given by its index, is largest in
+        magnitude.
+        """
         index = int(np.argmax(np.abs(self.correlation[output])))
         return float(self.lag[index]), float(self.correlation[output, index])
 
 
 def input_relation(data: MeasurementSet, residual: Array) -> InputRelation | None:
-    """The relation of a residual (samples,) to the input; None for valve pulses, without course."""
+    """The relation of a residual (samples,) to the input; None for valve pulses, in which the input
+    has no course.
+    """
     if data.experiment == "valve_pulse":
         return None
     outputs = len(data.outputs)

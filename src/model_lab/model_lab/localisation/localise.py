@@ -1,9 +1,9 @@
 """Localisation of a misfit: the residual against every axis, with bands, a test and a phrase.
 
-The residual is averaged in bins along each axis. Runs are the units that are drawn: the bands, and
-the test whether the means differ by more than chance, come from a wild bootstrap that flips the
-signs of whole runs. With few runs each is cut into blocks, and `basis` says so: then differences
-between runs that are only scatter may count as found.
+The residual is averaged in bins along each axis. Randomness is by runs: the bands, and the test
+whether the means differ by more than chance, come from a wild bootstrap that flips the signs of
+whole runs. With few runs each is cut into blocks, and `basis` says so: then differences between
+runs that are only scatter may count as found.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ RUNS, RUN_BLOCKS = "runs", "blocks of runs"
 
 
 def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
-    """Where on an axis the error lies, such as `above 41 kPa`.
+    """Where on an axis the error lies, as a phrase such as `above 41 kPa`.
 
     Args:
         bins: the bins of the axis.
-        error: sum of squares (bins,) of the mean residual in each.
-        count: samples (bins,) in each.
+        error: sum of squares (bins,) of the mean residual in each bin.
+        count: number of samples (bins,) in each bin.
     """
     if not error.sum() > 0.0:
         return "nowhere"
@@ -155,11 +155,12 @@ def _named(axis: Axis, chosen: list[int]) -> str:
 class Dependence:
     """How a residual varies with one axis.
 
-    where: the part of the axis in which the model fails most. p_value: of the null hypothesis that
-    the residual does not depend on the axis. share_of_error: of the residual's mean square that the
-    bin means explain about the overall mean, less what chance would. basis: what is drawn at
-    random. exact_p_value: by an exact test with random signs of whole runs, None for too few runs;
-    `p_value` sees more but is approximate. curves: by output.
+    where: the part of the axis in which the model fails most, as a phrase. p_value: of the null
+    hypothesis that the residual does not depend on the axis. share_of_error: share of the mean
+    square residual that the bin means explain beyond the overall mean, less what chance would
+    explain. basis: what is drawn at random, runs or blocks of runs. exact_p_value: by an exact test
+    with random signs of whole runs; None if blocks are drawn. `p_value` detects more but is
+    approximate. curves: mean residual along the axis, by output.
     """
 
     bins: Bins
@@ -178,9 +179,9 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Localisation:
-    """A residual against all axes, the largest share of the error first.
+    """How a residual varies with each axis, the largest share of the error first.
 
-    constant: share of the residual's mean square that its overall mean makes up.
+    constant: share (0 to 1) of the mean square residual that its means over each output make up.
     """
 
     axes: tuple[Dependence, ...]
@@ -188,7 +189,9 @@ class Localisation:
 
     @property
     def failures(self) -> tuple[Dependence, ...]:
-        """The axes against which the residual varies beyond chance, tested all together."""
+        """The axes with which the residual varies beyond chance, with a p-value corrected for the
+        number of axes.
+        """
         level = RULES.failure_p_value / max(len(self.axes), 1)
         return tuple(
             axis
@@ -198,9 +201,9 @@ class Localisation:
 
     @property
     def certain_failures(self) -> tuple[Dependence, ...]:
-        """Axes that speak against a model whose error is within the noise floor: by much, and far
-        beyond chance by the exact test. Zeros and gains that scatter from run to run look like a
-        dependence to the other one.
+        """The axes that disprove a model even if its error is within the noise floor: the residual
+        varies with them by much, and far beyond chance by the exact test. The approximate test does
+        not suffice, as zeros and gains that scatter from run to run can look like a dependence.
         """
         return tuple(
             axis
@@ -212,9 +215,10 @@ class Localisation:
 
 
 def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisation:
-    """The residual (samples,) of a model against every axis along which the set varies.
+    """How the residual (samples,) of a model varies with every axis along which the set varies.
 
-    Same seed, same answer. Raises ValueError when the residual does not fit the set.
+    seed: seed of the random draws; the same seed gives the same answer. Raises ValueError if the
+    residual does not have the shape (samples,) of the set.
     """
     table = data.table
     if residual.shape != (table.samples,):

@@ -33,9 +33,10 @@ SETTLING_RUNS = 0.25  # share of the series after which a drift that settles has
 
 @dataclass(frozen=True)
 class Pattern:
-    """What an event would do to the runs: shape (runs,). first: index of the first run it changes.
+    """What an event would do to the runs of a set.
 
-    specimen: whose runs it changes; empty for those of all specimens.
+    shape (runs,): change of each run by an event of size 1. first: index of the first run that it
+    changes. specimen: name of the specimen whose runs it changes; "" for all.
     """
 
     kind: str
@@ -49,12 +50,13 @@ class Event:
     """Something that happened in a series of measurements.
 
     kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN or EXCHANGED. run: name of the first run that it changed.
-    before: name of the run before it. quantity: OUTPUT_SCALE or OUTPUT_ZERO. size: relative change
-    of the scale, or change of the zero in the unit of the outputs (of a drift over the series).
-    p_value: of the null hypothesis that repeats scatter normally, over all patterns. pattern,
-    output: what was found. other: the second run of two that are exchanged, or of two repeats of
-    which the data do not tell which one is odd. largest: of a step, the run before or after it that
-    first reached the largest input, if there is one; empty otherwise.
+    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO. size: relative
+    change of the scale, or change of the zero in the SI unit of the outputs; for a drift, over the
+    whole series. p_value: of the null hypothesis that repeats scatter normally, over all patterns.
+    pattern: what it does to the runs. output: index of the output. other: the second of two
+    exchanged runs, or of two repeats of which either may be the odd one. largest: for a step, the
+    run just before or after it that first reached the largest input of the series, if there is one.
+    Names that do not apply are "".
     """
 
     kind: str
@@ -69,7 +71,7 @@ class Event:
     largest: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """What is said of it, without the pattern; the specimen is None for all of them."""
+        """The event as a dictionary, without the pattern; `specimen` is None if it concerns all."""
         found: dict[str, Any] = {
             "kind": self.kind,
             "run": self.run,
@@ -85,10 +87,10 @@ class Event:
 
 @dataclass(frozen=True)
 class Series:
-    """What the repeats of a set say of its series of runs.
+    """What repeats tell about the series of runs.
 
-    freedom: degrees of freedom of the differences between repeats, 0 without repeats. p_value: of
-    the first event, or of the best pattern where there is none; 1 without repeats.
+    freedom: degrees of freedom of the differences between repeats; 0 without repeats. p_value: of
+    the first event, or of the best pattern if there is no event; 1 without repeats.
     """
 
     freedom: int
@@ -102,10 +104,10 @@ NO_SERIES = Series(0, 1.0, ())
 def examine(
     data: MeasurementSet, residual: Array, within: float, refused: Sequence[str] = ()
 ) -> Series:
-    """Events in the series of a set, given a model's residual (samples,).
+    """Find the events in the series of a set, from the residual (samples,) of a model.
 
-    within: root mean square scatter within a run, in the unit of the outputs; an event that changes
-    runs by less is left alone. refused: kinds of events that are not sought.
+    within: root mean square scatter within a run, in the SI unit of the outputs; an event that
+    changes runs by less is ignored. refused: kinds of events that are not looked for.
     """
     table, group = data.table, group_of_runs(data)
     freedom = len(group) - len(np.unique(group))
@@ -140,7 +142,9 @@ def examine(
 
 
 def of_the_other(event: Event, data: MeasurementSet) -> Event:
-    """The same event of the other one of two repeats."""
+    """The event if not `event.run` but the other one of its two repeats, `event.other`, is the odd
+    run.
+    """
     run = next(index for index, run in enumerate(data.runs) if run.name == event.other)
     size = 1.0 / (1.0 + event.size) - 1.0 if event.quantity == OUTPUT_SCALE else -event.size
     shape = (np.arange(len(data.runs)) == run).astype(float)
@@ -155,7 +159,9 @@ def of_the_other(event: Event, data: MeasurementSet) -> Event:
 
 
 def without_event(event: Event, table: SampleTable, measured: Array) -> Array:
-    """Measured outputs (samples,) as they would be without a step or a drift."""
+    """Measured outputs (samples,) as they would be without a step or a drift; events of other kinds
+    change nothing.
+    """
     if event.kind not in (STEP_EVENT, DRIFT_EVENT):
         return measured
     shape = event.pattern.shape[table.run]
@@ -165,7 +171,7 @@ def without_event(event: Event, table: SampleTable, measured: Array) -> Array:
 
 
 def group_of_runs(data: MeasurementSet) -> IntArray:
-    """Number of the repeats (runs,) to which each run belongs."""
+    """Number (runs,) of the group of repeats to which each run belongs."""
     group = np.zeros(len(data.runs), np.int64)
     for number, members in enumerate(data.groups()):
         group[members] = number

@@ -21,12 +21,15 @@ NORMAL_DRAWS = 9999  # simulated series of normal scatter
 def exchanged_pair(
     data: MeasurementSet, residual: Array, group: IntArray
 ) -> tuple[tuple[int, int], float] | None:
-    """The two runs (indices) with which exchanged the scales of repeats agree best, and the p-value
-    of such an agreement; None if no runs can be exchanged, or none agree better. Of two pairs with
-    which they agree as well, as with two repeats, the one that stands out from the other runs.
+    """Find two runs that carry each other's specimen: exchanged back, the scales of repeats agree
+    best.
 
-    residual (samples,): of a model; group (runs,): of the repeats of each run. The null hypothesis
-    is that repeats scatter normally and specimens are alike, so that any two may seem exchanged.
+    Returns their indices, and the p-value under the null hypothesis that repeats scatter normally
+    and specimens are alike; None if no two runs can be exchanged, or no exchange improves the
+    agreement. If several pairs do equally well, as with two repeats each, it is the pair that
+    differs most from the other runs.
+
+    residual (samples,): of a model. group (runs,): number of the group of repeats of each run.
     """
     pairs, table, predicted = _pairs(data, group), data.table, data.table.value - residual
 

@@ -15,12 +15,11 @@ def examine_lowering(
     within: float,
     error_without: Callable[[Sequence[Event]], float],
 ) -> Series:
-    """Events in a set as `examine` finds them, without steps and drifts that raise the error when
-    taken out. Repeats tell differences alone: two odd runs may look like a drift of all, which
-    takes more out of the others than was ever in them.
+    """Find events as `examine` does, but drop steps and drifts that raise the error of the model
+    when they are taken out: two odd runs may look like a drift of all runs.
 
-    residual (samples,), within: as for `examine`. error_without: held-out error of the model on the
-    set without some events, in the unit of the outputs.
+    residual (samples,), within: as for `examine`. error_without: returns the held-out error of the
+    model on the set without some events, in the SI unit of the outputs.
     """
     refused: tuple[str, ...] = ()
     while True:

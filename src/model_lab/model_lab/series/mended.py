@@ -13,8 +13,8 @@ from model_lab.series.run_scale import OUTPUT_SCALE
 
 
 def without_events(data: MeasurementSet, events: Sequence[Event]) -> MeasurementSet:
-    """The set as it would be had nothing happened: readings as before a step, and as at the
-    beginning of a drift; without odd runs.
+    """The set without events: readings after a step or in a drift are changed to what they would
+    have been before it, odd runs are left out.
     """
     set_aside = {event.run for event in events if event.kind not in (STEP_EVENT, DRIFT_EVENT)}
     courses = [event for event in events if event.kind in (STEP_EVENT, DRIFT_EVENT)]

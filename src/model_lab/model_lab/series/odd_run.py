@@ -1,4 +1,4 @@
-"""What an odd run would be as something else: in another unit, of another specimen, exchanged."""
+"""What explains an odd run: another unit, another specimen, or an exchange with another run."""
 
 from __future__ import annotations
 
@@ -33,10 +33,11 @@ class _Reading:
 def odd_run_slips(
     data: MeasurementSet, events: Sequence[Event], residual_of: Residual, floor: float
 ) -> tuple[tuple[Event, ...], tuple[Slip, ...]]:
-    """The events, with odd runs that fit when exchanged as such; and a slip for each odd run.
+    """(events, slips): two odd runs that fit once their outputs are exchanged become one event of
+    kind EXCHANGED, and each odd run or exchanged pair gets a slip.
 
-    residual_of: of the model that was fitted to the other runs. floor: root mean square error of
-    runs that fit.
+    residual_of: returns the residual (samples,) of the model, which was fitted to the other runs,
+    on a set. floor: root mean square error of runs that fit.
     """
     named = _exchanged(data, events, residual_of, floor)
     slips = []
@@ -49,7 +50,7 @@ def odd_run_slips(
 
 
 def error_of_runs(data: MeasurementSet, names: Sequence[str], residual_of: Residual) -> float:
-    """Root mean square error of some runs of a set, by name."""
+    """Root mean square error over the runs with these names."""
     index = [k for k, run in enumerate(data.runs) if run.name in names]
     mine = np.isin(data.table.run, index)
     return float(np.sqrt(np.mean(residual_of(data)[mine] ** 2)))
@@ -76,7 +77,7 @@ def _exchanged(
 
 
 def swapped(data: MeasurementSet, first: str, second: str) -> MeasurementSet:
-    """The set with the outputs of two runs, by name, exchanged."""
+    """The set in which two runs, given by name, have each other's outputs."""
     of = {run.name: {name: run.columns[name] for name in data.outputs} for run in data.runs}
     other = {first: of[second], second: of[first]}
     runs = tuple(

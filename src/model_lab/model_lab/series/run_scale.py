@@ -1,8 +1,4 @@
-"""What a run as a whole shows beside a prediction: its scale and its zero.
-
-Runs that repeat each other have the same model error, so the difference of their scales (or of
-their zeros) is scatter, or something that happened between them.
-"""
+"""Scale and zero of a whole run, measured against its prediction."""
 
 from __future__ import annotations
 
@@ -22,12 +18,12 @@ SMALLEST_RATIO = 1e-3  # of measured to predicted; also stands for a run of the 
 class RunValues:
     """One number for each run.
 
-    quantity: OUTPUT_SCALE, the natural logarithm of the ratio of measured to predicted outputs, or
-    OUTPUT_ZERO, the measured output where the predicted one is zero, in the unit of the outputs; of
-    places, which lie far from zero, the mean distance of measured from predicted ones.
-    output: of which output it is; all have one scale. values (runs,). size (runs,): root
-    mean square, over a run, by which its outputs change when its value changes by 1; of measured
-    or predicted outputs, whichever are larger.
+    quantity: OUTPUT_SCALE, the natural logarithm of the ratio of measured to predicted outputs; or
+    OUTPUT_ZERO, the measured output where the predicted one is zero, in the SI unit of the outputs.
+    For positions, which lie far from zero, OUTPUT_ZERO is the mean difference of measured and
+    predicted. output: index of the output; 0 for the scale, which all outputs share. values
+    (runs,): the numbers. size (runs,): root mean square change of a run's outputs when its number
+    changes by 1.
     """
 
     quantity: str
@@ -39,8 +35,8 @@ class RunValues:
 def run_values(
     table: SampleTable, measured: Array, predicted: Array, of_places: bool = False
 ) -> tuple[RunValues, ...]:
-    """Scale, and zero of each output, of every run; measured, predicted (samples,). of_places:
-    whether the outputs are places [m].
+    """Scale of every run, and zero of each of its outputs, from measured and predicted outputs
+    (samples,). of_places: whether the outputs are positions [m].
     """
     runs = range(table.runs)
     read, said = ([table.of_run(values, run) for run in runs] for values in (measured, predicted))
@@ -84,11 +80,15 @@ def _shift(measured: Array, predicted: Array) -> float:
 
 
 def within_groups(values: Array, group: IntArray) -> Array:
-    """Values (..., runs) less the mean of their repeats; group (runs,): of each run."""
+    """Values (..., runs) less their mean over the repeats of each run; group (runs,): number of the
+    group of repeats of each run.
+    """
     member = group == np.unique(group)[:, None]
     return np.asarray(values - (values @ member.T / member.sum(axis=1)) @ member)
 
 
 def as_good(left: float, least: float, freedom: int) -> bool:
-    """Whether repeats cannot tell two explanations apart, by the sums of squares they leave."""
+    """Whether two explanations are equally good for the repeats: `left` and `least` are the sums of
+    squares that they leave, `freedom` is their degrees of freedom.
+    """
     return freedom * np.log(max(left, 1e-300) / max(least, 1e-300)) <= RULES.event_tie

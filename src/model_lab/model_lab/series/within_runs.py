@@ -26,13 +26,14 @@ JSON_DECIMALS = 9  # of correlations, whose last bits depend on where arrays lie
 
 @dataclass(frozen=True)
 class WithinRuns:
-    """Correlations of the residual within runs, over all runs; lag (lags,) in samples, from 0.
+    """Correlations of the residual within runs, over all runs.
 
-    autocorrelation (lags,) with the half-width `white_band` that white residuals keep with 95 %.
-    white_p_value: of white residuals, by the autocorrelation at a lag of one sample.
-    input_correlation (lags,): of the residual with the input, `lag` samples before. input_band:
-    half-width that the largest of them keeps with 95 % where signs of runs are random. p_value: of
-    residuals whose sign does not depend on the input; None for too few runs.
+    lag (lags,): in samples, from 0. autocorrelation (lags,): of the residual. white_band:
+    half-width of the band in which 95 % of its values lie if the residual is white. white_p_value:
+    of a white residual, from the autocorrelation at a lag of one sample. input_correlation (lags,):
+    of the residual with the input `lag` samples earlier. input_band: half-width within which the
+    largest of these stays with 95 % if the signs of runs are random. p_value: of a residual that
+    does not follow the input. Both are None for too few runs.
     """
 
     lag: Array
@@ -52,14 +53,16 @@ class WithinRuns:
 
     @property
     def follows_input(self) -> bool:
-        """Whether the residual follows the input beyond chance, by enough to matter."""
+        """Whether the residual follows the input beyond chance, and by enough to matter."""
         share = float(np.max(self.input_correlation**2))
         sure = self.p_value is not None and self.p_value <= RULES.axis_p_value
         return sure and share >= RULES.input_share
 
 
 def residual_tests(data: MeasurementSet, residual: Array) -> WithinRuns | None:
-    """The tests of a residual (samples,); None where no run has a course of its own."""
+    """The tests on a residual (samples,); None for valve pulses, and if no run has enough samples
+    and an input that varies.
+    """
     found = list(_runs(data, residual))
     if data.experiment == "valve_pulse" or not found:
         return None
