@@ -78,7 +78,10 @@ def test_a_command_fills_and_neither_a_pause_nor_a_standstill_vents(both, peer):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"backend": "embedded"}, "backend: expected topic beside a simulator, got embedded"),
+        (
+            {"backend": "embedded"},
+            "backend: expected topic in the process of a simulator, got embedded",
+        ),
         ({"bakend": "topic"}, "no parameter bakend, did you mean backend?"),
         ({"objekt": "ball"}, "no parameter objekt, did you mean object?"),
     ],

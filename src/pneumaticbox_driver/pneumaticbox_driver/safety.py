@@ -14,7 +14,7 @@ WALL_SILENCE_LIMIT = 2.0  # likewise in wall time, without a simulation [s]
 
 
 def text_of(error: BaseException) -> str:
-    """Text of an error; of one whose text cannot be had, its type.
+    """Text of an error, or its type if asking for the text raises another error.
 
     Errors of boards are not ours: a `__str__` that raises must end no thread.
     """
@@ -84,8 +84,8 @@ class PressureGuard:
 
         Args:
             pressures: channel pressures (n,) [Pa].
-            setpoints: of the channels, NaN for none (n,).
-            valves: wanted by control (n,).
+            setpoints: setpoints of the channels, NaN for none (n,).
+            valves: valves that control wants (n,).
         """
         over = pressures > self.limits
         if some(over):
@@ -133,8 +133,8 @@ class SampleWatch:
         """The error at these times [s] if samples are missing, else None.
 
         Args:
-            node_time: of the node's clock, simulated or not.
-            wall_time: monotonic.
+            node_time: time of the node's clock, simulated or not.
+            wall_time: monotonic wall time.
             simulated: whether node time is that of a simulation, which may be paused or slow
                 without a fault.
         """

@@ -111,7 +111,7 @@ def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ..
 
 
 def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
-    """Outlets of the channels, from 1; a single 0 means all in order.
+    """Outlet of each channel, counted from 1; a single 0 means 1, 2, ... in the channels' order.
 
     Raises:
         ValueError: not one per channel, or below 1.

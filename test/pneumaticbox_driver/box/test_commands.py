@@ -17,8 +17,8 @@ def point(time, *positions):
 @pytest.mark.parametrize(
     ("names", "points", "stamp", "expected"),
     [
-        ([], [point(0, 1)], 0, "joint_names: expected channels of ['a', 'b', 'c'], got none"),
-        (["a", "z"], [point(0, 1, 1)], 0, "expected channels of ['a', 'b', 'c'], got 'z'"),
+        ([], [point(0, 1)], 0, "joint_names: expected channels out of ['a', 'b', 'c'], got none"),
+        (["a", "z"], [point(0, 1, 1)], 0, "expected channels out of ['a', 'b', 'c'], got 'z'"),
         (["a", "a"], [point(0, 1, 1)], 0, "joint_names: expected each channel once"),
         (["a"], [], 0, "points: expected at least one, got none"),
         (["a", "b"], [point(0, 1)], 0, "points[0].positions: expected 2 values, got 1"),

@@ -44,7 +44,7 @@ def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | Non
 
     Args:
         backend: value of the parameter `backend`.
-        settings: of the box.
+        settings: settings of the box.
         value: returns a parameter's value by its name.
 
     Returns:

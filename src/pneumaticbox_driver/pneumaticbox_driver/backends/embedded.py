@@ -25,13 +25,14 @@ class EmbeddedRig:
 
     Args:
         channels: names of the channels.
-        volumes: of bottles (n,) [m3], or `Chambers` as in `softhand_model.chain.volumes`.
+        volumes: volumes of bottles (n,) [m3], or `Chambers` as in `softhand_model.chain.volumes`.
         parameters: constants of the plant; None for the shipped ones.
-        seed: of noise and jitter.
-        relief_pressures: of mechanical relief valves (n,), gauge [Pa]; None without.
+        seed: seed of the sensors' noise and of the scatter of the valves' delays.
+        relief_pressures: gauge pressures at which mechanical relief valves open (n,) [Pa]; None:
+            there are none.
 
     Raises:
-        ValueError: as the plant does.
+        ValueError: as `PneumaticPlant` does.
     """
 
     def __init__(
@@ -88,8 +89,8 @@ class EmbeddedBoard:
     """Simulates a rig up to the present time at each reading.
 
     Args:
-        rig: at its time 0.
-        clock: monotonic [s].
+        rig: the rig, at its time 0.
+        clock: returns the monotonic time [s].
     """
 
     def __init__(self, rig: EmbeddedRig, clock: Callable[[], float] = time.monotonic) -> None:
@@ -99,7 +100,7 @@ class EmbeddedBoard:
 
     @property
     def time(self) -> float:
-        """Time up to which the rig has been simulated, on the monotonic clock, in ticks [s]."""
+        """Monotonic time up to which the rig has been simulated, in whole ticks [s]."""
         return self._last
 
     def read(self) -> Floats:

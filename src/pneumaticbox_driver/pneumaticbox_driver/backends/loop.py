@@ -12,7 +12,7 @@ class DeadlineLoop:
     `ticks` counts the steps, `missed` the dropped ticks.
 
     Args:
-        period: of the steps [s].
+        period: time between the starts of two steps [s].
         record: list that gets the lateness of every step [s]; None for no record.
 
     Raises:
@@ -59,8 +59,8 @@ class SteadyClock:
     set, samples must show no pause or jump, and scheduled commands must keep their time.
 
     Args:
-        monotonic: the monotonic clock [s].
-        wall: the wall clock [s].
+        monotonic: returns the time of the monotonic clock [s].
+        wall: returns the time of the wall clock [s].
 
     >>> clock = SteadyClock(monotonic=lambda: 5.0, wall=lambda: 1000.0)
     >>> clock.now(), clock.of_stamp(1002.0)
@@ -80,7 +80,9 @@ class SteadyClock:
         return self._begin + self._monotonic()
 
     def of_stamp(self, stamp: float) -> float:
-        """Time on this clock of a stamp of the wall clock [s]; a stamp of 0, for now, stays 0."""
+        """Time on this clock of a stamp of the wall clock [s]; a stamp of 0, which means now, stays
+        0.
+        """
         return max(0.0, stamp - self._wall() + self.now()) if stamp else 0.0
 
 
@@ -88,7 +90,7 @@ def set_priority(priority: int) -> bool:
     """Run this process with a fixed real-time priority, ahead of all ordinary processes.
 
     Args:
-        priority: of SCHED_FIFO, 1 to 99; 0 for ordinary scheduling.
+        priority: priority of SCHED_FIFO, 1 to 99; 0: ordinary scheduling.
 
     Returns:
         Whether the system allowed it; Linux requires root or a limit `rtprio`.

@@ -58,7 +58,7 @@ class PneumaticBox:
         notes: warnings for the user, the oldest first.
 
     Args:
-        settings: of the box.
+        settings: settings of the box.
         calibrations: coefficients of the channels, one each.
         volumes: model of the channels' volumes; None for that of the settings.
 

@@ -117,7 +117,7 @@ class CommandRules:
                 if lasts < least - 1e-6:
                     what = "an open valve" if events[before] else "a closed valve"
                     raise ValueError(
-                        f"points[{after}].time_from_start: expected {what} to stay so for "
+                        f"points[{after}].time_from_start: expected {what} to stay as it is for "
                         f"{least * 1e3:.0f} ms at least, got {lasts * 1e3:.0f} ms"
                     )
 
@@ -140,13 +140,19 @@ class CommandRules:
         return Trajectory(indices, stamp or None, times, np.array(rows))
 
     def check_names(self, names: Sequence[str]) -> tuple[int, ...]:
-        """Indices of the channels of these names; raises ValueError unless each is one, once."""
+        """Indices of the channels of these names; raises ValueError unless each is a channel's name
+        and none comes twice.
+        """
         if not names:
-            raise ValueError(f"joint_names: expected channels of {list(self.channels)}, got none")
+            raise ValueError(
+                f"joint_names: expected channels out of {list(self.channels)}, got none"
+            )
         for name in names:
             if name not in self.channels:
                 known = list(self.channels)
-                raise ValueError(f"joint_names: expected channels of {known}, got {quoted(name)}")
+                raise ValueError(
+                    f"joint_names: expected channels out of {known}, got {quoted(name)}"
+                )
         if len(set(names)) < len(names):
             raise ValueError(f"joint_names: expected each channel once, got {quoted(list(names))}")
         return tuple(self.channels.index(name) for name in names)
@@ -284,7 +290,7 @@ class Setpoints:
 
         Args:
             channel: index of the channel.
-            value: in the unit of its mode.
+            value: setpoint in the unit of the channel's mode.
             stepped: whether later setpoints change in steps, not linearly.
         """
         self._curves[channel] = _Curve(values=[value], stepped=stepped)
@@ -305,8 +311,8 @@ class CommandIntake:
     """Rules for commands, the resulting setpoints, and the time since the last command.
 
     Args:
-        settings: of the box, with the modes at the start.
-        ranges: of the targets, by mode.
+        settings: settings of the box, with the modes at the start.
+        ranges: ranges of the targets, by mode.
     """
 
     def __init__(self, settings: BoxSettings, ranges: dict[str, Range]) -> None:
@@ -324,7 +330,7 @@ class CommandIntake:
 
     def hold(self, values: Sequence[float], now: float) -> None:
         """Drop all commands and hold `values` (n,), in the units of the modes, NaN for none; the
-        timeout starts again `now` [s].
+        timeout starts again at `now` [s].
         """
         self.drop()
         self._last = now

@@ -77,7 +77,7 @@ class CommandTraffic:
 
         Args:
             now: present time [s].
-            topic: of the message.
+            topic: topic of the message.
             sequence: number of the message among those of its publisher.
             commanders: returns the number of publishers of the topic.
         """
@@ -99,7 +99,7 @@ class CommandTraffic:
         self._speakers = [*recent, (topic, sequence, now)]
 
     def speakers(self, now: float) -> int:
-        """Number of nodes that have sent commands recently: the larger one of both topics."""
+        """Number of nodes that have sent commands recently: the larger number of the two topics."""
         topics = [topic for topic, _, time in self._speakers if now - time < SPEAKER_MEMORY]
         return max(map(topics.count, topics), default=0)
 

@@ -21,7 +21,7 @@ class EstimateCheck:
     deviations of the estimate. `wrong` (n,) marks the channels.
 
     Args:
-        settings: of the box.
+        settings: settings of the box.
         greatest: largest volumes of the channels (n,) [m3].
     """
 
@@ -45,10 +45,10 @@ class EstimateCheck:
         """Compare estimates and pressures.
 
         Args:
-            time: present [s].
-            mass: estimates above rest (n,) [kg].
+            time: present time [s].
+            mass: estimated masses above rest (n,) [kg].
             drift: two standard deviations of the estimates (n,) [kg].
-            pressures_abs: absolute (n,) [Pa].
+            pressures_abs: absolute pressures (n,) [Pa].
             known: channels with a valid estimate (n,).
 
         Returns:
@@ -92,11 +92,11 @@ def judge_estimates(
     wrong: Flags,
 ) -> bool:
     """Bring `since` (n,) [s] and `wrong` (n,) of an `EstimateCheck` to a `time` [s], in place;
-    whether a channel is wrong.
+    returns whether a channel is wrong.
 
-    `mass`, `drift`, absolute `pressures_abs` [Pa] and `known` as of its `look`; `content` is the
-    product of gas constant and temperature [J/kg], and ambient pressure [Pa]; `volumes` at rest,
-    least and greatest (n,) [m3].
+    `mass`, `drift`, `pressures_abs` and `known` are those of `EstimateCheck.look`; `content` is the
+    product of gas constant and temperature [J/kg], and ambient pressure [Pa]; `volumes` are those
+    at rest, the least and the greatest, each (n,) [m3].
     """
     gas, ambient = content
     rest, least, greatest = volumes

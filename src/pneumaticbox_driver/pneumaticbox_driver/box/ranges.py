@@ -25,8 +25,8 @@ def target_ranges(settings: BoxSettings, model: VolumeModel) -> dict[str, Range]
     channel within the shortest pulse.
 
     Args:
-        settings: of the box.
-        model: of the channels' volumes.
+        settings: settings of the box.
+        model: model of the channels' volumes.
     """
     rest, limits = np.array(settings.rest_volumes), np.array(settings.pressure_limits)
     of_hand = settings.volume_model == "hand"

@@ -47,9 +47,9 @@ def calibrate(
 
     Args:
         points: pulses per channel, both directions and all supply pressures together.
-        seed: of the pulses and of the rig's noise.
+        seed: seed of the pulses and of the rig's noise.
         channels: number of outlets.
-        volume: of the bottles [m3].
+        volume: volume of the bottles [m3].
         supplies: gauge supply pressures, one after the other [Pa].
         parameters: constants of the box; None for the shipped ones.
         progress: called with the finished share (0 to 1) and a sentence.
@@ -99,9 +99,9 @@ def record_on_rig(
 
     Args:
         cycles: pulses per channel and direction.
-        seed: of the pulses and of the rig's noise.
+        seed: seed of the pulses and of the rig's noise.
         channels: number of outlets.
-        volume: of the bottles [m3].
+        volume: volume of the bottles [m3].
         supply: gauge supply pressure [Pa].
 
     Returns:

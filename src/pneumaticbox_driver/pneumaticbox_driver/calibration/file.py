@@ -68,10 +68,11 @@ def save_calibration(
     Args:
         path: file to write.
         box: name of the box.
-        channels: if the outlets are unknown they are numbered 1, 2 ... in order.
-        volume: on each outlet [m3].
+        channels: calibrations, one per channel; outlets that are unknown are numbered 1, 2 ... in
+            order.
+        volume: volume on each outlet [m3].
         ambient: absolute ambient pressure [Pa].
-        date: of the calibration; None for now.
+        date: date of the calibration; None: now.
 
     Raises:
         UnwritableFile: the file cannot be written; an earlier one is unchanged.
@@ -254,10 +255,10 @@ def check_calibration(
     """Check whether a calibration fits its use.
 
     Args:
-        channels: names.
+        channels: names of the channels.
         calibrations: one per channel.
         box: name of the box in the calibration's file.
-        expected_box: name of the user's box; "" for any.
+        expected_box: name of the user's box; "": any name is accepted.
         supply: present gauge supply pressure [Pa]; None: not checked.
         pressures: present gauge pressures of the channels (n,) [Pa]; None: not checked.
 

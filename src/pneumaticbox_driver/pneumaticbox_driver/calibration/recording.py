@@ -48,9 +48,9 @@ class PulseDurations:
     shorter pulses, `t_deflation = t/skew * inflation_speed/deflation_speed`.
 
     Args:
-        plan: ranges.
+        plan: ranges of Algorithm 1.
         channels: number of channels; each has its own durations.
-        seed: of the durations.
+        seed: seed of the durations.
     """
 
     def __init__(self, plan: PulseRanges, channels: int, seed: int) -> None:
@@ -119,11 +119,11 @@ def record_pulses(
     channel. All channels must be at ambient pressure at first, where their sensors are zeroed.
 
     Args:
-        durations: of the pulses.
+        durations: draws the durations of the pulses.
         channels: number of channels.
         cycles: pulses per direction.
-        volume: of the fixed volume on each channel [m3].
-        settling: between the end of the pulses and the average [s].
+        volume: fixed volume on each channel [m3].
+        settling: time between the end of the pulses and the average [s].
     """
     recorder = PulseRecorder(channels, volume, settling)
     yield from recorder.zero()
@@ -158,8 +158,8 @@ class PulseRecorder:
 
     Args:
         channels: number of channels.
-        volumes: of the fixed volumes (n,), or one for all [m3].
-        settling: between the end of the pulses and the average [s].
+        volumes: fixed volumes on the channels (n,), or one for all [m3].
+        settling: time between the end of the pulses and the average [s].
         averaging: length of the average [s].
         ceiling: gauge pressure at which a pulse ends [Pa].
     """
@@ -279,7 +279,7 @@ class PulseRecorder:
 
 
 def trace_of(played: PlayedPulse, channel: int) -> PulseTrace:
-    """The pressure of one channel over a pulse."""
+    """The pressure of one channel during a pulse."""
     return PulseTrace(
         played.times,
         played.pressures_abs[:, channel],
@@ -295,7 +295,7 @@ def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
 
     Args:
         played: record of the pulse.
-        delays: of opening and closing (2, n) [s].
+        delays: delays of opening and closing (2, n) [s].
     """
     n = len(played.lengths)
     integrals = PulseIntegrals(n)
@@ -338,8 +338,8 @@ def measure_leaks(
 
     Args:
         volumes: fixed volumes on the channels (n,) [m3].
-        offsets: of the sensors (n,) [Pa].
-        duration: of the measurement [s].
+        offsets: offsets of the sensors (n,) [Pa].
+        duration: duration of the measurement [s].
 
     Returns:
         The leak of each channel; 0 below three standard errors, and without pressure.

@@ -61,8 +61,8 @@ def fit_channel(
 
     Args:
         pulses: recorded pulses of both directions.
-        leak: of the channel; the air that leaked during a pulse is added to the pulse's mass.
-        outlet: of the box, counted from 1; 0 if unknown.
+        leak: leak of the channel; the air that leaked during a pulse is added to the pulse's mass.
+        outlet: outlet of the box, counted from 1; 0 if unknown.
 
     Raises:
         ValueError: as `fit_pulses` does.
@@ -157,7 +157,7 @@ class PulseNoise:
     `sigma` (pulses,) [kg] is the present estimate and `jitter` [s] that of the delays.
 
     Args:
-        pulses: of one direction.
+        pulses: pulses of one direction.
         parameters: number of coefficients that are fitted to these pulses.
     """
 

@@ -86,11 +86,11 @@ class CalibrationRun:
     and `message` a sentence on what it does, waits for, or why it failed.
 
     Args:
-        channels: names.
-        volumes: of the fixed volumes on the channels (n,) [m3].
-        plan: of the calibration; None for the defaults.
-        seed: of the durations.
-        aside: fit in a thread, as the fit takes seconds, too long for a control step.
+        channels: names of the channels.
+        volumes: fixed volumes on the channels (n,) [m3].
+        plan: plan of the calibration; None for the defaults.
+        seed: seed of the durations.
+        aside: whether to fit in a thread: the fit takes seconds, too long for a control step.
 
     Raises:
         ValueError: the volumes are not one per channel, or not above 0.
@@ -125,7 +125,7 @@ class CalibrationRun:
 
     @property
     def under_way(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether the run has not ended yet."""
         return self.state in ("running", "waiting")
 
     @property
@@ -340,9 +340,9 @@ class CalibrationSession:
         """Valves (n,) of the calibration for a sample.
 
         Args:
-            time: of the sample [s].
+            time: time of the sample [s].
             readings: absolute pressures as read by the sensors, supply last (n + 1,) [Pa].
-            guard: of the pressure limits; the run fails when it relieves a channel.
+            guard: the guard of the pressure limits; when it relieves a channel, the run fails.
         """
         run = self.run
         if run is None:

@@ -45,7 +45,7 @@ def valve_delays(traces: Sequence[PulseTrace], noise: float) -> Delays:
 
     Args:
         traces: pulses of one channel and direction.
-        noise: of a pressure sample, one sigma [Pa].
+        noise: standard deviation of a pressure sample [Pa].
 
     Returns:
         The delays of opening and closing [s]; the nominal ones without a clear step.

@@ -25,7 +25,9 @@ class ControlError(RuntimeError):
 
 
 class TimeController:
-    """Commands the valves of the schedule: +1 inflate, -1 deflate, 0 or no setpoint closed."""
+    """Commands the valves of the schedule: +1 inflate, -1 deflate; closed for 0 and without a
+    setpoint.
+    """
 
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,)."""
@@ -53,7 +55,7 @@ class ChannelControl:
     `modes` (n,) are the present ones of the channels.
 
     Args:
-        modes: of the channels at the start (n,).
+        modes: modes of the channels at the start (n,).
 
     Raises:
         ValueError: a mode that does not exist.
@@ -133,9 +135,9 @@ class PulseTiming:
         """Return the valves to command at `time` [s].
 
         Args:
-            time: of the sample [s].
-            valves: commanded until now (n,).
-            wanted: by control (n,).
+            time: time of the sample [s].
+            valves: valves commanded until now (n,).
+            wanted: valves that control wants (n,).
         """
         if same(wanted, valves):
             return valves
@@ -161,7 +163,7 @@ def keep_timing(
     wanted: Valves,
     followed: Valves,
 ) -> None:
-    """`PulseTiming.follow` into `followed` (n,).
+    """Write the valves of `PulseTiming.follow` into `followed` (n,).
 
     `switched` (n,) is when the valves switched last [s], `shortest` pulse and pause [s].
     """

@@ -47,8 +47,8 @@ class Quantity(Protocol):
         """Weight of a pulse in learning, as a change of pressure (n,) [Pa]; 0 for none.
 
         Args:
-            view: of the box.
-            change: of the quantity by the pulse (n,).
+            view: state of the box.
+            change: change of the quantity by the pulse (n,).
             moved: air mass of the pulse (n,) [kg].
         """
         ...
@@ -69,7 +69,7 @@ class PulsewiseController:
     ratio is reset when the pressure changes without a pulse, as the contact has changed.
 
     Args:
-        quantity: to control.
+        quantity: the quantity to control.
     """
 
     def __init__(self, quantity: Quantity) -> None:

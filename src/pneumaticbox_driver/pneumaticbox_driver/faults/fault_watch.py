@@ -61,7 +61,7 @@ class FaultWatch:
     explained by another volume, by an external force or by a poor calibration.
 
     Args:
-        settings: of the box.
+        settings: settings of the box.
     """
 
     def __init__(self, settings: BoxSettings) -> None:
@@ -153,7 +153,9 @@ class FaultWatch:
         self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:
-        """Warnings on channels that do not empty, or may not, with the outlet commanded open."""
+        """Warnings on channels that do not empty, or may not empty, with the outlet commanded
+        open.
+        """
         blind = self._lost | self._frozen.frozen[:-1]
         warnings = []
         for i, name in enumerate(self._names):
@@ -218,7 +220,7 @@ class FaultWatch:
 @compiled
 def look_at_range(readings: Floats, ambient: float, range_end: Floats, in_range: Flags) -> bool:
     """Mark the readings (m,) [Pa] `in_range` (m,), in gauge pressure between RANGE_END and
-    `range_end` (m,) [Pa]; whether all are finite.
+    `range_end` (m,) [Pa]; returns whether all readings are finite.
     """
     total = 0.0
     for i in range(len(readings)):
@@ -243,18 +245,19 @@ def smooth_pressures(share: float, pressures: Floats, smooth: Floats) -> None:
 def watch_air(
     dt: float, supply: float, air: Any, surplus: Floats, memory: Any, evidence: Any
 ) -> bool:
-    """Follow the channels (n,) for `dt` [s]; whether one has lost its air, or lets it flow back.
+    """Follow the channels (n,) for `dt` [s]; returns whether a channel has lost its air, or lets it
+    flow back to the supply.
 
     Args:
         dt: time since the last look [s].
-        supply: gauge pressure, infinite for one that is lost [Pa].
+        supply: gauge pressure of the supply, infinite for a supply that is lost [Pa].
         air: low-passed gauge pressures [Pa], estimated masses [kg], which of them are known, and
             the commanded valves, each (n,).
-        surplus: of a mass above that at rest (n,) [kg].
-        memory: times since the outlet was commanded open and since the valve is closed [s], and
-            the highest pressure since [Pa], each (n,), changed.
+        surplus: mass above that at rest from which on a channel should be under pressure (n,) [kg].
+        memory: times since the outlet was commanded open and since the valve is closed [s], and the
+            highest pressure since [Pa], each (n,), changed in place.
         evidence: times for which a channel that should contain air was empty, and for which its
-            pressure was above that of the open inlet [s], each (n,), changed.
+            pressure was above that of the open inlet [s], each (n,), changed in place.
     """
     smooth, mass, mass_known, valves = air
     since_vented, closed_for, highest = memory

@@ -97,7 +97,7 @@ def mark_frozen(
     run: Floats, longest: Floats, together: Flags, longest_together: float, frozen: Flags
 ) -> None:
     """Mark the sensors (m,) whose `run` (m,) of equal readings is above the `longest` (m,), and
-    those of `together` (m,), if there are any, once each of their runs is above the common one.
+    those of `together` (m,), if there are any, once each of their runs is above `longest_together`.
     """
     least = np.inf
     for i in range(len(run)):

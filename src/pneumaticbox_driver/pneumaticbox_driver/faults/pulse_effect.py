@@ -80,7 +80,8 @@ class _Sums(NamedTuple):  # all in [Pa]
 
 
 class PulseEffect:
-    """Sums the smallest change of pressure that pulses must cause, that in the widest channel.
+    """Sums the smallest change of pressure that pulses must cause: that in a channel of the largest
+    possible volume.
 
     `idle` (n,) marks channels whose pressure was constant during pulses that must change it,
     `unvented` (n,) those whose pressure does not fall with the outlet commanded open. A change of
@@ -88,7 +89,7 @@ class PulseEffect:
     while it lasts; to cause a false mark it would have to cancel a pulse exactly.
 
     Args:
-        settings: of the box.
+        settings: settings of the box.
     """
 
     def __init__(self, settings: BoxSettings) -> None:
@@ -120,9 +121,9 @@ class PulseEffect:
 
         Args:
             dt: time since the last sample [s].
-            seen: of the channels.
+            seen: state of the channels.
             supply: gauge pressure of the supply [Pa].
-            valves: commanded during `dt` (n,).
+            valves: valves commanded during `dt` (n,).
         """
         if not same(valves, self._valve.state):
             self._switch(valves != self._valve.state, seen, valves)

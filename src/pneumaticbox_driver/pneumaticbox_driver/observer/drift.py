@@ -28,8 +28,8 @@ class PostureMass:
     """Air masses from pressures while the hand is in free posture; arrays (n,).
 
     Args:
-        settings: of the box.
-        model: of the channels' volumes.
+        settings: settings of the box.
+        model: model of the channels' volumes.
     """
 
     def __init__(self, settings: BoxSettings, model: VolumeModel) -> None:
@@ -72,13 +72,13 @@ def combine(
     """Combine estimated masses with measured ones (Kalman gain).
 
     A measurement with a larger variance than the estimate is not used: its errors are systematic
-    ones of the sensor and the model, which repetition does not reduce. A measurement too far from
-    the estimate for both uncertainties is not used, either: the hand is not in free posture, or the
-    calibration does not fit.
+    ones of the sensor and the model, which repetition does not reduce. A measurement further from
+    the estimate than both uncertainties explain is not used, either: the hand is not in free
+    posture, or the calibration does not fit.
 
     Args:
-        mass: estimates (n,) [kg].
-        variance: of the estimates (n,) [kg2].
+        mass: estimated masses (n,) [kg].
+        variance: variance of the estimates (n,) [kg2].
         measured: masses from pressure and volume (n,) [kg].
         noise: variances of the measured masses (n,) [kg2].
 
@@ -107,7 +107,7 @@ class DriftBound:
     calibration, too.
 
     Args:
-        calibrations: of the channels.
+        calibrations: calibrations of the channels.
     """
 
     def __init__(self, calibrations: Sequence[ChannelCalibration]) -> None:
@@ -139,10 +139,10 @@ class DriftBound:
         """Add a pulse on each of the `channels` (n,).
 
         Args:
-            channels: which had a pulse.
-            inflating: its direction (n,).
-            regressors: of equation 4.1 (5, n).
-            mean_flow: over the pulse (n,) [kg/s].
+            channels: marks the channels that had a pulse (n,).
+            inflating: marks the channels whose pulse inflated (n,).
+            regressors: regressors of equation 4.1 (5, n).
+            mean_flow: mean flow during the pulse (n,) [kg/s].
         """
         for row, here in enumerate((channels & inflating, channels & ~inflating)):
             self._sums[row] += regressors * here

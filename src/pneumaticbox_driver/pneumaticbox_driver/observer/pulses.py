@@ -44,13 +44,13 @@ def integrate_pulses(
     """Integrate the terms of equation 4.1 over the last `dt` [s] with linear rates.
 
     Args:
-        dt: since the last sample, above 0 [s].
-        pressures_abs: absolute, of the channels now (n,) [Pa].
-        ends: absolute supply and ambient pressure, and the drop below which the outflow is taken
-            as zero [Pa].
+        dt: time since the last sample, above 0 [s].
+        pressures_abs: present absolute pressures of the channels (n,) [Pa].
+        ends: absolute supply and ambient pressure, and the drop below which the outflow is taken as
+            zero [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
-        delays: of opening and closing (2, n) [s].
+        delays: delays of opening and closing (2, n) [s].
         clock: age and commanded length of the pulses (2, n), updated in place [s].
         sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), updated in place.
     """
@@ -88,8 +88,8 @@ def sum_terms(
     """Equation 4.1 of the running pulses: moved mass [kg] and flow [kg/s] into `found` (2, n).
 
     Args:
-        coefficients: of the pulses (5, n).
-        values: of the terms (5, n).
+        coefficients: coefficients of the pulses (5, n).
+        values: values of the terms (5, n).
         rates: present integrands (2, n) [Pa].
         sign: +1 for inflation, -1 for deflation, 0 without a pulse (n,).
         direction: presently commanded (n,).
@@ -115,15 +115,16 @@ def follow_pulses(
     found: Floats,
     ended: Flags,
 ) -> bool:
-    """`integrate_pulses`, if time has passed, and `sum_terms`; whether a pulse has `ended` (n,).
+    """Run `integrate_pulses`, if time has passed, and `sum_terms`; returns whether a pulse has
+    `ended` (n,).
 
     Args:
-        dt, ends, sums: as of `integrate_pulses`.
-        pressures_abs: absolute, of the channels now (n,) [Pa].
-        courses: its `is_open`, `inflating`, `delays` and `clock`.
+        dt, ends, sums: as in `integrate_pulses`.
+        pressures_abs: present absolute pressures of the channels (n,) [Pa].
+        courses: `is_open`, `inflating`, `delays` and `clock` of `integrate_pulses`.
         pulses: `coefficients`, `sign` and `direction` of `sum_terms`.
-        found: as of `sum_terms`.
-        ended: result, of the pulses that ran.
+        found: as in `sum_terms`.
+        ended: result, marks the pulses that have ended (n,).
     """
     is_open, inflating, delays, clock = courses
     coefficients, sign, direction = pulses
@@ -151,11 +152,11 @@ def predict_pulses(
     """Equation 4.1 of future pulses at constant pressures: masses [kg] into `found` (2, n).
 
     Args:
-        duration: of the pulses [s].
-        pressures_abs: of the channels, absolute (n,) [Pa].
-        ends: supply and ambient pressure [Pa].
-        coefficients: of inflation and of deflation, (5, n) each.
-        delays: of opening and closing (2, n), of inflation and of deflation [s].
+        duration: duration of the pulses [s].
+        pressures_abs: absolute pressures of the channels (n,) [Pa].
+        ends: absolute supply and ambient pressure [Pa].
+        coefficients: coefficients of inflation and of deflation, (5, n) each.
+        delays: delays of opening and closing (2, n), of inflation and of deflation [s].
         found: result (2, n): added mass of an inflation, removed mass of a deflation.
     """
     for way in range(2):
@@ -263,17 +264,17 @@ class PulseIntegrals:
         )
 
     def follow(self, dt: float, pressures_abs: Floats, supply_abs: float, pulses: Any) -> Any:
-        """As `advance`, and what equation 4.1 then gives.
+        """Integrate as `advance` does, and evaluate equation 4.1.
 
         Args:
-            dt: since the last sample, 0 or above [s].
-            pressures_abs: absolute, of the channels now (n,) [Pa].
-            supply_abs: absolute [Pa].
+            dt: time since the last sample, 0 or above [s].
+            pressures_abs: present absolute pressures of the channels (n,) [Pa].
+            supply_abs: absolute supply pressure [Pa].
             pulses: `coefficients` (5, n), `sign` (n,) and `direction` (n,) of `sum_terms`.
 
         Returns:
-            Moved masses [kg] and flows [kg/s] (2, n); the pulses that have ended (n,), None without
-            any.
+            Moved masses [kg] and flows [kg/s] (2, n); marks of the pulses that have ended (n,),
+                None if none has.
         """
         n = len(pressures_abs)
         found, ended = np.empty((2, n)), np.empty(n, dtype=bool)

@@ -45,7 +45,7 @@ class HandVolumes:
 
     Args:
         hand: name or file of the hand.
-        rest_volumes: of the channels with their tubes (n,) [m3].
+        rest_volumes: volumes of the channels at rest, with their tubes (n,) [m3].
 
     Raises:
         ValueError: no such hand, or another number of channels.
@@ -81,9 +81,9 @@ def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Flo
     The pressure of a constant volume is unchanged; negative pressures are replaced by 0.
 
     Args:
-        model: of the volumes.
-        pressures: gauge, to start from (n,) [Pa].
-        growth: of the volumes (n,) [m3].
+        model: model of the volumes.
+        pressures: gauge pressures to start from (n,) [Pa].
+        growth: growth of the volumes (n,) [m3].
 
     >>> class Linear(FixedVolumes):
     ...     def volumes(self, pressures): return 1e-5 + 1e-10 * pressures

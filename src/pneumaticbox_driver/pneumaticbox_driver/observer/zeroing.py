@@ -45,9 +45,9 @@ class Zeroing:
     that air has left, or after five seconds.
 
     Args:
-        settings: of the box.
-        observer: of the air masses.
-        model: of the channels' volumes.
+        settings: settings of the box.
+        observer: the observer of the air masses.
+        model: model of the channels' volumes.
         notes: list for warnings to the user.
     """
 
@@ -113,7 +113,9 @@ class Zeroing:
         return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
 
     def steady(self, pressures_abs: Floats) -> Floats:
-        """Pressures, absolute (n,) [Pa], averaged over 0.1 s if the valve was closed that long."""
+        """Absolute pressures (n,) [Pa]: averaged over 0.1 s if the valve was closed that long, else
+        the given ones.
+        """
         return np.where(np.isnan(self._still.mean), pressures_abs, self._still.mean)
 
     def switched(self, changed: Flags, valves: Valves) -> None:
@@ -131,9 +133,10 @@ class Zeroing:
         """Set known masses and offsets: at the start, at ambient pressure, in free posture.
 
         Args:
-            dt: since the last sample [s].
-            pressures_abs: absolute, without offsets (n,) [Pa]; a new offset is subtracted in place.
-            valves: commanded until now (n,).
+            dt: time since the last sample [s].
+            pressures_abs: absolute pressures without offsets (n,) [Pa]; a new offset is subtracted
+                in place.
+            valves: valves commanded until now (n,).
         """
         self._waited += dt
         self._follow(dt, pressures_abs, valves)
@@ -348,15 +351,16 @@ def follow_pressures(
 def follow_outlets(
     air: Any, valves: Valves, inflated: Flags, rest_capacity: Floats, high: Any, short: Floats
 ) -> bool:
-    """Track the channels (n,) whose outlet is open, in place; whether an estimate is too low.
+    """Track the channels (n,) whose outlet is open, in place; returns whether an estimate is too
+    low.
 
     Args:
         air: estimated mass [kg] and flow [kg/s], and gauge pressure [Pa], each (n,).
-        valves: commanded until now (n,).
+        valves: valves commanded until now (n,).
         inflated: channels that were inflated since they were zeroed (n,).
-        rest_capacity: of the rest volumes (n,) [kg/Pa].
+        rest_capacity: air that a rest volume takes per pressure (n,) [kg/Pa].
         high: mass [kg] when the pressure was last above `NEARLY_EMPTY`, and that pressure [Pa],
-            each (n,), changed.
+            each (n,), changed in place.
         short: result, by how much the mass is below that of the rest volume (n,) [kg].
     """
     mass, flow, pressures = air

@@ -25,7 +25,7 @@ PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
 def points_of(message: JointTrajectory) -> list[TrajectoryPoint]:
-    """The points of a message, as the box takes them."""
+    """The points of a message as TrajectoryPoints."""
     return [
         TrajectoryPoint(
             seconds(point.time_from_start),
@@ -42,7 +42,8 @@ class Commands:
 
     Args:
         node: the node that subscribes.
-        handlers: by topic, functions of a message's names, points, stamp [s] and present time [s].
+        handlers: functions by topic, called with a message's names, points and stamp [s], and the
+            present time [s].
         now: returns the present time of the box [s].
         of_stamp: returns the time of the box [s] for a message's stamp [s].
         refuse: called with the reason when a message is refused.
@@ -98,10 +99,10 @@ class StateTopics:
 
     Args:
         node: the node that publishes.
-        box: whose state is published.
-        channel_deviation: of the channel sensors, one sigma [Pa].
-        supply_deviation: of the supply's sensor, one sigma [Pa].
-        state_rate: of `pneumaticbox/state` [Hz]; 0: at every sample.
+        box: the box whose state is published.
+        channel_deviation: standard deviation of the channel sensors [Pa].
+        supply_deviation: standard deviation of the supply's sensor [Pa].
+        state_rate: rate of `pneumaticbox/state` [Hz]; 0: at every sample.
     """
 
     def __init__(

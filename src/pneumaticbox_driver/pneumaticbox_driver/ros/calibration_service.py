@@ -43,8 +43,8 @@ class Calibrating:
     """Starts calibrations of a box, saves their results and uses them at once.
 
     Args:
-        box: with the calibrations of `calibrations_of`.
-        calibrations: of `calibrations_of`.
+        box: the box, which uses `calibrations`.
+        calibrations: the result of `calibrations_of`.
         value: returns a parameter's value by its name.
 
     Raises:
@@ -92,7 +92,7 @@ class Calibrating:
         return self._box.calibration.next()
 
     def look(self) -> None:
-        """When a calibration has ended: have it used and saved, or say why it has failed."""
+        """When a calibration has ended, use and save its result, or report why it has failed."""
         if self._saving is not None and self._saving.done():
             self._finish_saving(self._saving)
         run = self._run

@@ -100,10 +100,10 @@ class PneumaticboxClient:
     """Client of one driver; a context manager. It receives messages only during its calls.
 
     Args:
-        patience: for the discovery and the answers of the driver [s].
+        patience: longest time for the discovery and for an answer of the driver [s].
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
-        name: of the client's node.
-        namespace: of the driver; empty: the root.
+        name: name of the client's node.
+        namespace: namespace of the driver; empty: the root.
 
     Raises:
         PneumaticboxError: no driver is found.
@@ -260,10 +260,10 @@ class PneumaticboxClient:
         """Command channels to targets, interpolated linearly; the quantity is that of their mode.
 
         Args:
-            targets: by channel, a value for each of `times`: air mass above rest [kg], mass flow
+            targets: by channel, one value for each of `times`: air mass above rest [kg], mass flow
                 [kg/s], gauge pressure [Pa] or volume above rest [m3].
-            times: of the targets [s] after the start; 0 for a step.
-            start: of the driver's clock [s]; 0 for now.
+            times: times of the targets after the start [s]; 0 for a step.
+            start: time on the driver's clock [s]; 0: now.
 
         Raises:
             PneumaticboxError: an earlier message was refused, or the box has vented.
@@ -301,7 +301,7 @@ class PneumaticboxClient:
 
         Args:
             events: by channel, (time after the start [s], +1 inflate, -1 deflate or 0 closed).
-            start: of the driver's clock [s]; 0 for now.
+            start: time on the driver's clock [s]; 0: now.
 
         Raises:
             PneumaticboxError, ValueError: as `run`.
@@ -400,7 +400,7 @@ class PneumaticboxClient:
     def _check_channels(self, names: Mapping[str, Any] | Sequence[str]) -> None:
         unknown = [name for name in names if name not in self.channels]
         if unknown:
-            raise ValueError(f"channels must be of {list(self.channels)}, got {unknown}")
+            raise ValueError(f"channels must be out of {list(self.channels)}, got {unknown}")
 
     def _point(
         self, names: Sequence[str], moment: float, values: Sequence[float]

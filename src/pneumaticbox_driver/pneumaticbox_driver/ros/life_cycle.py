@@ -53,10 +53,14 @@ class ManagedNode(LifecycleNode):
     def refuse_unconfigured(self) -> None:
         """Raise ValueError when there is no board to switch on."""
         if self.life not in ("inactive", "active"):
-            raise ValueError(f"{self.life}: change_state to configure must come first")
+            raise ValueError(
+                f"the driver is {self.life}: change_state to configure must come first"
+            )
 
     def follow(self, on: bool) -> None:
-        """Let the state follow what has been switched on or off by another way."""
+        """Bring the state up to date after the node was switched `on` or off without a
+        transition.
+        """
         if on and self.life == "inactive":
             self.trigger_activate()
         elif not on and self.life == "active":

@@ -78,8 +78,8 @@ class PneumaticBoxNode(ManagedNode):
     """ROS node of the pneumatic box; one thread processes samples and, in between, other work.
 
     Args:
-        plant: a simulator in this process, which calls `answer_sample`; None: the plant is that of
-            the parameter backend.
+        plant: a simulator in this process, which calls `answer_sample`; None: the parameter backend
+            says what the plant is.
         neighbours: parameters of other nodes in this process.
 
     Raises:
@@ -92,7 +92,9 @@ class PneumaticBoxNode(ManagedNode):
         declare(self, PARAMETERS, neighbours)
         self.backend, self._plant = self._value("backend"), plant
         if plant is not None and self.backend != "topic":
-            raise ValueError(f"backend: expected topic beside a simulator, got {self.backend}")
+            raise ValueError(
+                f"backend: expected topic in the process of a simulator, got {self.backend}"
+            )
         settings = box_settings(self._value)
         channels = settings.channels
         calibrations = calibrations_of(self._value, len(channels))
@@ -257,7 +259,7 @@ class PneumaticBoxNode(ManagedNode):
         if supply is not None:
             self.refuse_unconfigured()
         if supply == 0:
-            raise ValueError("embedded_supply must be above 0 Pa to change it, got 0")
+            raise ValueError("embedded_supply must be above 0 Pa while the node runs, got 0")
 
     def _enable(self, on: bool) -> str:
         if on:
@@ -295,7 +297,7 @@ class PneumaticBoxNode(ManagedNode):
     def answer_sample(self, sample: JointState, commanded: bool = True) -> None:
         """Command the valves that answer a sample, after the commands that arrived before it.
 
-        `commanded`: whether there may be any; else they wait for `serve_others`.
+        `commanded`: whether commands may have arrived; if False, they wait for `serve_others`.
         """
         if commanded:
             self._executor.serve_messages(SERVE_SLICE)

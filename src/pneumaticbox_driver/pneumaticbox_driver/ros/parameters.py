@@ -144,7 +144,7 @@ PARAMETERS = (
 
 
 def box_settings(value: Callable[[str], Any]) -> BoxSettings:
-    """Make the box's settings from parameters, with data of the hand for default values.
+    """Make the box's settings from parameters, where default values come from the hand.
 
     Args:
         value: returns a parameter's value by its name.
@@ -188,7 +188,7 @@ def choose_clock(node: Node, backend: str) -> str:
     /clock and always follow the wall clock.
 
     Returns:
-        A warning, "" for none.
+        A warning, or "" if there is none.
     """
     if backend == "topic":
         follow_simulated_time(node)

@@ -25,7 +25,7 @@ Plant = Callable[[JointState], object]  # obeys valves in this process
 
 
 def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray[np.float64]:
-    """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
+    """Absolute pressures (n + 1,) [Pa] in a sample: channels, then supply.
 
     Raises:
         ValueError: names or number of values are not those of this box's sensors.
@@ -44,7 +44,7 @@ class ValvesOut:
     Args:
         node: the node that publishes.
         channels: names of the channels, in order.
-        plant: in this process, which gets every message; None: the plant subscribes.
+        plant: the plant in this process, which gets every message; None: the plant subscribes.
     """
 
     def __init__(self, node: Node, channels: tuple[str, ...], plant: Plant | None = None) -> None:

@@ -53,8 +53,8 @@ class TrajectoryAction:
     """One trajectory at a time; a new goal takes the place of the one before.
 
     Args:
-        node: offers the action; its parameter cancel_action says what a cancel does.
-        box: carries out the trajectories.
+        node: the node that offers the action; its parameter cancel_action says what a cancel does.
+        box: the box that carries out the trajectories.
         now: returns the present time of the box [s].
         of_stamp: returns the time of the box [s] for a message's stamp [s].
         accepted: called after a valid goal.
@@ -79,7 +79,7 @@ class TrajectoryAction:
         return self._type is not None
 
     def accepts(self, goal: Any) -> bool:
-        """True: what is wrong with a goal is told in its result."""
+        """True always: the result of a goal says what is wrong with it."""
         return True
 
     async def execute(self, handle: Any) -> Any:
@@ -208,7 +208,8 @@ class TrajectoryAction:
 
 
 def with_effort(point: TrajectoryPoint) -> TrajectoryPoint:
-    """The point with its positions as pressures where it has none: MoveIt plans positions alone.
+    """The point itself, or with its positions as pressures if it has no pressures: MoveIt plans
+    positions alone.
 
     >>> with_effort(TrajectoryPoint(1.0, positions=[2e4])).effort
     [20000.0]

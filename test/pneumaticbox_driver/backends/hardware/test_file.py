@@ -68,11 +68,11 @@ CHANGES = {
     ),
     "a line twice": (
         lambda d: d["outlets"][1].update(inflate="P8_11"),
-        "outlets[1].inflate: expected another line, got that of outlets[0].deflate: ",
+        "outlets[1].inflate: expected an unused line, got that of outlets[0].deflate: ",
     ),
     "an input twice": (
         lambda d: d["supply"].update(input=3),
-        "supply.input: expected another input, got that of outlets[3].sensor.input: 3",
+        "supply.input: expected an unused input, got that of outlets[3].sensor.input: 3",
     ),
     "input": (
         lambda d: d["supply"].update(input="AIN6"),

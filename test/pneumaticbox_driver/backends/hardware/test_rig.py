@@ -112,7 +112,7 @@ def test_a_board_that_cannot_be_closed_at_the_start_is_given_back(board):
 
 def test_a_board_with_another_number_of_sensors_is_refused(board, bench):
     board.pressures = [1e5, 1e5]
-    with pytest.raises(HardwareError, match=r"must read 3 pressures, got \(2,\)"):
+    with pytest.raises(HardwareError, match=r"must return 3 pressures, got \(2,\)"):
         bench.read()
 
 
@@ -174,7 +174,7 @@ def test_a_reading_that_fails_does_not_make_up_for_one_that_says_so(board):
         bench.command([1, 0])
         wait_for(lambda: board.told[-1] == [-1, -1])
         pressures, board.pressures = board.pressures, []
-        with pytest.raises(HardwareError, match="must read 3 pressures"):
+        with pytest.raises(HardwareError, match="must return 3 pressures"):
             bench.read()
         with pytest.raises(HardwareError, match="the outlets have been opened"):
             bench.command([1, 0])

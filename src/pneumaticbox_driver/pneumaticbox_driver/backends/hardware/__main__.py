@@ -121,7 +121,9 @@ def _sound(pressures: Floats) -> Floats:
     """Return the pressures; raises HardwareError if one of them could not be read."""
     if not np.isfinite(pressures).all():
         bad = ("outlet", "supply")[int(np.argmin(np.isfinite(pressures)))]
-        raise HardwareError(f"sensor of the {bad}: expected a pressure, got none; vented")
+        raise HardwareError(
+            f"sensor of the {bad}: expected a pressure, got none; all outlets were opened"
+        )
     return pressures
 
 

@@ -21,7 +21,7 @@ class ReadThread:
     """Reads a board in its own thread; a reading that comes too late is discarded.
 
     Args:
-        read: method of the board.
+        read: the board's method `read`.
     """
 
     def __init__(self, read: Callable[[], Any]) -> None:
@@ -78,9 +78,9 @@ class ValveThread:
     the monotonic time since which all outlets have been open, infinite when they are not [s].
 
     Args:
-        set_valves: method of the board.
+        set_valves: the board's method `set_valves`.
         outlets_open: valves that open the outlets (n,).
-        silence_limit: [s].
+        silence_limit: time without a command after which the outlets open [s].
     """
 
     def __init__(
@@ -101,7 +101,9 @@ class ValveThread:
         threading.Thread(target=self._run, name="board valves", daemon=True).start()
 
     def start(self, valves: Valves, limit: float) -> None:
-        """As `command`, for the valves before the first command, without a limit of silence."""
+        """Switch the valves (n,) as `command` does, before the first command; the silence limit
+        does not apply until then.
+        """
         self._request(valves, math.inf, limit)
 
     def command(self, valves: Valves, limit: float = BOARD_CALL_LIMIT) -> None:

@@ -231,6 +231,6 @@ def _refuse_twice(kind: str, used: Iterable[tuple[str, Hashable]]) -> None:
         if what in seen:
             first = seen[what].rpartition(": ")[2]
             raise ValueError(
-                f"{place}: expected another {kind}, got that of {first}: {quoted(what)}"
+                f"{place}: expected an unused {kind}, got that of {first}: {quoted(what)}"
             )
         seen[what] = place

@@ -28,10 +28,11 @@ class LinuxBoard:
     """Drives the coils of the outlets and reads the sensors; unused coils stay off.
 
     Coils that go off are switched before coils that go on, so never both of a valve are on. Coils
-    that cannot be switched, as those of a chip that is gone, hold up no others.
+    that cannot be switched, such as those of a chip that is gone, do not keep others from being
+    switched.
 
     Args:
-        lines: of all outlets of the box, inflate and deflate alternating.
+        lines: the lines of all outlets of the box, inflate and deflate alternating.
         inputs: sensors of the channels, then of the supply.
         outlets: number of each channel's outlet, from 1 (n,).
     """
@@ -98,13 +99,13 @@ def open_rig(
     """Open the box of a hardware file, valves closed.
 
     Args:
-        path: of the hardware file.
+        path: path of the hardware file.
         outlets: number of each channel's outlet, from 1 (n,).
-        ambient: absolute ambient pressure, that of the box's settings [Pa].
+        ambient: absolute ambient pressure, as in the box's settings [Pa].
         make_lines: requests the GPIO lines of `board: linux`.
-        allow_board_module: whether the file may name a board of the user's own, Python code.
-        needs_answer: whether a board of the user's own has to answer; a class that does not take
-            a keyword of this name decides for itself.
+        allow_board_module: whether the file may name a user's board, whose Python module is run.
+        needs_answer: whether a user's board has to answer; a class that does not take this keyword
+            decides for itself.
 
     Raises:
         ValueError: the file cannot be used or lacks one of the outlets.

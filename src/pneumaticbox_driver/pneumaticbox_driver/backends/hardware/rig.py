@@ -65,9 +65,9 @@ class HardwareRig:
     been open for `vent_time`, and gives the board back.
 
     Args:
-        board: to use; its valves are closed first.
+        board: the board; its valves are closed first.
         channels: number of channels.
-        vent_time: for which the outlets stay open before the board is released [s].
+        vent_time: time for which the outlets stay open before the board is released [s].
         silence_limit: time without a command after which the outlets open [s].
 
     Raises:
@@ -152,11 +152,11 @@ class HardwareRig:
             values = np.array(pressures, dtype=float)  # the board may use its array again
         except (TypeError, ValueError) as error:
             raise HardwareError(
-                f"the board must read a time and pressures, got {reading!r:.80}"
+                f"the board's read must return a time and pressures, got {reading!r:.80}"
             ) from error
         if values.shape != (self._channels + 1,):
             raise HardwareError(
-                f"the board must read {self._channels + 1} pressures, got {values.shape}"
+                f"the board must return {self._channels + 1} pressures, got {values.shape}"
             )
         return self._clock.check(time_read, time.monotonic()), values
 
