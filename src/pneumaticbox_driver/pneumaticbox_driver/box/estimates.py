@@ -94,9 +94,9 @@ def judge_estimates(
     """Bring `since` (n,) [s] and `wrong` (n,) of an `EstimateCheck` to a `time` [s], in place;
     returns whether a channel is wrong.
 
-    `mass`, `drift`, `pressures_abs` and `known` are those of `EstimateCheck.look`; `content` is the
-    product of gas constant and temperature [J/kg], and ambient pressure [Pa]; `volumes` are those
-    at rest, the least and the greatest, each (n,) [m3].
+    `mass`, `drift`, absolute `pressures_abs` and `known` are those of `EstimateCheck.look`;
+    `content` is the product of gas constant and temperature [J/kg], and ambient pressure [Pa];
+    `volumes` are those at rest, the least and the greatest, each (n,) [m3].
     """
     gas, ambient = content
     rest, least, greatest = volumes

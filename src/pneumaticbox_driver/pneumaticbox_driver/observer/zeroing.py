@@ -113,8 +113,8 @@ class Zeroing:
         return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
 
     def steady(self, pressures_abs: Floats) -> Floats:
-        """Absolute pressures (n,) [Pa]: averaged over 0.1 s if the valve was closed that long, else
-        the given ones.
+        """Averages over 0.1 s of the absolute pressures (n,) [Pa] where the valve was closed that
+        long, else the given ones.
         """
         return np.where(np.isnan(self._still.mean), pressures_abs, self._still.mean)
 
