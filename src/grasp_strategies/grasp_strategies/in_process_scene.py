@@ -48,8 +48,8 @@ class ImposedAir:
 
     Args:
         limits: largest gauge pressures (channels,) [Pa].
-        rest_volumes: of the channels (channels,) [m3].
-        parameters: of the box.
+        rest_volumes: volumes of the channels at rest (channels,) [m3].
+        parameters: constants of the box.
 
     >>> air = ImposedAir(np.array([80e3]), np.array([3e-5]))
     >>> air.command(np.array([1.1e-5]))
@@ -79,8 +79,8 @@ class ImposedAir:
         self.limited, self._relieving, self._blocked = np.zeros((3, len(limits)), bool)
 
     def command(self, masses: Array) -> None:
-        """Set the masses to reach [kg], NaN to leave a channel as it is commanded; raises
-        ValueError unless there is one number a channel.
+        """Set the masses (channels,) to reach [kg], NaN for a channel that keeps its command;
+        raises ValueError unless there is one number per channel.
         """
         wanted = self._checked("air masses", masses)
         named = ~np.isnan(wanted)
@@ -90,8 +90,8 @@ class ImposedAir:
         self._blocked = np.where(named, self._relieving, self._blocked)
 
     def command_pressure(self, pressures: Array) -> None:
-        """Set the gauge pressures to reach and keep [Pa], NaN as in `command`; raises ValueError as
-        that does.
+        """Set the gauge pressures (channels,) to reach and keep [Pa], NaN for a channel that keeps
+        its command; raises ValueError as `command` does.
         """
         wanted = self._checked("pressures", pressures)
         named = ~np.isnan(wanted)
@@ -107,7 +107,9 @@ class ImposedAir:
         return wanted
 
     def advance(self, duration: float, pressures_abs: Array) -> Array:
-        """Masses [kg] after `duration` [s] with the channels at absolute pressures [Pa]."""
+        """Masses (channels,) [kg] after `duration` [s] with the channels at absolute pressures
+        (channels,) [Pa].
+        """
         self.masses = _masses_after(
             duration,
             pressures_abs,
@@ -195,18 +197,20 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps what was commanded."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN for a channel that keeps its
+        command.
+        """
         self._air.command(masses)
 
     def command_pressure(self, pressures: Array) -> None:
-        """Set the gauge pressures (channels,) [Pa] to reach and keep; NaN keeps a channel's
-        command.
+        """Set the gauge pressures (channels,) [Pa] to reach and keep; NaN for a channel that keeps
+        its command.
         """
         self._air.command_pressure(pressures)
 
     def hold_object(self, position: Array, orientation: Array) -> None:
         """Put the object at a pose in the wrist frame, position (3,) [m] and quaternion (4,), and
-        hold it there; raises ValueError for a pose that is none.
+        hold it there; raises ValueError for an invalid pose.
         """
         self.simulation.hold_object(position, orientation)
 
@@ -215,7 +219,7 @@ class InProcessScene:
         self.simulation.release_object(duration)
 
     def vent(self) -> None:
-        """Let all air out."""
+        """Let the air out of all channels."""
         self._air.command(np.zeros(len(self.channels)))
 
     @property
@@ -239,7 +243,7 @@ class InProcessScene:
                 raise SceneError(str(error)) from error
 
     def observe(self) -> Observation:
-        """Return the state now; it stays as it is while the simulation goes on."""
+        """The present state; it does not change while the simulation goes on."""
         simulation = self.simulation
         wrist_position, wrist_orientation = simulation.wrist_pose()
         return Observation(
@@ -306,7 +310,7 @@ class InProcessScene:
         return adaptability(self.object_touches(), place, float(length))
 
     def save(self) -> dict[str, Any]:
-        """State of the simulation, to which `restart` goes back."""
+        """State of the simulation, for `restart`."""
         return self.simulation.save()
 
     def restart(
@@ -318,8 +322,8 @@ class InProcessScene:
         friction_scale: float = 1.0,
     ) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
-        `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled; the
-        same, bit for bit, as in a new simulation.
+        `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled. The
+        simulation then goes on as a new one would, bit for bit.
         """
         self.simulation.restore(saved)
         self.simulation.place_object(offset, mass_scale, yaw, friction_scale)
@@ -331,7 +335,7 @@ class InProcessScene:
 
 
 def build_scene(*, solver: str = "default", **config: Any) -> InProcessScene:
-    """A new simulation behind the contract, by the fields of `SimulationConfig` and the name of the
-    solver's settings; raises ValueError for names that do not exist.
+    """A new scene, from the fields of `SimulationConfig` and the name of the solver's settings;
+    raises ValueError for names that do not exist.
     """
     return InProcessScene(Simulation(SimulationConfig(solver=solver_settings(solver), **config)))

@@ -18,7 +18,7 @@ PEAK_TO_MEAN = 1.875  # greatest over mean speed of a minimum-jerk motion, at ha
 
 
 def inverse(quaternion: Array) -> Array:
-    """The opposite rotation of a unit quaternion (4,)."""
+    """The inverse rotation of a unit quaternion (4,)."""
     x, y, z, w = quaternion
     return np.array([-x, -y, -z, w])
 
@@ -66,7 +66,7 @@ class Pose:
     orientation: Array
 
     def compose(self, inner: Pose) -> Pose:
-        """Pose in the outer frame of a frame known in this one."""
+        """Pose in the outer frame of the frame that has the pose `inner` in this one."""
         return Pose(
             self.position + rotate(self.orientation, inner.position),
             compose(self.orientation, inner.orientation),

@@ -32,7 +32,7 @@ class Observation:
     """The state of the scene at one instant.
 
     Attributes:
-        time: of the scene [s].
+        time: time of the scene [s].
         wrist_position, object_position: (3,) [m] in `world`.
         wrist_orientation, object_orientation: quaternions (4,) in `world`.
         wrist_force: (3,) [N] of the hand on the wrist, in world axes.
@@ -107,7 +107,7 @@ class Scene(Protocol):
     def step(self, duration: float) -> None:
         """Let `duration` [s] of scene time pass, less when interrupted.
 
-        Raises SceneError when time cannot go on.
+        Raises SceneError when the scene's time cannot go on.
         """
 
     def observe(self) -> Observation:
@@ -125,7 +125,7 @@ class AirTarget(NamedTuple):
     def changed(
         self, masses: Mapping[str, float], pressures: Mapping[str, float], channels: tuple[str, ...]
     ) -> AirTarget:
-        """The same with other commands for some of the channels.
+        """This target with other commands for some of the channels.
 
         >>> target = AirTarget(np.array([1e-5, 2e-5]), np.full(2, np.nan))
         >>> target.changed({}, {"b": 2e3}, ("a", "b")).pressures.tolist()

@@ -125,14 +125,15 @@ class Sequencer:
     """One run of one strategy.
 
     Args:
-        scene: where it runs.
-        strategy: what is run.
+        scene: the scene in which it runs.
+        strategy: the strategy that is run.
         options: names of the optional phases to run.
         control_step: time between two commands [s].
         on_phase: called with each phase's name, and at the end with `done`, `aborted` or `failed`.
         abort: may be set by any thread at any time.
         abort_action: what an abort does with the air: `vent` opens every outlet, `hold` keeps it.
-        decided: called after each control step; a text ends the run early, for that reason.
+        decided: called after each control step; if it returns a text, the run ends early with this
+            text as its reason.
 
     Raises:
         ValueError: an unknown option, channel or action, or a control step that is not positive.
@@ -191,7 +192,8 @@ class Sequencer:
     def run(self) -> GraspResult:
         """Run all phases and judge; an abort, a time-out or a failing scene ends the run early.
 
-        An abort is obeyed even where the run ended by itself before it noticed the abort.
+        An abort that came before the end of the run is obeyed even if the run noticed it only after
+        its end.
         """
         result = self._begin_and_run()
         if result.cause == ABORTED or not self._abort.is_set():

@@ -84,7 +84,9 @@ SEQUENCER = {
 
 
 def parameters(given, taken):
-    """Parameter file and arguments that are given, of those that a node takes; the later wins."""
+    """The parameter file and the arguments for a node that takes the parameters `taken`; the later
+    wins.
+    """
     values = {
         parameter: ParameterValue(
             LaunchConfiguration(argument), value_type=TYPES.get(argument, str)

@@ -45,18 +45,18 @@ class TouchPoint:
 
 @dataclass(frozen=True)
 class Adaptability:
-    """What the contacts of a hold are worth.
+    """Figures of how well the contacts of a hold secure the object.
 
     Attributes:
-        points: number of contact points; that of one link depends on the engine.
+        points: number of contact points; how many a link has depends on the engine.
         links: number of links that touch; the palm plate is one.
-        parts: number of fingers, thumb, palm and plate that touch; an actuator each in RBO Hand 2,
-            whose palm has two.
-        area: of the skin's patches, without the plate [m2]; overlapping ones count twice.
-        redundancy: components of force that the links can exert, each link's counted once, less
-            those that are independent on the object [-]: the dimension of the internal forces.
-        margin: the least force that is resisted in any direction of the axes, or torque about one
-            over the length, for 1 N of all normal forces together [-]; 0 without force closure.
+        parts: number of fingers, thumb, palm and plate that touch; in RBO Hand 2 each actuator is a
+            part, and the palm has two.
+        area: area of the skin's patches, without the plate [m2]; overlapping patches count twice.
+        redundancy: sum over the links of the dimension of the wrenches that each can exert, less
+            the dimension of all these wrenches together [-]: the dimension of the internal forces.
+        margin: the least force that the hold resists along any axis, or torque about any axis over
+            the length, with normal forces of 1 N in total [-]; 0 without force closure.
     """
 
     points: int
@@ -75,12 +75,12 @@ class Adaptability:
 def adaptability(
     touches: Iterable[TouchPoint], centre: Sequence[float] | Array, length: float
 ) -> Adaptability:
-    """Shape adaptability by the contact points of a hold.
+    """Shape adaptability from the contact points of a hold.
 
     Args:
         touches: the contact points of the hand.
-        centre: (3,) [m] about which torques are taken.
-        length: by which they are divided [m], such as half the diagonal of the object.
+        centre: point (3,) [m] about which torques are taken.
+        length: length by which torques are divided [m], such as half the diagonal of the object.
 
     Raises:
         ValueError: a length that is not positive.

@@ -29,8 +29,8 @@ SAMPLE_INTERVAL = 5  # control steps between two stored places of the empty hand
 class EmptyHandPath:
     """Path of the hand without an object in its way: boxes around its links, by phase.
 
-    From a phase on, an object that is farther than PATH_TOLERANCE from all later boxes will not be
-    touched any more.
+    An object that is farther than PATH_TOLERANCE [m] from the boxes of a phase and of all later
+    ones will not be touched any more.
     """
 
     def __init__(self) -> None:
@@ -39,8 +39,8 @@ class EmptyHandPath:
         self._count = 0
 
     def keep(self, phase: str, boxes: Callable[[], Array]) -> None:
-        """Store where the hand is in a phase. `boxes` returns (k, 2, 3) [m] and is called only
-        every SAMPLE_INTERVAL control steps.
+        """Store where the hand is in a phase. `boxes` returns the boxes (k, 2, 3) [m] around its
+        links, and is called at every SAMPLE_INTERVAL-th control step only.
         """
         if self._count % SAMPLE_INTERVAL == 0 or phase not in self._boxes:
             self._boxes.setdefault(phase, []).append(boxes())
@@ -74,8 +74,8 @@ class EarlyEnd:
 
     Args:
         strategy: the strategy that runs.
-        path: of the empty hand; None where it does not apply to this trial, or where the object
-            may come back by itself.
+        path: path of the empty hand; None if it does not apply to this trial, or if the object may
+            come back by itself.
         object_box: returns the box (2, 3) [m] around the object.
         hand_boxes: returns the boxes (k, 2, 3) [m] around the hand's links.
     """

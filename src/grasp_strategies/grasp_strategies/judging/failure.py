@@ -102,7 +102,7 @@ class GraspWatch:
     Attributes:
         judge: decides whether the grasp succeeded.
         first, last: first and latest observation.
-        carried: whether the hand has lifted the object (other bodies may touch it as well).
+        carried: whether the hand has lifted the object; other bodies may have touched it meanwhile.
         touched: whether the hand touches the object.
         stage: STAGE_BEFORE_LIFT, STAGE_LIFT, STAGE_HOLD or STAGE_AFTER_HOLD.
     """
@@ -136,12 +136,14 @@ class GraspWatch:
 
     @property
     def way(self) -> float:
-        """Horizontal distance of the object from where it was at first [m]."""
+        """Horizontal distance of the object from its first place [m]."""
         x, y, _ = self.last.object_position - self.first.object_position
         return math.hypot(x, y)
 
     def watch(self, observation: Observation, phase: str) -> None:
-        """Take in one observation, made in a phase of this name; raises KeyError for another."""
+        """Take in one observation, made in the phase of this name; raises KeyError if the strategy
+        has no such phase.
+        """
         before, self.stage = self.stage, self._stages[phase]
         self.judge.watch(observation, self.stage == STAGE_HOLD)
         self.last = observation
@@ -189,7 +191,9 @@ class GraspWatch:
         return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
 
     def failure(self) -> Failure | None:
-        """Phase, cause and time if the grasp ended now; None when it has succeeded by now."""
+        """Phase, cause and time of the failure if the grasp ended now; None when it has
+        succeeded.
+        """
         flaw = self.judge.flaw()
         if flaw is None:
             return None

@@ -35,23 +35,23 @@ class GraspResult:
         outcome: `gripped` (held as required), `lost` (the hand lifted the object off the ground,
             but did not hold it as required) or `none`.
         lift_height: greatest rise of the object [m].
-        slip, turn: greatest drift [m] and rotation [rad] of the object in the wrist frame while
-            the hand alone holds it at height; NaN if it never does.
+        slip, turn: greatest drift [m] and rotation [rad] of the object in the wrist frame while the
+            hand alone holds it at height; NaN if it never does.
         hold_time: longest uninterrupted hold [s].
-        duration: of the whole strategy [s].
+        duration: duration of the whole strategy [s].
         reason: one sentence.
         completed: whether all phases ran.
         safe: False when an abort could not be carried out.
         pose_in_hand: position [m] and quaternion (x, y, z, w) of the object in the wrist frame when
             it was last held; empty if it never was.
-        touching: parts of the hand that held it then; empty if none did.
-        lift_slip, lift_turn: as slip and turn, from when the hand alone carries the object until
-            the hold begins. They do not count in the verdict: soft fingers yield when they take
-            the weight.
+        touching: parts of the hand that held the object then; empty if none did.
+        lift_slip, lift_turn: drift [m] and rotation [rad] as `slip` and `turn`, but from when the
+            hand alone carries the object until the hold begins. They do not count in the verdict:
+            soft fingers yield when they take the weight.
         phase, cause: phase and cause of a failure (see `failure`); empty for a success.
         failed_at: time [s] of the failure since the start; NaN for a success.
-        contacts: of a success, what its contacts are worth at the end of the hold; None where the
-            scene does not tell the contact points, as over ROS.
+        contacts: figures of the contacts at the end of the hold of a success; None for a failure,
+            and where the scene has no contact points, as over ROS.
     """
 
     outcome: str
@@ -85,15 +85,15 @@ class GraspResult:
     def stopped(
         self, reason: str, safe: bool = True, phase: str = "", cause: str = ""
     ) -> GraspResult:
-        """The same observations for a strategy that ended early; `cause`, if given, is that of the
+        """A copy of this result for a strategy that ended early; `cause`, if given, is that of the
         failure.
         """
         early = replace(self, reason=reason, completed=False, safe=safe)
         return replace(early, phase=phase, cause=cause, failed_at=self.duration) if cause else early
 
     def summary(self) -> dict[str, str]:
-        """All fields as texts, those of contacts as `contacts_links` etc. if there are any; numbers
-        in SI.
+        """All fields as texts, those of `contacts`, if there are any, as `contacts_links` etc.;
+        numbers in SI units.
 
         >>> GraspResult.not_begun("no simulator").summary()["slip"]
         'nan'
@@ -147,7 +147,7 @@ class Drift:
         self.slip = self.turn = math.nan
 
     def watch(self, now: Pose) -> None:
-        """Take in where it is now."""
+        """Take in the present pose."""
         if self._origin is None:
             self._origin, self.slip, self.turn = now, 0.0, 0.0
         self.slip = max(self.slip, float(np.linalg.norm(now.position - self._origin.position)))
@@ -195,16 +195,18 @@ class GraspJudge:
 
     @property
     def flaw_time(self) -> float:
-        """When the hold had its first flaw, or now [s of the scene]."""
+        """Time of the scene [s] of the first flaw in the hold; the present time if there was
+        none.
+        """
         return self._flaw_time if self._flaw else self._last.time
 
     @property
     def lift_slip(self) -> float:
-        """As in the result [m]."""
+        """`GraspResult.lift_slip` so far [m]."""
         return self._lift.slip
 
     def flaw(self) -> Flaw | None:
-        """Why the grasp has not succeeded by the observations so far; None when it has."""
+        """Why the observations so far make no success; None when they do."""
         held = self._hold_time > self._success.hold_time - 1e-6
         drifted = self._drifted()
         if self._flaw and not held and self._flaw.cause not in (SLIPPED_IN_HOLD, TURNED_IN_HOLD):
@@ -217,7 +219,7 @@ class GraspJudge:
         return Flaw(TOO_SHORT, f"held only {self._hold_time:.2f} s of {asked}")
 
     def result(self) -> GraspResult:
-        """The outcome by what was seen so far."""
+        """The outcome by the observations so far."""
         flaw, held = self.flaw(), self._held_last
         pose = held and in_hand(held)
         return GraspResult(

@@ -41,13 +41,13 @@ class AirCommand:
         self._taken_over = False  # another node has commanded since
 
     def begin(self) -> None:
-        """Create the publisher of air commands; stop listening to those of others."""
+        """Create the publisher of air commands; stop listening to the commands of other nodes."""
         self._listen_no_longer()
         if self._publisher is None:
             self._publisher = self._node.create_publisher(JointTrajectory, AIR_COMMAND_TOPIC, 10)
 
     def missing(self) -> str:
-        """What has to appear before the air can be commanded; empty when all is there."""
+        """What the air commands still lack, such as a subscriber; empty when nothing is missing."""
         if self._publisher is None or self._publisher.get_subscription_count():
             return ""
         return f"a subscriber of {self._publisher.topic_name}"
@@ -73,15 +73,15 @@ class AirCommand:
             self._publish(now)
 
     def forget(self) -> None:
-        """Drop the latest command: the air has been vented."""
+        """Drop the latest command, since the air has been vented."""
         self._standing = None
 
     def hold(self, obeyed: bool) -> bool:
         """After a strategy: repeat the latest command if it holds air, else destroy the publisher;
-        whether air is held.
+        returns whether air is held.
 
-        `obeyed` says whether the driver takes commands. Another node that commands takes the hand
-        over; one that merely could is none.
+        `obeyed` says whether the driver takes commands. When another node commands the air, this
+        one stops repeating.
         """
         if self._publisher is None:
             return False

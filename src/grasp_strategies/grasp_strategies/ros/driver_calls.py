@@ -29,20 +29,20 @@ class DriverCalls:
         self._set: Client = make(SetParameters, "pneumaticbox/set_parameters")
 
     def missing(self) -> str:
-        """The vent service while it is not available, since nothing may move that cannot be
-        aborted; empty when it is.
+        """Name of the vent service while it is not available, since without it no motion could be
+        aborted; empty when it is available.
         """
         return "" if self._vent.service_is_ready() else f"the service {self._vent.srv_name}"
 
     def vent(self) -> str:
-        """Why the vent is not confirmed; empty when it is."""
+        """Call the vent service; returns why the vent is not confirmed, empty when it is."""
         answer, refusal = _call(self._vent, Trigger.Request(), VENT_TIMEOUT)
         if answer is None or answer.success:
             return refusal
         return f"the driver refused to vent: {answer.message}"
 
     def set_modes(self, modes: Sequence[str]) -> str:
-        """Switch the control modes of all channels; the reason if that fails, else empty.
+        """Switch the control modes of all channels; returns the reason if that fails, else "".
 
         The present content of a channel becomes its target in the new mode, so that no target
         jumps.

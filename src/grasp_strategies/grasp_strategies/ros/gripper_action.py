@@ -32,8 +32,8 @@ WIDE_OPEN, CLOSED = 1.0, 0.0
 
 
 class GripperRun(Protocol):
-    """A strategy that runs: how many of its phases to come there are, how many have begun, and the
-    future of its result.
+    """A running strategy: the number of its phases, how many of them have begun, and the future of
+    its result.
     """
 
     begun: int
@@ -66,10 +66,12 @@ class GripperAction:
     """Goals of the gripper, one at a time.
 
     Args:
-        node: offers the action, with the type that its parameter `gripper_type` names.
-        busy: why no goal can be taken now; empty when one can.
-        begin: begins to close (False) or to open (True), and calls a function with the run at
-            each phase, in the strategy's thread; returns the run, or raises ValueError.
+        node: the node that offers the action, with the type that its parameter `gripper_type`
+            names.
+        busy: returns why no goal can be taken now; empty when one can.
+        begin: called with whether to open (True) or close (False) and with a function, begins a run
+            and returns it, or raises ValueError; the function is called with the run at each phase,
+            in the strategy's thread.
         interrupt: aborts a run.
         pressure: returns the greatest gauge pressure now [Pa].
     """
@@ -90,7 +92,7 @@ class GripperAction:
         self._type = offer_action(node, kind, GRIPPER_ACTION, self)
 
     def accepts(self, goal: Any) -> bool:
-        """Whether a goal is taken: while another or a strategy runs, none is."""
+        """Whether a goal is taken: none is while another goal or a strategy runs."""
         reason = self._busy()
         try:
             self._wanted(goal)
@@ -109,14 +111,14 @@ class GripperAction:
         return float(values[0])
 
     def cancel(self, handle: Any) -> None:
-        """Abort what runs; the parameter abort_action says what happens to the air."""
+        """Abort the running goal; the parameter abort_action says what happens to the air."""
         for goal, run in self._runs:
             if goal.goal_id == handle.goal_id:
                 self._interrupt(run)
 
     async def execute(self, handle: Any) -> Any:
         """Close or open, and return the result: `stalled` when the judge says that the object is
-        held, `reached_goal` when besides all phases ran, or when the hand is open.
+        held, `reached_goal` when all phases ran besides, or when the hand is open.
         """
         to_open = self._wanted(handle.request) >= OPENS_FROM
         result = await self._move(handle, to_open)

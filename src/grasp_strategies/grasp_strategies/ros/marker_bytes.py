@@ -25,7 +25,9 @@ class NamedMarker(NamedTuple):
 
 
 class MarkerBytes:
-    """A MarkerArray as it came; `stamp` [s] is that of its first marker, infinite without one."""
+    """The bytes of a MarkerArray; `stamp` [s] is that of its first marker, infinite if it has
+    none.
+    """
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -37,7 +39,7 @@ class MarkerBytes:
 
     @property
     def markers(self) -> list[NamedMarker]:
-        """All markers; raises ValueError where the bytes end too early."""
+        """All markers; raises ValueError if the bytes end too early."""
         reader = _Reader(self._data, self._order)
         try:
             return [reader.marker() for _ in range(reader.number())]

@@ -48,7 +48,7 @@ def _finite(field: str, values: Sequence[float], count: int) -> Array:
 
 
 def read_pose(message: Any) -> Pose:
-    """Pose in `world` of the bytes of a geometry_msgs/PoseStamped."""
+    """Pose in `world` from the bytes of a geometry_msgs/PoseStamped."""
     if message.frame != WORLD:
         raise ValueError(f"header.frame_id: expected {WORLD}, got {message.frame!r}")
     position = _finite("pose.position", message.numbers[:3], 3)
@@ -62,15 +62,15 @@ def read_pose(message: Any) -> Pose:
 
 
 def read_force(message: Any) -> Array:
-    """Force (3,) [N] of the bytes of a geometry_msgs/WrenchStamped."""
+    """Force (3,) [N] from the bytes of a geometry_msgs/WrenchStamped."""
     return _finite("wrench.force", message.numbers[:3], 3)
 
 
 def read_air_state(message: Any) -> AirState:
-    """Air of all channels of a sensor_msgs/JointState as the driver publishes it."""
+    """Air of all channels from a sensor_msgs/JointState of the driver."""
     channels = tuple(message.name)
     if not channels or len(set(channels)) < len(channels):
-        raise ValueError(f"name: expected channel names that differ, got {list(channels)}")
+        raise ValueError(f"name: expected channel names, none of them twice, got {list(channels)}")
     return AirState(
         channels,
         _finite("position", message.position, len(channels)),
@@ -79,7 +79,9 @@ def read_air_state(message: Any) -> AirState:
 
 
 def read_touching(message: Any) -> frozenset[str]:
-    """Names of what touches the object, by the namespaces `<body>/<body>` of a MarkerArray."""
+    """Names of the bodies that touch the object, from the namespaces `<body>/<body>` of a
+    MarkerArray.
+    """
     pairs = [
         tuple(name.split("/"))
         for name in {marker.ns for marker in message.markers if marker.action == MARKER_ADD}
@@ -131,12 +133,14 @@ def read_report(message: Any, node: str, received_at: float) -> NodeReport | Non
 
 
 def read_modes(message: Any, node: str) -> tuple[str, ...]:
-    """Control modes of the channels in the driver's part of a DiagnosticArray; empty without."""
+    """Control modes of the channels in the driver's part of a DiagnosticArray; empty when it has
+    none.
+    """
     return tuple(filter(None, read_value(message, node, CONTROL_MODES_KEY).split(", ")))
 
 
 def read_value(message: Any, node: str, key: str) -> str:
-    """The value that a node reports under a key in a DiagnosticArray; empty without one."""
+    """The value that a node reports under a key in a DiagnosticArray; "" when there is none."""
     own = (status for status in message.status if status.name.startswith(f"{node}:"))
     values = (pair.value for status in own for pair in status.values if pair.key == key)
     return str(next(values, ""))
@@ -151,8 +155,8 @@ class Feed:
         arrived, arrived_wall: scene time [s] and wall time [s] of the last usable message; None
             before the first.
         each_tick: whether there is one message for every tick of the clock.
-        punctual: whether the message of the last tick came in time.
-        stamp: of the last message [s].
+        punctual: whether the message for the last tick came in time.
+        stamp: stamp of the last message [s].
         held: a message whose stamp is still ahead of the scene's time.
     """
 
@@ -170,8 +174,8 @@ class Feed:
     held: Any = None
 
     def follow(self, take: Callable[[], Any], now: float, wall: float) -> bool:
-        """Accept the newest message stamped at or before the scene's time; whether no newer one can
-        come for that time.
+        """Accept the newest message stamped at or before the scene's time; returns whether no newer
+        one can come for that time.
 
         A message stamped at most MAX_STATE_LEAD ahead is kept for its time; one stamped further
         ahead comes from another clock and is accepted at once.
@@ -204,7 +208,7 @@ class Feed:
         self.arrived, self.arrived_wall = now, wall
 
     def forget(self) -> None:
-        """Drop what was received: it may come from a publisher that has ended."""
+        """Drop the messages received so far, which may come from a publisher that has ended."""
         self.value = self.arrived = self.held = None
         self.stamp, self.punctual = -math.inf, True
 
@@ -218,7 +222,9 @@ class Feed:
 
 
 def stamp_of_message(message: Any) -> float:
-    """Stamp [s] of a message, or of the first marker of an array; infinite when there is none."""
+    """Stamp [s] of a message, or of the first marker of an array; infinite for an array without
+    markers.
+    """
     if isinstance(message, (MarkerBytes, StampedBytes)):
         return message.stamp
     return seconds(message.header.stamp)

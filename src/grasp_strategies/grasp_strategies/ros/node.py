@@ -89,8 +89,8 @@ class Run:
     """One running strategy: its phase, its abort flag, and `ended`, a future of its result.
 
     `service` is the service that was called, `called` the monotonic wall time of the call [s],
-    `wanted` the options of strategies that it asks for, `phases` the number of phases with these,
-    `begun` of those that have begun. `tell` is called with the run at each phase.
+    `wanted` the options that the call asks for, `phases` the number of phases with these options,
+    `begun` the number of phases that have begun. `tell` is called with the run at each phase.
     """
 
     def __init__(
@@ -114,7 +114,8 @@ class Run:
 
 
 class SequencerNode(Node):
-    """Offers grasp/push, surface_constrained, edge, slide_to_wall, feix and abort.
+    """Offers the services grasp/push, grasp/surface_constrained, grasp/edge, grasp/slide_to_wall,
+    grasp/feix and grasp/abort.
 
     A grasp service answers when its strategy has ended. The strategy runs in a thread of its own,
     so that aborts, parameters and further grasp calls are answered meanwhile.
@@ -380,7 +381,7 @@ class SequencerNode(Node):
 
     # ------------------------------------------------------------ end
     def end_strategy(self) -> None:
-        """Abort what runs and wait for its thread; the executor must still be spinning."""
+        """Abort a running strategy and wait for its thread; the executor must still be spinning."""
         if (run := self._run) is not None:
             self._interrupt(run)
         self._background.join()

@@ -19,7 +19,7 @@ OBJECT_KEY = "object"  # key in /diagnostics under which the simulator tells its
 
 
 class ObjectCommand:
-    """Publisher of `scene/hold_object`; `simulator` is that node's name with its namespace."""
+    """Publisher of `scene/hold_object`; `simulator` is the simulator's name with its namespace."""
 
     def __init__(self, node: Node, simulator: str) -> None:
         self._publisher = node.create_publisher(MultiDOFJointTrajectory, HOLD_OBJECT_TOPIC, 10)
@@ -51,7 +51,9 @@ class ObjectCommand:
         self._publish(MultiDOFJointTrajectoryPoint(transforms=[transform]), effect)
 
     def release(self, duration: float, effect: float) -> None:
-        """Publish that what holds it fades within a duration [s], as `hold`."""
+        """Publish that the spring that holds the object fades within a duration [s] from the time
+        `effect` [s] on; raises as `hold`.
+        """
         fade = Duration(nanoseconds=round(duration * SECOND_NS)).to_msg()
         self._publish(MultiDOFJointTrajectoryPoint(time_from_start=fade), effect)
 

@@ -20,7 +20,7 @@ class Reports:
     """The latest report of each node, by source: SIMULATOR or DRIVER.
 
     Args:
-        node: its namespace is that of simulator and driver.
+        node: the sequencer's node, whose namespace simulator and driver share.
     """
 
     def __init__(self, node: Node) -> None:
@@ -42,12 +42,12 @@ class Reports:
 
     @property
     def preparing(self) -> bool:
-        """Whether one of them has recently reported that it is still starting up."""
+        """Whether simulator or driver has recently reported that it is still starting up."""
         return any(report.preparing for report in filter(None, map(self._recent, REPORTERS)))
 
     def reason(self, source: str) -> str:
-        """Why a topic or service of a node is missing: its own report, or a question to the
-        user.
+        """Why a topic or service of a node is missing: its own report, or else a question such as
+        whether it runs.
         """
         report = self._recent(source)
         if report is None:

@@ -46,8 +46,8 @@ STANDSTILL_TIMEOUT = 5.0
 
 
 class SceneClock:
-    """Time of the scene, waits that `interrupt` ends, and the messages that keep the simulator in
-    lockstep.
+    """The time of the scene, waits that `interrupt` can end, and the messages that keep the
+    simulator in lockstep.
 
     All methods but `interrupt` and `wake` must be called from one thread.
     """
@@ -68,13 +68,13 @@ class SceneClock:
     # ---------------------------------------------------------------- time
     @property
     def simulated(self) -> bool:
-        """Whether time is that of `/clock`."""
+        """Whether the scene's time is that of `/clock`."""
         clock = self._node.get_clock()
         return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
     @property
     def ticked(self) -> bool:
-        """Whether a tick has come."""
+        """Whether a tick of `/clock` has come."""
         return self._newest is not None
 
     @property
@@ -90,14 +90,14 @@ class SceneClock:
         return self.now + (COMMAND_LEAD if self.simulated else 0.0)
 
     def forget(self) -> None:
-        """Forget the ticks so far: they may be of a simulator that has ended."""
+        """Forget the ticks so far: they may come from a simulator that has ended."""
         self._receive_ticks()
         self._ticks.clear()
         self._newest = None
 
     def take(self, earliest: float) -> bool:
-        """Advance to the first tick at or after `earliest` [s], or to one that jumps back; whether
-        there was one.
+        """Advance to the first tick at or after `earliest` [s], or to one that jumps back; returns
+        whether there was one.
         """
         self._receive_ticks()
         while self._ticks:
@@ -165,7 +165,7 @@ class SceneClock:
         self._due, self._stood_still = time.monotonic(), 0.0
 
     def unwatch(self) -> None:
-        """Notice it no longer: nothing runs."""
+        """End what `watch` has begun: no strategy runs."""
         self._due, self._stood_still = None, 0.0
 
     def refuse_standstill(self) -> None:
@@ -197,7 +197,7 @@ class SceneClock:
 
     def wait(self, timeout: float, subscription: Subscription | None = None) -> bool:
         """Sleep, without the interpreter's lock, for `timeout` [s] of wall time, or until a message
-        comes or `wake` is called; whether a message waits.
+        comes or `wake` is called; returns whether a message waits.
         """
         waits = self._wait_set
         waits.clear_entities()

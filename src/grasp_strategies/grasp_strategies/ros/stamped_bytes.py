@@ -24,16 +24,16 @@ def _layouts(little: bool, count: int) -> tuple[struct.Struct, struct.Struct]:
 
 
 class StampedBytes:
-    """A message with a header and then numbers of 8 bytes only, as it came.
+    """The bytes of a message that has a header and then only numbers of 8 bytes.
 
     Attributes:
-        stamp: of its header [s]; infinite where the bytes end too early.
-        frame: of its header.
-        numbers: what follows it; none where the bytes end too early.
+        stamp: stamp of its header [s]; infinite if the bytes end too early.
+        frame: frame of its header.
+        numbers: the numbers behind the header; none if the bytes end too early.
 
     Args:
         data: the bytes.
-        count: of the numbers.
+        count: number of the numbers.
     """
 
     __slots__ = ("frame", "numbers", "stamp")

@@ -52,8 +52,8 @@ STATE_TIMEOUT = 0.3  # [s] of wall time for which a tick waits for the state of 
 class TopicScene:
     """`grasp_strategies.scene.Scene` over the topics of simulator and driver.
 
-    `hand_bodies`: names in the contact namespaces that are parts of the hand. The channels are
-    those of `pneumaticbox/state`, known after `connect`.
+    `hand_bodies`: which names in the namespaces of contact markers are parts of the hand. The
+    channels are those of `pneumaticbox/state`, known after `connect`.
     """
 
     def __init__(self, node: Node, hand_bodies: frozenset[str]) -> None:
@@ -243,7 +243,7 @@ class TopicScene:
         self._object_command.hold(position, orientation, self._clock.effect)
 
     def release_object(self, duration: float) -> None:
-        """Publish that the holding spring fades within a duration [s]; effect and errors as
+        """Publish that the holding spring fades within a duration [s]; takes effect and raises as
         `hold_object`.
         """
         self._object_command.release(duration, self._clock.effect)
@@ -261,10 +261,11 @@ class TopicScene:
         )
 
     def command_pressure(self, pressures: Array) -> None:
-        """Publish target gauge pressures (channels,) [Pa], as `command_air`.
+        """Publish target gauge pressures (channels,) [Pa], NaN for a channel that keeps its
+        command; they take effect as in `command_air`.
 
         A change of a channel's control mode takes one tick, at which the simulation stands still.
-        Raises SceneError when the driver does not change it.
+        Raises SceneError when the driver does not change the mode.
         """
         keeps = np.isnan(pressures)
         self._command(
@@ -296,7 +297,7 @@ class TopicScene:
         self._air_command.begin()
 
     def go_on_holding(self) -> bool:
-        """After a strategy: keep the air in the hand, if there is any; whether there is."""
+        """After a strategy: keep the air in the hand, if there is any; returns whether there is."""
         self._clock.unwatch()
         return self._air_command.hold(obeyed=not self._reports.fault)
 
@@ -320,8 +321,8 @@ class TopicScene:
         return math.nan if air is None else float(np.max(air.pressure))
 
     def observe(self) -> Observation:
-        """Return the state at the scene's time. Raises SceneError when a topic has fallen silent
-        (names it), or when this process itself was stopped.
+        """Return the state at the scene's time. Raises SceneError when a topic, which the message
+        names, has fallen silent, or when this process itself was stopped.
         """
         self._refuse_fault()
         self._catch_up()

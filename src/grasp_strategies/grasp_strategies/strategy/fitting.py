@@ -12,8 +12,8 @@ USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"
 
 
 def fitting_strategies(object_name: str, hand: str | None = None) -> list[str]:
-    """Names of the shipped strategies that lift an object, with this hand or any; first the usual
-    one, then those that need nothing but a table and the hand as it comes.
+    """Names of the shipped strategies that lift an object with `hand` (None: with any hand): the
+    usual one first, then those that need only a table and the default settings.
 
     >>> fitting_strategies("cylinder")[0]
     'surface_constrained'
@@ -29,15 +29,16 @@ def fitting_strategies(object_name: str, hand: str | None = None) -> list[str]:
 
 
 def fits() -> str:
-    """One line a shipped strategy: its name, its hand, the objects that it lifts."""
+    """One line for each shipped strategy: its name, its hand, and the objects that it lifts."""
     shipped = map(load_strategy, strategy_names())
     return "\n".join(f"  {each.name} ({each.hand}): {_known(each)}" for each in shipped)
 
 
 def choose_strategy(object_name: str | None, hand: str | None = None) -> str:
-    """The first fitting strategy; without an object, the usual one for its hand.
+    """Name of the first of `fitting_strategies`; without an object, that of the usual strategy for
+    the hand.
 
-    Raises ValueError that tells which strategies fit which objects.
+    Raises ValueError if none fits; the message lists which strategies fit which objects.
     """
     if object_name is None and hand is None:
         return USUAL_STRATEGY
@@ -46,7 +47,7 @@ def choose_strategy(object_name: str | None, hand: str | None = None) -> str:
         wanted = quoted(object_name or USUAL_OBJECT) + (f" with {quoted(hand)}" if hand else "")
         raise ValueError(
             f"object: no strategy is known to lift {wanted}; known are\n{fits()}\n"
-            "it is tried all the same with one of your choice (make: STRATEGY=..., else --strategy)"
+            "to try it all the same, name a strategy (make: STRATEGY=..., else --strategy)"
         )
     return fitting[0]
 

@@ -254,7 +254,9 @@ def _check_air(fields: dict[str, Node]) -> None:
     if "air_ramp" in fields and not air:
         raise fields["air_ramp"].error("no ramp in a phase without `air_mass` or `pressure`")
     if len(air) == 2 and (both := air[0].mapping().keys() & air[1].mapping().keys()):
-        raise air[1].error(f"channels without an `air_mass`, not {listed(sorted(both))}")
+        raise air[1].error(
+            f"only channels without an `air_mass`, which {listed(sorted(both))} have"
+        )
 
 
 def _waypoint(node: Node) -> Waypoint:

@@ -24,7 +24,8 @@ def varied(
         strategy: the original.
         without: names of the phases that are left out.
         air_scale: factor on commanded air masses and pressures [-]; 0: nothing is inflated.
-        displacement: added to wrist goals (x, y, z) [m] in the frames `object` and `environment`.
+        displacement: shift (x, y, z) [m] that is added to wrist goals in the frames `object` and
+            `environment`.
 
     Raises:
         ValueError: there is no such phase, or it is the one that is judged; or a factor below 0.
