@@ -39,15 +39,16 @@ OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
 class BaseTorque:
-    """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
+    """Torques (lanes, samples) [N m] of actuators on their bases, run after run, and within a run
+    x, y and z.
 
-    The actuator is the simulator's chain, straight and cut into equal segments, with the springs
-    `joints`; base and tip are held where they were measured. The free angles follow the pressure
-    with the effects as in free bending. `gravity` pulls at the segments beyond the first joint; a
-    level bending plane has it along -y. The pose is taken as it is: the stiffness along a nearly
-    straight chain is high, so that errors of the pose show as torque.
+    The actuator is the chain of the simulator: straight, cut into equal segments, with springs of
+    the kind `joints`. Base and tip are held where they were measured. The free angles follow the
+    pressure and the effects as in free bending. `gravity` pulls at the segments beyond the first
+    joint; with a level bending plane it points along -y. The measured pose is not corrected: a
+    nearly straight chain is so stiff along its axis that errors of the pose show as torque.
 
-    Raises ValueError naming the run for a pose that is out of reach, DocumentError for a missing
+    Raises ValueError, which names the run, for a pose out of reach, and DocumentError for a missing
     column or key.
     """
 
@@ -68,7 +69,7 @@ class BaseTorque:
         self._plain: dict[tuple[str, bool], BaseLoad] = {}
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
@@ -193,9 +194,9 @@ class BaseTorque:
 def chain_springs(
     chain: SegmentChain, modulus: Array, rest: Array, effects: Sequence[StructureEffect]
 ) -> JointSprings:
-    """Springs at the points lane*samples + sample: those of the chain, and what effects do.
+    """Springs of a chain under effects, at the points lane*samples + sample.
 
-    modulus (lanes, samples): shear modulus over that of the chain; rest (lanes, samples, joints or
+    modulus (lanes, samples): shear modulus over that of the chain. rest (lanes, samples, joints or
     1) [rad]: free angles.
     """
     lanes, samples = modulus.shape
@@ -259,7 +260,9 @@ def _that_have(effects: Sequence[StructureEffect], method: str) -> list[Structur
 
 # ---------------------------------------------------------------------- order of the lanes
 def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
-    """Values (lanes, k) of the calibration and of the effects' parameters."""
+    """Values (lanes, k) of the calibration and of the effects' parameters, one lane per set of
+    values.
+    """
     numbers = [*calibration.values(), *(v for effect in effects for v in effect.values.values())]
     columns = [np.ravel(number) for number in numbers]
     return np.stack(np.broadcast_arrays(*columns), axis=1)
@@ -271,8 +274,8 @@ def neutral_lane(
     effects: Sequence[Effect],
     given: Mapping[str, float],
 ) -> Array:
-    """Values (1, k) given by name, or at which calibration and effects do nothing; those of the
-    first of the lanes (lanes, k) where there are none.
+    """Values (1, k) as in `lane_values`: those `given` by name; else those at which calibration and
+    effects do nothing; else those of the first lane of values (lanes, k).
     """
     neutral = [
         given.get(name, {one.name: one.neutral for one in effect.parameters}[name])
@@ -284,11 +287,11 @@ def neutral_lane(
 
 
 def waves(values: Array, solved: int) -> list[tuple[Indices, Indices]]:
-    """Lanes (n,) to be solved at the same time, wave after wave, with the lanes (n,) from which
-    they begin. The first lanes, so many, have been solved already.
+    """Waves of lanes: (lanes (n,) that are solved at the same time, lanes (n,) from whose solutions
+    they start). The first `solved` lanes are solved already.
 
-    Lanes follow each other so that every step is short: of those left, always the one that is
-    nearest to a lane before it, by values (lanes, k) in relation to the range of all.
+    The order makes every step short: the next lane is always the one nearest to a solved lane, by
+    values (lanes, k) over their range.
 
     >>> lanes = np.array([[0.0], [1.0], [1.1], [0.1]])
     >>> [(wave.tolist(), starts.tolist()) for wave, starts in waves(lanes, 1)]
@@ -312,13 +315,15 @@ def waves(values: Array, solved: int) -> list[tuple[Indices, Indices]]:
 
 @dataclass(frozen=True)
 class Solved:
-    """Loads that have been found in lanes of such values (lanes, k), lane after lane."""
+    """Loads that were found for lanes with values (lanes, k), lane after lane."""
 
     values: Array
     loads: BaseLoad
 
     def others(self, chain: HeldChain, hold: Hold, values: Array) -> Solved:
-        """Loads of holds in other lanes, each sought from the one of the lanes nearest to it."""
+        """Loads of `hold` in other lanes, with values (lanes, k); each is solved starting from the
+        nearest solved lane.
+        """
         lanes = np.concatenate([self.values, values])
         samples = np.arange(hold.position.shape[1] // len(values))
         found = BaseLoad.unknown(len(lanes) * len(samples))

@@ -25,11 +25,13 @@ SPRINGS = ("exact", "linear")
 class BlockedTip:
     """Tip forces (lanes, samples) [N], run after run.
 
-    springs: `exact` balances each section; `linear` has springs B = 2*G*d*(c/4)**3 about the free
-    curvature, as the thesis's simulation has (section 5.2.3). The shear modulus and what acts like
-    it barely show in the force: a straight section carries h**2*z*p/2 whatever G is.
+    springs: with `exact`, each section is in balance; with `linear`, sections are springs B =
+    2*G*d*(c/4)**3 about the free curvature, as in the simulation of the thesis (section 5.2.3). The
+    shear modulus, and effects that act like it, hardly change the force: a straight section carries
+    h**2*z*p/2 whatever G is.
 
-    Raises DocumentError for a specimen that lacks a key of the model, ValueError for other springs.
+    Raises DocumentError for a specimen that lacks a key of the model, ValueError for another value
+    of `springs`.
     """
 
     def __init__(self, data: MeasurementSet, springs: str = "exact") -> None:
@@ -45,7 +47,7 @@ class BlockedTip:
         self._pressure = self._rows.column("pressure")
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

@@ -45,10 +45,10 @@ COEFFICIENT_RANGE, USUAL_COEFFICIENT_RANGE = (
 
 
 class Experiment(Protocol):
-    """What predicts one kind of experiment; the modules of `experiments` have one each."""
+    """The interface of the classes that predict one kind of experiment each."""
 
     def calibration(self, effects: Sequence[type[Effect] | Effect]) -> dict[str, float]:
-        """Names of the calibration beside these effects, with the values from which it starts."""
+        """Start values of the calibration beside these effects, by name."""
         ...
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
@@ -71,10 +71,12 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """A parameter to fit: `modulus_scale[A]`, or `gent_stiffening.jm` with the effect's name.
+    """A parameter to fit, such as `modulus_scale[A]` or `gent_stiffening.jm` (effect and
+    parameter).
 
-    low, high: bounds; typical: where it is usually found; start: where a search starts; spread: one
-    sigma of its prior about 1.
+    low, high: bounds. start: where a search starts. typical: usual range. logarithmic: whether it
+    is searched by its logarithm. effect: name of its effect; None for the calibration. spread:
+    standard deviation of its prior about 1; infinite for no prior.
     """
 
     name: str
@@ -89,18 +91,23 @@ class FreeParameter:
 
 
 class Forward:
-    """A model's predictions for a set, in the order of its table.
+    """A model's predictions for a measurement set, in the order of its sample table.
 
-    effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
-    act in the experiment. calibration: of a model file; where a search starts, or with
-    free_calibration false what stays. springs: of a blocked tip, `exact` or `linear`; joints: those
-    of a held chain.
+    Args:
+        data: the measurement set.
+        base: name of the base model.
+        effects: classes of effects whose parameters are free.
+        fixed: effects with fixed parameters; those that do not act in the experiment are ignored.
+        calibration: values from a model file, from which a search starts.
+        free_calibration: whether the calibration is free; if not, it keeps the values given.
+        springs: for a blocked tip, `exact` or `linear`.
+        joints: spring model of the joints of a chain (base torque).
 
-    parameters: the free ones, calibration first, then those of effects in the order of stages.
-    measured (samples,): the values of the set's table.
+    Attributes: parameters, the free ones, first those of the calibration, then those of effects in
+    the order of stages; measured (samples,), the values of the sample table.
 
-    Raises ValueError for an effect that cannot act in the set, an unknown base, and whatever the
-    set lacks.
+    Raises ValueError for an effect that cannot act in the set, an unknown base, and anything that
+    the set lacks.
     """
 
     def __init__(
@@ -171,9 +178,10 @@ class Forward:
         return np.broadcast_to(found[:, self._own], (len(values), self.measured.size))
 
     def grows(self, values: Array) -> Mask:
-        """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).
+        """Whether the elastic stress rises with the stretch up to a stretch of 4, (lanes,) for
+        parameter values (lanes, k).
 
-        Other values are out of bounds, though predictions stay finite there.
+        Where it does not, parameters count as out of bounds, though predictions are finite.
         """
         effects = [*self._fixed, *self.effects_at(values)]
         strained = getattr(self._experiment, "strained", None)
@@ -181,7 +189,7 @@ class Forward:
         return np.broadcast_to(found, len(values))
 
     def effects_at(self, values: Array) -> list[Effect]:
-        """The free effects at parameter values (lanes, k), with their values in lanes."""
+        """The free effects with parameter values (lanes, k)."""
         columns = dict(zip((p.name for p in self.parameters), np.transpose(values), strict=True))
         return [
             effect.in_lanes({p.name: columns[f"{effect.name}.{p.name}"] for p in effect.parameters})
@@ -192,7 +200,9 @@ class Forward:
 def experiment_of(
     data: MeasurementSet, base: str, springs: str = "exact", joints: SpringModel = THESIS
 ) -> Experiment:
-    """What predicts a set's experiment under a base model."""
+    """The object that predicts the experiment of a set under a base model. springs, joints: as for
+    `Forward`.
+    """
     if base not in BASES:
         raise ValueError(f"base: expected one of {', '.join(BASES)}, got {base}")
     if base == "linear":
@@ -209,7 +219,9 @@ def experiment_of(
 
 
 def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:
-    """Why an effect cannot show in this set, before any calculation; None if it may."""
+    """Why an effect cannot show in this set, as a clause, found without any calculation; None if it
+    may show.
+    """
     if effect.unseen_in.get(data.experiment):
         return effect.unseen_in[data.experiment]
     if data.experiment not in effect.experiments:
@@ -224,7 +236,9 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
 
 
 def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:
-    """Why the search for what is missing leaves out an effect; None if it takes part."""
+    """Why the search for missing effects leaves out an effect, as a clause; None if the effect is
+    searched.
+    """
     if effect.refines and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
     reason = inapplicable(effect, data, base)
@@ -254,7 +268,9 @@ def _is_clock(data: MeasurementSet) -> bool:
 
 
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
-    """Raise ValueError unless an effect can act in a set's experiment beside a base model."""
+    """Raise ValueError unless an effect can act in the experiment of a set and with the
+    base model.
+    """
     reason = None
     if data.experiment not in effect.experiments:
         reason = effect.unseen_in.get(data.experiment, f"it does not act in {data.experiment}")

@@ -33,8 +33,8 @@ SAMPLES_A_GROUP = 16  # samples in which a finger moves little
 class FreeBending:
     """Tip angles (lanes, samples) [rad], run after run.
 
-    Raises DocumentError for a specimen that lacks a key of the model (also in `predict`: the mass,
-    under gravity), ValueError for a mount that is none of GRAVITY_OF_MOUNT.
+    Raises DocumentError for a specimen that lacks a key of the model (`predict` does so for the
+    mass, if gravity acts), ValueError for a mount that is not in GRAVITY_OF_MOUNT.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -57,7 +57,7 @@ class FreeBending:
         return SpecimenSections(self._data, uniform=False)
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

@@ -36,18 +36,22 @@ _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
 
 class HandMotion(HandPose):
-    """Places (lanes, samples) [m] of the markers of hands in motion, as `HandPose` lays them out.
+    """Positions (lanes, samples) [m] of the markers of a moving hand, in the order of `HandPose`.
 
-    Chains are cut into a few segments and followed in time (`softhand_model.motion`) under the
-    pressures that were read, straight from sample to sample, along the path of the wrist. The hand
-    rests at the first sample of a run. What few segments and long steps are off by is computed
-    once, of the hand as it is stated, and taken off all predictions. Pressures that no hand bears
-    give NaN.
+    Chains are cut into a few segments and integrated in time (`softhand_model.motion`), under the
+    measured pressures, linear between samples, along the path of the wrist. The hand rests at the
+    first sample of a run. The error of few segments and long steps is computed once, for the hand
+    as stated, and subtracted from all predictions. Pressures that no hand can bear give NaN.
 
-    segments, step [s]: with these, and then nothing is taken off.
+    Args:
+        data: the measurement set.
+        segments: number of segments of an actuator; None: that of the simulated hand if the set
+            states it, else MOTION_SEGMENTS.
+        step: time step [s], with which no error is subtracted; None: LONGEST_STEP, with the
+            subtraction.
 
-    Raises DocumentError for a missing column, samples that are too few in time, or a wrist whose
-    pose is stated in part.
+    Raises DocumentError for a missing column, too few samples in time, or a wrist whose pose is
+    only partly stated.
     """
 
     most_kept = KEPT_MOTIONS
@@ -80,7 +84,7 @@ class HandMotion(HandPose):
         self._paths: dict[tuple[int, float], WristPath] = {}
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
-        """Places (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
+        """Positions (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
         if not self._possible:
             lanes = max((np.size(number) for number in calibration.values()), default=1)
             return np.full((lanes, self._data.table.samples), np.nan)
@@ -214,9 +218,10 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
 
 
 def own_errors(data: MeasurementSet, model: Model) -> Array:
-    """Errors (k, samples) [m] of a model's predictions that no repeats show, each by itself: by the
-    zero of the sensor of each channel, by clocks of pressures and markers that differ, and by what
-    is left of that of few segments, which falls with their square.
+    """Errors (k, samples) [m] of the predictions themselves, which repeats do not show, one row for
+    each source: the zero of the pressure sensor of each channel, different clocks of pressures and
+    markers, and what is left of the error of few segments, which falls with the square of their
+    number.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or MOTION_SEGMENTS

@@ -1,4 +1,6 @@
-"""Poses of a whole hand at rest: where its markers are under pressures and weight, no contact."""
+"""Poses of a whole hand at rest: positions of its markers under pressures and weight, without
+contact.
+"""
 
 from __future__ import annotations
 
@@ -45,18 +47,18 @@ BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubb
 
 
 class HandPose:
-    """Places (lanes, samples) [m] of the markers of hands, run after run, marker after marker, x, y
-    and z, in the frame of the wrist.
+    """Positions (lanes, samples) [m] of the markers of hands in the frame of the wrist: run after
+    run, marker after marker, x, y and z.
 
     The chains are those of the simulator, cut into more segments, in equilibrium under pressures
-    and weight (`equilibrium.hand_statics`). Weight is in the base model: `gravity` only scales it.
-    Where the parameters of a lane leave no equilibrium, its places are NaN. Where the frame of the
-    places is free, they are moved rigidly to where all markers were seen, in the runs that are held
-    out as well, and so is the weight.
+    and weight (`equilibrium.hand_statics`). The base model includes the weight; `gravity` only
+    scales it. Parameters without an equilibrium give NaN. If the frame of the positions is unknown,
+    predictions are moved rigidly to where all markers were seen, also in runs that are held out,
+    and the weight turns with them.
 
-    strained: sections (1, 1, n) of all actuators, and how they are.
-
-    segments: of an actuator; None: those of a simulated hand that says so, else HAND_SEGMENTS.
+    segments: number of segments of an actuator; None: that of the simulated hand if the set states
+    it, else HAND_SEGMENTS. strained: sections (1, 1, n) of all actuators, and how they are
+    strained.
 
     Raises DocumentError for a missing column, ValueError for a marker on an arc.
     """
@@ -101,11 +103,11 @@ class HandPose:
         )
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
-        """Places (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
+        """Positions (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
         numbers = [*calibration.values(), *(v for e in effects for v in e.values.values())]
         lanes = max((np.size(number) for number in numbers), default=1)
         return np.stack([self._lane(calibration, effects, lane) for lane in range(lanes)])
@@ -231,8 +233,8 @@ class HandPose:
 
 
 def turned_frame(data: MeasurementSet) -> WristFrame | None:
-    """The frame of the places of a set; None where it is about that of the wrist, or where the
-    shape of the hand does not tell.
+    """The frame in which the positions of a set were measured; None if it is about that of the
+    wrist, or if the shape of the hand does not tell.
     """
     pressures = [[run.columns[name] for name in data.pressures] for run in data.runs]
     places = {
@@ -252,10 +254,12 @@ def turned_frame(data: MeasurementSet) -> WristFrame | None:
 
 
 def own_error(data: MeasurementSet, model: Model) -> float:
-    """Error [m] of a model's predictions that no repeats show, root mean square over the set: by
-    the zeros of the sensors of all channels, and by few segments, a third more than the change with
-    twice as many, as it falls with their square; the latter is 0 for a simulated hand with as many.
-    0 for anything but a hand.
+    """Root mean square error [m] of the predictions themselves, which repeats do not show; 0 for
+    sets of anything but a hand.
+
+    It has two sources: the zeros of the pressure sensors, and the finite number of segments. As the
+    latter error falls with the square of that number, it is 4/3 of the change with twice as many
+    segments; it is 0 for a simulated hand with the same segments.
     """
     if not data.of_hand:
         return 0.0
@@ -272,7 +276,9 @@ def own_error(data: MeasurementSet, model: Model) -> float:
 
 
 def shifted(data: MeasurementSet, channel: str) -> MeasurementSet:
-    """The set with the pressures of a channel read with an error of the sensor's zero."""
+    """The set in which the pressures of a channel have the error of a sensor's zero,
+    `Rules.pressure_zero`.
+    """
     runs = tuple(
         replace(run, columns={**run.columns, channel: run.columns[channel] + RULES.pressure_zero})
         for run in data.runs
@@ -281,10 +287,10 @@ def shifted(data: MeasurementSet, channel: str) -> MeasurementSet:
 
 
 def with_weight(data: MeasurementSet, model: Model) -> Model:
-    """The model of a set: of a hand, with the weight that its base model has.
+    """The model for a set. For a hand, the effect `gravity` is added if the model does not have it.
 
-    Raises ValueError for a model of a hand with another base or with effects that the statics of
-    hands do not have.
+    Raises ValueError for a hand if the model has another base than `pneuflex`, or effects that the
+    statics of hands do not have.
     """
     if not data.of_hand:
         return model
@@ -324,13 +330,13 @@ def _frame_of(effects: Sequence[Effect]) -> Array:
 
 
 def at_lane(number: float | Array, lane: int) -> float:
-    """The value of a number, or of numbers in lanes, in a lane."""
+    """The value of a number in one lane; a number without lanes is the same in all."""
     values = np.ravel(number)
     return float(values[lane if values.size > 1 else 0])
 
 
 def in_lane(effect: Effect, lane: int) -> Effect:
-    """The effect with its values in a lane, as plain numbers."""
+    """The effect with its values in one lane, as plain numbers."""
     one = type(effect).__new__(type(effect))
     one.values = {name: at_lane(value, lane) for name, value in effect.values.items()}
     return one

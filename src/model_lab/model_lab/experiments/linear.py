@@ -1,7 +1,7 @@
 """The base `linear`: output = coefficient*input, for actuators whose inside is not known.
 
-Effects see u = y/y_ref in place of q and lambda - 1, with y_ref the largest base output of the
-set.
+Effects get u = y/y_ref in place of the load q and the strain lambda - 1, where y_ref is the largest
+base output of the set.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LINEAR_EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
 
 
 class LinearBase:
-    """Outputs (lanes, samples), run after run, of sets with pressure or stretch as input.
+    """Outputs (lanes, samples), run after run, of sets whose input is a pressure or a stretch.
 
     Raises ValueError for a set of another experiment.
     """
@@ -52,7 +52,7 @@ class LinearBase:
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Coefficient of each specimen by name, with its least-squares value.
 
-        A specimen whose output was not measured has 1, as has one without input.
+        It is 1 for a specimen without measured outputs, or whose input is 0 throughout.
         """
         found = {}
         for name in dict.fromkeys(run.specimen for run in self._data.runs):

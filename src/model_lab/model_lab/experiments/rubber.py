@@ -15,10 +15,11 @@ from softhand_model.effects import Effect
 
 
 class Rubber:
-    """Nominal stresses (lanes, samples) [Pa], run after run: G*(Q + nu + s_c*w) of each run's mode.
+    """Nominal stresses (lanes, samples) [Pa], run after run: G*(Q + nu + s_c*w) in the mode of each
+    run.
 
-    A specimen's largest stretch carries over within a mode, as each has a sample of its own shape.
-    Raises DocumentError for a specimen without shear_modulus.
+    The largest stretch of a specimen carries over to later runs of the same mode only, as each mode
+    is tested on a sample of its own. Raises DocumentError for a specimen without shear_modulus.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -33,7 +34,7 @@ class Rubber:
         self.strained = SHAPELESS, "pure_shear"  # the mode of an actuator's wall
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

@@ -1,4 +1,6 @@
-"""Rows of a set's runs, all at once or step by step, and the calibration of their rubber."""
+"""Rows of the runs of a set, all at once or step by step, and the modulus calibration of their
+rubber.
+"""
 
 from __future__ import annotations
 
@@ -28,26 +30,29 @@ ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
 def batches(data: MeasurementSet) -> list[str]:
-    """Batches of the specimens of a set's runs, in their order."""
+    """Names of the batches to which the specimens of the runs belong, in the order of the runs."""
     return list(dict.fromkeys(data.specimens[run.specimen].batch for run in data.runs))
 
 
 def modulus_scales(data: MeasurementSet) -> dict[str, float]:
-    """Names of the factors, with the value from which a search starts."""
+    """Start values, by name, of the factors on the shear modulus of each batch."""
     return {f"modulus_scale[{batch}]": 1.0 for batch in batches(data)}
 
 
 def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> Array:
-    """Factor (lanes, runs, 1) on the shear modulus of each run, from values (lanes,) by name."""
+    """Factor (lanes, runs, 1) on the shear modulus of each run, from calibration values (lanes,) by
+    name.
+    """
     of_runs = [f"modulus_scale[{data.specimens[run.specimen].batch}]" for run in data.runs]
     scales = [np.atleast_1d(calibration.get(name, 1.0)) for name in of_runs]
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
 
 
 class SampleRows:
-    """Rows of arrays (lanes, rows, sections): the samples of a set, one run after the other.
+    """Layout of arrays (lanes, rows, sections): one row per sample of a set, one run after the
+    other.
 
-    run (rows,): index of the run of each sample.
+    run (rows,): index of the run of each row.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -63,7 +68,7 @@ class SampleRows:
 
     @cached_property
     def runs(self) -> Runs:
-        """The runs with the times of their steps."""
+        """The runs with the durations of their steps."""
         counts = [run.samples for run in self._data.runs]
         times = [run.columns.get("time", np.zeros(run.samples)) for run in self._data.runs]
         latest: dict[str, int] = {}
@@ -79,25 +84,25 @@ class SampleRows:
         )
 
     def column(self, name: str) -> Array:
-        """A column (1, rows, 1)."""
+        """A column of the set, (1, rows, 1)."""
         parts = [np.asarray(run.columns[name], float) for run in self._data.runs]
         return np.concatenate(parts)[None, :, None]
 
     def modulus_factor(self, staged: StagedEffects) -> Array | float:
-        """Shear modulus (lanes, runs, 1) over its nominal value."""
+        """Shear modulus (lanes, runs, 1) over its nominal value, at the temperature of each run."""
         self._surround(staged.load, self._starts)
         temperature = np.array([run.temperature for run in self._data.runs])
         return staged.modulus_factor(temperature[None, :, None])
 
     def peaks(self, values: Array) -> Array:
-        """Largest value (lanes, runs, 1) of each run."""
+        """Largest value (lanes, runs, 1) in each run, of values (lanes, rows, 1)."""
         return np.maximum.reduceat(values, self._starts, axis=1)
 
     def through(
         self, staged: StagedEffects, effects: Sequence[Effect], method: str, values: Array
     ) -> Array:
-        """Outputs (lanes, rows, 1) of what this method of effects, one after the other, makes of
-        inputs (lanes, rows, 1): in steps for an effect that remembers and has no `in_runs`.
+        """Outputs (lanes, rows, 1) of effects, applied one after the other by their method of this
+        name to values (lanes, rows, 1). An effect with memory and without `in_runs` is stepped.
         """
         for effect in effects:
             values = self._through_one(effect, method, staged.memory[effect.name], values)
@@ -113,7 +118,9 @@ class SampleRows:
         return found
 
     def chamber_pressure(self, staged: StagedEffects, reading: Array) -> Array:
-        """Pressure (lanes, rows, 1) [Pa] in the chamber where a gauge shows (1, rows, 1) [Pa]."""
+        """Pressure (lanes, rows, 1) [Pa] in the chamber when the sensor reads `reading` (1, rows,
+        1) [Pa].
+        """
         if staged.delays:
             reading = self._delayed(staged, reading)
         acting = [e for e in staged.input if overrides(e, InputEffect, "chamber_pressure")]
@@ -136,7 +143,7 @@ class SampleRows:
         return found
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
-        """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
+        """What the sensor of an output reads, (lanes, rows), for true values (lanes, rows, 1)."""
         acting = [effect for effect in staged.output if effect.shows(output)]
         return self.through(staged, acting, "reading", values)[:, :, 0]
 
@@ -160,10 +167,11 @@ class SampleRows:
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
     ) -> Array:
-        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and runs (rows,).
+        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and of the run (rows,)
+        of each row.
 
-        It is called for a part of the rows at a time; the more `sections` it has for each row, the
-        fewer rows, which bounds the memory.
+        To limit the memory, it is called for some of the rows at a time: the fewer, the more
+        `sections` each row has.
         """
         size = max(ROWS_AT_ONCE // sections, 1)
         parts = [slice(edge, edge + size) for edge in range(0, len(self.run), size)]
@@ -172,11 +180,12 @@ class SampleRows:
     def in_steps(
         self, step: Step, values: Array, surround: Callable[[Indices], None] = lambda _rows: None
     ) -> Array:
-        """Outputs (lanes, rows, 1) of a function that remembers, stepped through all runs together.
+        """Outputs (lanes, rows, 1) of a function with memory, stepped through all runs at the same
+        time.
 
         It starts at rest, and the first sample takes no time; runs that start steady have had the
-        input of their first sample for a long time. surround: called with the rows (runs,) of each
-        step before the step.
+        input of their first sample for a long time. surround: called before each step with the rows
+        (runs,) of the step.
         """
         in_order = np.ascontiguousarray(values[:, self._padded].swapaxes(0, 1))
         if self._steady.any():

@@ -1,4 +1,4 @@
-"""Models of the specimens of a set: sections, segment chains, and what they remember."""
+"""Models of the specimens of a set: sections, segment chains, and their memory."""
 
 from __future__ import annotations
 
@@ -36,10 +36,12 @@ GAUSS_POINTS_A_SEGMENT = 4  # Gauss points on each segment of an actuator whose 
 
 # ---------------------------------------------------------------------- what they remember
 class SpecimenMemory:
-    """Steps through the runs of a set, whose specimens carry over their largest values in order.
+    """Steps through the runs of a set, where specimens carry their largest values over to later
+    runs.
 
-    The runs are stepped together, so what a run starts with is guessed from the peaks of those
-    before it, and mended in further passes where time has changed these peaks.
+    All runs are stepped at the same time. So the values with which a run starts are first taken
+    from the peaks of the inputs of earlier runs, and corrected in further passes if these differ in
+    time.
     """
 
     def __init__(self, rows: SampleRows) -> None:
@@ -48,7 +50,9 @@ class SpecimenMemory:
         self._before = rows.runs.before.tolist()
 
     def in_steps(self, begin: Callable[[], Step], staged: StagedEffects, values: Array) -> Array:
-        """Outputs (lanes, rows, 1) for inputs (lanes, rows, 1); begin resets and gives the step."""
+        """Outputs (lanes, rows, 1) for inputs (lanes, rows, 1). begin: resets the memory and
+        returns the step function.
+        """
         kept = {
             (effect.name, key): virgin
             for effect in staged.elastic
@@ -93,12 +97,14 @@ def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
 class SpecimenSections:
     """Sections along the specimen of each run; arrays are (1, runs, sections).
 
-    x, weight [m]: Gauss points from the base and their weights (0 where a specimen has fewer than
-    others); length (1, runs, 1) [m]; shape: with the nominal shear modulus.
+    Args:
+        data: the measurement set.
+        uniform: whether one section is enough for a specimen of constant height, width and walls.
 
-    running (runs, sections, sections) [m]: integrals from the base to each point.
+    Attributes: x, weight [m], Gauss points from the base and their weights (0 where a specimen has
+    fewer points than others); length (1, runs, 1) [m]; shape, with the nominal shear modulus;
+    running (runs, sections, sections) [m], weights of integrals from the base to each point.
 
-    uniform: whether a specimen of constant height, width and walls counts as one section.
     Raises DocumentError for a specimen without the keys of SPECIMEN_KEYS.
     """
 
@@ -135,12 +141,14 @@ class SpecimenSections:
 
 
 def numbers(specimens: list[Specimen], key: str) -> Array:
-    """A number (1, specimens, 1) of each specimen."""
+    """The value (1, specimens, 1) of a key of each specimen."""
     return np.array([specimen.values[key] for specimen in specimens], float)[None, :, None]
 
 
 def circumference(data: MeasurementSet, sections: SpecimenSections) -> Array:
-    """Circumference (1, runs, sections) [m]: the specimen's, or that of the rectangle."""
+    """Circumference (1, runs, sections) [m]: as the specimen states it, else that of the rectangle
+    of height and width.
+    """
     around = 2.0 * (sections.shape.height + sections.shape.width)
     for row, run in enumerate(data.runs):
         specimen = data.specimens[run.specimen]
@@ -193,11 +201,12 @@ def _rule(specimen: Specimen, uniform: bool) -> _Rule:
 
 # ---------------------------------------------------------------------- segments
 class SpecimenSegments:
-    """Straight actuators cut into equal segments, and the sections at which these are evaluated.
+    """Straight actuators cut into equal segments, and the sections at which the segments are
+    evaluated.
 
-    chains: by specimen, of the nominal modulus. shape: sections (1, runs, segments*points) of each
-    run's specimen, segment after segment; weight [m] (1, runs, segments, points). Where no section
-    varies segments and points are 1: one value holds for all.
+    chains: by specimen, with the nominal modulus. shape: sections (1, runs, segments*points) of the
+    specimen of each run, segment after segment. weight [m]: (1, runs, segments, points). If no size
+    varies along any specimen, segments and points are 1: one section stands for all.
 
     Raises DocumentError for a specimen without the keys of the model.
     """

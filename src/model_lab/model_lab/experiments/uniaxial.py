@@ -1,6 +1,7 @@
 """Prediction of the nominal stress at a stretch, in uniaxial tension or another mode.
 
-The stretch is imposed, so there is nothing to solve; the effects see the same elastic side.
+The stretch is imposed, so there is nothing to solve. Effects act on the elastic stress as in
+bending.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 class Uniaxial:
     """Nominal stresses (lanes, samples) [Pa], run after run: G*(Q + nu + s_c*w).
 
-    mode: of `effects.stages.Strain`, of all runs. Raises DocumentError for a specimen without
-    shear_modulus.
+    mode: mode of deformation of all runs, see `effects.stages.Strain`. Raises DocumentError for a
+    specimen without shear_modulus.
     """
 
     def __init__(self, data: MeasurementSet, mode: str = "uniaxial") -> None:
@@ -48,7 +49,7 @@ class Uniaxial:
         self._strain = self._rows.column("stretch") - 1.0
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Names of the calibration with the values from which a search starts."""
+        """Start values of the calibration beside these effects, by name."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
@@ -63,8 +64,8 @@ class Uniaxial:
 
 
 def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Array) -> Array:
-    """Elastic side (lanes, rows, 1) [-] of rubber whose strain lambda - 1 (1, rows, 1) is imposed;
-    mode is that of `effects.stages.Strain`.
+    """Elastic stress over the modulus, (lanes, rows, 1) [-], of rubber whose strain lambda - 1 (1,
+    rows, 1) is imposed in a mode of `effects.stages.Strain`.
     """
 
     def step(strain: Array, dt: Array) -> Array:

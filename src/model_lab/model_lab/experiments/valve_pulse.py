@@ -21,12 +21,12 @@ USUAL_CONDUCTANCE = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the c
 class ValvePulse:
     """Masses (lanes, samples) [kg] that the pulses of a set move, run after run.
 
-    The base is the naive model c*p_in*duration with one c [kg/(s Pa)] a direction (section 4.4.3).
-    Where `friction_integral` or `injector_integral` were not recorded, the pressures count as
-    constant over the pulse.
+    The base is the naive model c*p_in*duration with one coefficient c [kg/(s Pa)] per direction
+    (section 4.4.3). If `friction_integral` or `injector_integral` were not recorded, pressures
+    count as constant during the pulse.
 
-    Raises ValueError naming run and column for a direction that is neither, and for durations or
-    pressures that are not above 0; DocumentError for a missing column.
+    Raises ValueError, which names run and column, for a direction other than 1 and -1 and for
+    durations or pressures that are not above 0; DocumentError for a missing column.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -47,10 +47,11 @@ class ValvePulse:
         self._measured = data.table.value
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
+        """Least-squares values [kg/(s Pa)] of the calibration that acts beside these effects, by
+        name.
 
-        `inflate` and `deflate`, as far as the set has such pulses (what is usual if no mass was
-        measured); none where an effect replaces the naive term.
+        They are `inflate` and `deflate`, if the set has such pulses; usual values if no mass was
+        measured. Empty if an effect replaces the naive term.
         """
         if any(getattr(effect, "replaces_naive", False) for effect in effects):
             return {}
@@ -66,9 +67,9 @@ class ValvePulse:
         }
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
-        """Masses (lanes, samples) [kg]: calibration (lanes,) by name, effects with values in lanes.
+        """Masses (lanes, samples) [kg]: calibration (lanes,) by name, effects in lanes.
 
-        A calibration that is absent counts as 0. Effects of other stages change nothing here.
+        A calibration value that is absent counts as 0. Effects of other stages have no influence.
         """
         flow = [effect for effect in in_order(effects) if isinstance(effect, FlowEffect)]
         return moved_mass(self._naive(calibration), flow)

@@ -1,7 +1,7 @@
 """What the input did between samples: whether it was held until it jumped, or went straight.
 
-Time constants near the time between samples depend on it. Both are tried with the model as it is
-and a lag behind it, of whatever size; the one that predicts what was held out better is kept.
+Time constants near the time between samples depend on it. Both are tried with the model as it is,
+followed by lags of many time constants; the one that predicts held-out data better is kept.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ Predict = Callable[[MeasurementSet], Array]
 
 
 def with_input_between(data: MeasurementSet, predict: Predict) -> MeasurementSet:
-    """The set, which says whether its input is held where it jumps."""
+    """The set, whose field `jumps` now says whether its input is held between samples and then
+    jumps, or goes straight. predict: returns the outputs of the model for a set.
+    """
     if not any(len(jumps(data, run)) for run in data.runs):
         return data
     held, own = with_jumps(data)

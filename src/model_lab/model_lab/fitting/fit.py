@@ -34,7 +34,7 @@ DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the sam
 
 
 class Parameterised(Protocol):
-    """What is fitted: see `forward.Forward`."""
+    """The interface of what can be fitted, see `forward.Forward`."""
 
     @property
     def parameters(self) -> Sequence[Any]:
@@ -43,7 +43,7 @@ class Parameterised(Protocol):
 
     @property
     def measured(self) -> Array:
-        """What was measured (samples,)."""
+        """Measured values (samples,)."""
         ...
 
     def predict(self, values: Array) -> Array:
@@ -53,9 +53,10 @@ class Parameterised(Protocol):
 
 @dataclass(frozen=True)
 class Likelihood:
-    """A forward model with the noise it is judged by; floor (bands,) is v0 above.
+    """A forward model with the noise by which it is judged.
 
-    gain_known: whether repeats say how much the gain of runs scatters.
+    floor (bands,): variance v0 of the noise floor in each band (see the module). gain_known:
+    whether repeats tell how much the gains of runs scatter.
     """
 
     forward: Parameterised
@@ -72,23 +73,24 @@ class Likelihood:
 
     @property
     def parameters(self) -> Sequence[Any]:
-        """The free parameters, in the order of values."""
+        """The free parameters, in the order of the values (k,)."""
         return self.forward.parameters
 
     @property
     def names(self) -> list[str]:
-        """Their names."""
+        """Names of the free parameters."""
         return [parameter.name for parameter in self.parameters]
 
     def residuals(self, values: Array) -> Array:
-        """Measured minus predicted (lanes, samples)."""
+        """Measured minus predicted values (lanes, samples), for parameter values (lanes, k)."""
         return self.forward.measured - self.forward.predict(values)
 
     def variance(self, power: Array) -> Array:
-        """Variance (lanes, bands) of a coefficient of each band, for sums of squares likewise.
+        """Variance (lanes, bands) of a coefficient in each band, from sums of squares (lanes,
+        bands).
 
-        Errors of the gains, which are few, may not be larger than those of the shape: else a model
-        that is wrong would be fitted in its shape alone, and its size be left to chance.
+        The errors of the gains, which are few, are limited to those of the shape. Otherwise a wrong
+        model would be fitted to the shape alone, with an arbitrary size.
         """
         counts = self.spectrum.counts()
         raw = (power + PSEUDO_OBSERVATIONS * self.floor) / (counts + PSEUDO_OBSERVATIONS)
@@ -120,7 +122,9 @@ class Likelihood:
         return far, 1.0 - far / np.where(far > 0.0, mean_square, 1.0)
 
     def deviance(self, power: Array, values: Array) -> Array:
-        """Minus twice the log likelihood (lanes,), but for a constant."""
+        """Minus twice the log likelihood (lanes,), up to a constant, from sums of squares (lanes,
+        bands) and parameter values (lanes, k).
+        """
         counts = self.spectrum.counts() + PSEUDO_OBSERVATIONS
         variance = self.variance(power)
         given = power + PSEUDO_OBSERVATIONS * self.floor
@@ -130,11 +134,12 @@ class Likelihood:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model: values and covariance of its parameters, and how well it does.
+    """A fitted model.
 
-    jacobian (samples, k): of the prediction by the search coordinates. covariance (k, k) of those
-    coordinates. coefficients (samples,): the residual's. variance (bands,). at_limit (k,): lies on
-    a bound.
+    values (k,): of its parameters. residual (samples,): measured minus predicted. coefficients
+    (samples,): transform of the residual. variance (bands,): of a coefficient in each band.
+    jacobian (samples, k): of the prediction by the search coordinates (see `Scales`). covariance
+    (k, k): of these coordinates. at_limit (k,): whether a parameter lies on a bound.
     """
 
     likelihood: Likelihood
@@ -167,7 +172,7 @@ class _Point:
 
 
 def fit(likelihood: Likelihood, starts: Array) -> Fit:
-    """The best fit from parameters starts (n, k), all improved at the same time."""
+    """The best of the fits from n starts (n, k), which are improved at the same time."""
     coordinates = np.clip(
         likelihood.scales.inward(starts), likelihood.scales.low, likelihood.scales.high
     )
@@ -295,9 +300,11 @@ def _normal_equations(likelihood: Likelihood, point: _Point) -> tuple[Array, Arr
 
 
 def inverse(normal: Array, singular: float = 1e-14) -> Array:
-    """Pseudo-inverses (..., k, k) of normal equations, whatever the units of their parameters.
+    """Pseudo-inverses (..., k, k) of the matrices of normal equations, whatever the units of their
+    parameters.
 
-    singular: eigenvalue, with a diagonal of ones, below which a direction is left alone.
+    singular: directions whose eigenvalue, with the diagonal scaled to 1, is below this are left
+    out.
     """
     diagonal = np.diagonal(normal, axis1=-2, axis2=-1)
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))

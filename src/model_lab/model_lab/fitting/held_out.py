@@ -1,10 +1,10 @@
 """Held-out errors: every fold is predicted by parameters fitted to the others.
 
-Around the fit of all data these follow from one Gauss-Newton step, shortened where the whole
-non-linear model says that it went too far; where that is asked for, as of few folds each is much of
-the data, from as many steps as it takes, too. The predictions are those of the whole model. Two
-weights are tried, that of the banded noise and none: the first is right for a model that explains
-the data, the second for one that does not. What predicts better counts.
+Around the fit of all data these follow from one Gauss-Newton step, shortened where the non-linear
+model says that it went too far. On request, which makes sense when folds are few and each is a
+large part of the data, they are also computed by complete fits. Predictions are always those of the
+non-linear model. Two weightings are tried, by the banded noise and equal: the first is right for a
+model that explains the data, the second for one that does not. The one that predicts better counts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MOST_STEPS = 20  # of a fit to the other folds
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out residual (samples,), and for each fold its mean square (folds,)."""
+    """Held-out residual (samples,), and its mean square in each fold (folds,)."""
 
     residual: Array
     mean_square: Array
@@ -37,9 +37,9 @@ class HeldOut:
 
 
 def hold_out(fit: Fit, anew: bool = False) -> HeldOut:
-    """Predict every fold without its own data.
+    """Predict every fold by parameters fitted to the other folds.
 
-    anew: also by parameters that are fitted to the others anew, not by a step.
+    anew: whether complete fits are tried as well as one step from the fit to all data.
     """
     table = fit.likelihood.spectrum.table
     fold_of, folds = table.fold, len(table.folds)

@@ -36,9 +36,10 @@ SMALLEST_LEVEL = 1e-15  # in the unit of the outputs; masses of pulses are above
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The transform of one measurement set; bands (samples,) numbers the band of a coefficient.
+    """The transform of one measurement set into bands of frequency.
 
-    Bands of different outputs differ. Coefficients are laid out like the samples.
+    bands (samples,): number of the band of each coefficient; coefficients are laid out like the
+    samples. band_output (bands,): output of each band, as outputs have bands of their own.
     """
 
     table: SampleTable
@@ -48,7 +49,9 @@ class Spectrum:
     _by_length: tuple[tuple[int, IntArray], ...]
 
     def in_one_band(self) -> Spectrum:
-        """The same with all coefficients of an output in one band: the errors count as white."""
+        """The spectrum with all coefficients of an output in one band, so that errors count as
+        white.
+        """
         outputs, bands = np.unique(self.band_output[self.bands], return_inverse=True)
         return replace(self, bands=bands.reshape(-1).astype(np.int64), band_output=outputs)
 
@@ -79,7 +82,9 @@ class Spectrum:
 
 
 def make_spectrum(table: SampleTable, reference: Array) -> Spectrum:
-    """The transform whose first vectors lie along a reference prediction (samples,)."""
+    """The transform in which the first vector of each series lies along a reference prediction
+    (samples,).
+    """
     by_length, reflections = [], []
     for length in sorted({part.length for part in table.series}):
         starts = [part.start for part in table.series if part.length == length]
@@ -123,11 +128,12 @@ def _keys(part: Series, short: bool) -> IntArray:
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """The error that no model can go below, one sigma in the unit of the outputs.
+    """The error below which no model can go, as a standard deviation in the SI unit of the outputs.
 
-    total: root mean square over the samples; within and between runs: its parts; upper: its 95 %
-    bound. variance (bands,): mean square of a coefficient of each band; dof (bands,): degrees of
-    freedom from which it was estimated (0: not seen in repeats). source: where it comes from.
+    total: root mean square over the samples. within, between: its parts within and between runs.
+    upper: its 95 % upper bound. variance (bands,): mean square of a coefficient in each band. dof
+    (bands,): degrees of freedom from which that was estimated; 0 for a band that repeats do not
+    show. source: what it was estimated from.
     """
 
     total: float
@@ -140,19 +146,19 @@ class NoiseFloor:
 
     @property
     def gain_known(self) -> bool:
-        """Whether it is known how much runs differ as a whole: by repeats, or as is usual."""
+        """Whether it is known how much whole runs differ, from repeats or from usual values."""
         return bool(self.dof.any())
 
 
 def noise_floor(
     data: MeasurementSet, spectrum: Spectrum, residual: Array, own_error: float | Array = 0.0
 ) -> NoiseFloor:
-    """The floor of a set, given the residual (samples,) of a model fitted to it.
+    """The noise floor of a set, from the residual (samples,) of a model fitted to it.
 
-    A model that is wrong in the same way for all repeats does not change it. own_error: of the
-    predictions themselves, which adds to the noise: its root mean square, in every band; or errors
-    (k, samples) that act together, in the bands where they are. Raises ValueError for sets from
-    which it cannot be estimated.
+    With repeats, an error of the model that is the same in all of them has no influence. own_error:
+    error of the predictions themselves, which is added to the noise: a root mean square, which
+    counts in every band, or errors (k, samples), which count in their bands. Raises ValueError for
+    sets from which no floor can be estimated.
     """
     known = _measured_floor(data, spectrum, residual)
     if not np.any(own_error):
@@ -220,7 +226,7 @@ def _falling(variance: Array, dof: Array, spectrum: Spectrum) -> Array:
 
 
 def falling(values: Array, weights: Array) -> Array:
-    """The sequence that does not rise and is nearest to values (n,) in the weighted mean square.
+    """The sequence (n,) that never rises and is nearest to values (n,) in the weighted mean square.
 
     >>> falling(np.array([1.0, 3.0, 1.0]), np.ones(3)).tolist()
     [2.0, 2.0, 1.0]

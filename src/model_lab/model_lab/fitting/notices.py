@@ -1,8 +1,8 @@
-"""Anomalies of a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps, and
-numbers that look like another unit's.
+"""Anomalies of a set that do not depend on the model: scatter, a line in the spectrum, wild
+samples, a drift, jumps, gaps, and numbers that look as if they had another unit.
 
-Whatever differs between repeats raises the noise floor, disturbances too, and so hides errors of
-the model. That is why anomalies are reported beside every verdict.
+Every difference between repeats raises the noise floor, and so hides errors of the model, even if a
+disturbance caused it. That is why anomalies are reported beside every verdict.
 """
 
 from __future__ import annotations
@@ -31,14 +31,15 @@ COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 
 @dataclass(frozen=True)
 class Notice:
-    """An anomaly: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`,
-    `size`, `absolute`, `duration` or `single_sample`.
+    """An anomaly of a set.
 
-    value: times the stated noise; frequency [Hz]; number of samples; change over the session, and
-    largest difference of repeats, in the unit of the outputs; number of jumps; longest gap [s];
-    times the readings; smallest pressure [Pa]; median duration [s]; number of runs. size: root mean
-    square, or mean of absolute values, in the unit of the outputs. text: a clause that says it.
-    x, y: the points that show it; marked: indices of those that stand out.
+    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`, `size`,
+    `absolute`, `duration` or `single_sample`. value: by kind, in this order: ratio to the stated
+    noise; frequency [Hz]; number of samples; change over the session, largest difference of
+    repeats, both in the SI unit of the outputs; number of jumps; longest gap [s]; ratio to the
+    readings; smallest pressure [Pa]; median duration [s]; number of runs. size: root mean square,
+    or mean of absolute values, in the SI unit of the outputs. text: a clause that says it. x, y:
+    the points that show it. marked: indices of points that stand out.
     """
 
     kind: str
@@ -50,12 +51,12 @@ class Notice:
     marked: IntArray
 
     def as_json(self) -> dict[str, Any]:
-        """What is said of it, without the points."""
+        """The notice as a dictionary, without the points."""
         return {"kind": self.kind, "value": self.value, "size": self.size, "text": self.text}
 
 
 def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[Notice, ...]:
-    """Anomalies in the residual (samples,) of a model, which has its repeats."""
+    """Anomalies of a set, found in the residual (samples,) of a model and in the recordings."""
     found = (
         _scattered(data, floor),
         _line(data, residual),

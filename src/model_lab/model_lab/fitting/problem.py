@@ -40,12 +40,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class FitProblem:
-    """Fit problem of a set: data, base model, effects that stay, and how noise is judged.
+    """What a diagnosis fits: data, base model, effects, and how noise is judged.
 
-    fitted: values of the parameters of the model as it is, by name. floor_as_is: the floor
-    that the model as it is shows, where a better one has shown a lower one; None else. rules: by
-    which it is judged. own_error: of the predictions themselves, a part of every floor. known:
-    results that `once` has computed; None: they are not kept.
+    fixed: effects with fixed parameters. classes: classes of effects by name. fitted: parameter
+    values of the model as it is, by name. joints: spring model of chains. rules: thresholds.
+    floor_as_is: noise floor estimated with the model as it is, if a better model has shown a lower
+    one; else None. own_error: error of the predictions themselves, see `noise_floor`. known:
+    results that `once` has computed; None: results are not kept.
     """
 
     data: MeasurementSet
@@ -62,14 +63,14 @@ class FitProblem:
     known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
-        """The likelihood of the model with these effects free."""
+        """The likelihood of the model in which the parameters of these effects are free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
         return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
     def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
-        """What `make` returns; kept under a key, and this noise floor, if results are kept. So one
-        set can be judged by many rules with few fits.
+        """The result of `make`, or the kept result of an earlier call with this key and noise
+        floor. So one set can be judged by many rules with few fits.
         """
         if self.known is None:
             return make()
@@ -86,10 +87,10 @@ def pose_problem(
     classes: Mapping[str, type[Effect]],
     rules: Rules = RULES,
 ) -> tuple[FitProblem, tuple[Effect, ...]]:
-    """The problem with its noise floor, and the model's effects that are fitted along.
+    """(problem with its noise floor, effects of the model that are fitted with the calibration).
 
-    The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
-    the input, and wild samples, are taken off first.
+    The floor is estimated from the residual of the model as it is, with its calibration fitted.
+    Before that, noise of the input and wild samples are removed.
     """
     model = with_weight(data, model)
     data = without_input_noise(without_wild_samples(made_of(data, model)))
@@ -150,9 +151,9 @@ def _as_given(starts: Array, parameters: Sequence[Any], given: Iterable[Effect])
 def in_the_range_of(
     data: MeasurementSet, classes: Mapping[str, type[Effect]]
 ) -> dict[str, type[Effect]]:
-    """Classes of effects whose parameters have usual ranges, and units, of this set.
+    """Classes of effects whose usual parameter ranges and units are adapted to this set.
 
-    Those of which no parameter is relative to it stay as they are.
+    Classes without a parameter relative to the range of the set stay as they are.
     """
     largest = {
         "pressure": _largest(data, ("pressure",)),
@@ -187,9 +188,11 @@ def _in_range(parameter: Parameter, largest: Mapping[str, float], unit: str) -> 
 
 # ---------------------------------------------------------------------- floor and starts
 def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
-    """The problem with the floor below a better model, where that is clearly lower.
+    """The problem with the noise floor estimated with a better model; None if that floor is not
+    clearly lower.
 
-    Repeats may differ by an effect, such as what earlier runs have left in the rubber.
+    It can be lower if repeats differ by an effect, such as what earlier runs have left in the
+    rubber.
     """
     floor = noise_floor(problem.data, problem.spectrum, better.residual, problem.own_error)
     if floor.total >= problem.rules.lower_floor * problem.floor.total:
@@ -198,7 +201,9 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:
-    """Starts (n, k) of a search: parameters as they are, and with softer and stiffer batches."""
+    """Starts (n, k) of a search: the start values of the parameters, and the same with softer and
+    with stiffer batches.
+    """
     start = np.array([p.start for p in parameters], float)
     scales = np.array([p.name.startswith("modulus_scale") for p in parameters], bool)
     if not scales.any():

@@ -13,9 +13,9 @@ SMOOTHINGS = (1e-9, 1e3, 60)
 
 
 def short_spline_rest(place: Array, values: Array) -> tuple[float, float]:
-    """Sum of squares that a natural smoothing spline by generalised cross-validation leaves of
-    values (n,) at places (n,) in any order, and the degrees of freedom of that rest; zeros for
-    fewer than RULES.short_spline_samples places.
+    """(sum of squares, its degrees of freedom) that a natural smoothing spline, chosen by
+    generalised cross-validation, leaves of values (n,) at places (n,) in any order; zeros for fewer
+    than RULES.short_spline_samples places.
     """
     knots, index = np.unique(place, return_inverse=True)
     if len(knots) < RULES.short_spline_samples:
@@ -49,9 +49,10 @@ def _spline_modes(knots: Array, index: IntArray) -> tuple[Array, Array]:
 
 
 def spline_square(values: Array) -> float:
-    """Mean square of what a smoothing spline by cross-validation leaves of values (n,).
+    """Mean square that a smoothing spline, chosen by cross-validation, leaves of values (n,).
 
-    Where the values have a kink a spline follows the noise; second differences do not.
+    At a kink such a spline follows the noise, but second differences do not: the larger one of the
+    two estimates is returned.
     """
     from scipy.interpolate import make_smoothing_spline  # here, as it takes long to load
 

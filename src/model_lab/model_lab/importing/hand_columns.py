@@ -277,7 +277,7 @@ def _of_pressure(table: Table, name: str, column: Column, given: Maps) -> Meant:
         )
     if kind_of_pressure(unit)[1] == ABSOLUTE:
         raise DocumentError(
-            f"{table.path}: {column.name}: expected gauge pressures, got {shortened(unit)}; take "
-            "the pressure of the air off"
+            f"{table.path}: {column.name}: expected gauge pressures, got {shortened(unit)}; "
+            "subtract the pressure of the air"
         )
     return Meant(column.name, name, usual)
