@@ -205,7 +205,11 @@ def test_a_message_that_cannot_be_used_is_refused_and_named(start, bench, peer):
     peer.publish(JointState, "pneumaticbox/state", message(START, name=["a"]))
     bench.status("model", DiagnosticStatus.WARN, "pneumaticbox/state: effort: expected 1 values")
     peer.publish(JointState, "hand/tip_angles", message(START, name=["thumb"], position=[1.0]))
-    bench.status("model", DiagnosticStatus.WARN, "hand/tip_angles: name: expected some of finger")
+    bench.status(
+        "model",
+        DiagnosticStatus.WARN,
+        "hand/tip_angles: name: expected some of the actuators finger",
+    )
     bench.play(lambda t: 20e3, lambda t: 0.0, START, START + 200 * MS)
     bench.wait_for(11)
     assert process.exit_code is None

@@ -228,7 +228,7 @@ WRONG_HEADERS = {
     "semicolons": ("time;pressure;tip_angle\n0;0;0\n", "semicolons, `model-lab import FILE..."),
     "preamble": ("Machine;X\n\ntime,pressure,tip_angle\n0,0,0\n", "line 3 has it: where other"),
     "none": ("0,0,0\n1,1,1\n", "names of the columns into the first line"),
-    "empty file": ("", "expected a line of column names"),
+    "empty file": ("", "expected names of the columns"),
 }
 
 

@@ -1,1 +1,1 @@
-"""Runs and sets before anything is measured: protocols, layouts, synthesised sets."""
+"""Planned runs and sets: protocols, layouts, and synthesised sets."""

@@ -31,9 +31,11 @@ UP_AND_DOWN = ((0.0, 0.5), (0.25, 1.0), (0.5, 0.2), (0.8, 0.8))
 
 @dataclass(frozen=True)
 class Protocol:
-    """A wrist that starts at an orientation [rad], turns by `turn` [rad] and moves by `way` [m] to
-    and fro at a rate [Hz]; courses of the pressure, each channel's begun `apart` [s] after that of
-    the one before, or of the next one where it is negative.
+    """Motion of the wrist, and course of the pressures.
+
+    rpy [rad]: orientation of the wrist at the start. turn [rad]: angles by which it turns. way [m]:
+    by which it moves to and fro, at `rate` [Hz]. course: corners of the pressure over time. apart
+    [s]: delay of each channel after the one before it; if negative, after the next one.
     """
 
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -56,7 +58,7 @@ HAND_MOTIONS = {
 
 
 def hand_motion_set(name: str = "rbo_hand_2") -> MeasurementSet:
-    """A hand with nothing measured yet: two repeats of six protocols."""
+    """A planned set of a hand in motion, without measurements: two repeats of six protocols."""
     hand = load_hand(name)
     markers, limits = default_markers(hand), HAND_PEAK * hand.max_pressures()
     time = np.arange(round(MOTION_RATE * MOTION_DURATION) + 1) / MOTION_RATE
@@ -86,7 +88,9 @@ def pressure_course(protocol: Protocol, time: Array, channels: int) -> Array:
 
 
 def wrist_course(protocol: Protocol, time: Array) -> Array:
-    """Places [m] and orientations of the wrist, (samples, 7), which starts and ends at rest."""
+    """Positions [m] and orientations (quaternions) of the wrist, (samples, 7), at times (samples,)
+    [s]. The wrist starts and ends at rest.
+    """
     since = np.clip(np.minimum(time, time[-1] - time) / 0.2, 0.0, 1.0)
     swing = since**3 * (10.0 - 15.0 * since + 6.0 * since**2)
     swing = swing * np.sin(2.0 * np.pi * protocol.rate * time)
@@ -96,8 +100,9 @@ def wrist_course(protocol: Protocol, time: Array) -> Array:
 
 
 def moved_hand(empty: MeasurementSet, scale: float, effects: tuple[Effect, ...]) -> Array:
-    """What a hand of a modulus `scale` [-] times as large really does (samples,) [m], with its
-    weight: it is cut otherwise than the lab's, and followed in steps a tenth as long.
+    """True positions (samples,) [m] of the markers of a hand with `scale` [-] times the stated
+    modulus, with weight and effects. The chains are cut otherwise than in the lab, and time steps
+    are ten times shorter.
     """
     data = replace(empty, runs=empty.runs[: len(HAND_MOTIONS)])
     model = HandMotion(data, MADE_SEGMENTS, MADE_STEP)

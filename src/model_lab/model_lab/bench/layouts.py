@@ -1,7 +1,5 @@
-"""Planned sets, before anything is measured: runs driven by an input, held tips, valve pulses.
-
-In `base_torque` the tip is held in changing poses while a force-torque sensor carries the base.
-Valve pulses start at many channel pressures, each set before its pulse.
+"""Planned sets, before anything is measured: runs with one input, held tips, valve pulses, poses of
+a hand.
 """
 
 from __future__ import annotations
@@ -98,7 +96,9 @@ INTEGRAL_POINTS = 9  # of the integrals over a pulse
 
 # ---------------------------------------------------------------------- driven by an input
 def driven_set(experiment: str) -> MeasurementSet:
-    """Two actuators (of a strip one) under the first protocols, some warm, some hanging."""
+    """Planned set of two actuators (or one strip) under the first protocols; some runs are warm,
+    some actuators hang.
+    """
     runs = []
     specimens: dict[str, Specimen] = {}
     for repeat in "ab":
@@ -133,7 +133,7 @@ def _specimen(experiment: str, order: int, mount: str) -> Specimen:
 
 # ---------------------------------------------------------------------- held tips
 def held_tip_set() -> MeasurementSet:
-    """One actuator under six ways to push and turn its tip."""
+    """Planned set of one actuator whose tip is pushed and turned in six ways."""
     finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
     outputs = {name: np.zeros(HELD_RUN_SAMPLES) for name in OUTPUTS["base_torque"]}
     columns = {
@@ -152,8 +152,8 @@ def held_tip_set() -> MeasurementSet:
 def held_columns(
     specimen: Specimen, protocol: str, peak: float, duration: float, samples: int
 ) -> dict[str, Array]:
-    """Inputs (samples,) of a run of base_torque under one of PUSHES, of a specimen that does not
-    vary along its length.
+    """Inputs (samples,) of a run of base_torque under a protocol of PUSHES, for a specimen that
+    does not vary along its length. peak [Pa], duration [s].
     """
     time = np.linspace(0.0, duration, samples)
     pressure = peak * _course(PRESSURES.get(protocol, PRESSURES["held"]), time)
@@ -200,7 +200,9 @@ def _pose(
 
 # ---------------------------------------------------------------------- poses of a hand
 def hand_pose_set(name: str = "rbo_hand_2") -> MeasurementSet:
-    """A hand that is held in several ways while its channels are inflated together and apart."""
+    """Planned set of a hand that is held in several ways while its channels are inflated together
+    and one by one.
+    """
     hand = load_hand(name)
     markers, limits = default_markers(hand), HAND_PEAK * hand.max_pressures()
     zeros = {column: np.zeros(HAND_POSES) for column in marker_columns(markers)}
@@ -218,8 +220,8 @@ def hand_pose_set(name: str = "rbo_hand_2") -> MeasurementSet:
 
 
 def hand_shares(protocol: str, channels: int) -> Array:
-    """Pressures (poses, channels) of a protocol over their peaks: all rise together, or one after
-    the other while the others stay where they are.
+    """Pressures (poses, channels) of a protocol over their peaks: all channels rise together, or
+    one after the other.
     """
     steps = np.linspace(0.0, 1.0, HAND_POSES)
     if protocol.startswith("together"):
@@ -230,7 +232,9 @@ def hand_shares(protocol: str, channels: int) -> Array:
 
 # ---------------------------------------------------------------------- valve pulses
 def pulse_set(random: np.random.Generator) -> MeasurementSet:
-    """Short and long pulses at three supply pressures, inflating and deflating."""
+    """Planned set of short and long valve pulses at three supply pressures, inflating and
+    deflating.
+    """
     columns = {
         f"{supply}_{length}": pulse_columns(
             SUPPLIES[supply] + AMBIENT_PRESSURE, PULSE_DURATIONS[length], random
@@ -251,7 +255,9 @@ def pulse_set(random: np.random.Generator) -> MeasurementSet:
 def pulse_columns(
     supply: float, length: tuple[float, float], random: np.random.Generator
 ) -> dict[str, Array]:
-    """Inputs (pulses,) for an absolute supply pressure [Pa] and lengths between two [s]."""
+    """Inputs (pulses,) for an absolute supply pressure [Pa] and durations drawn between two limits
+    [s].
+    """
     inflating = random.uniform(size=PULSES) < 0.5
     shortest, longest = length
     duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)

@@ -1,4 +1,4 @@
-"""Text of a strategy in which a hand holds poses in free air, which the sequencer plays."""
+"""Text of a strategy file with which the sequencer lets a hand hold poses in free air."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ POSE_HOLD = 1.4  # of a pose once it is reached [s]
 
 @dataclass(frozen=True)
 class PosedRun:
-    """Poses that are held one after the other; wrist_rpy: roll, pitch, yaw [rad] of the wrist in
-    the world; poses: gauge pressures (channels,) [Pa] of each.
+    """Poses that are held one after the other.
+
+    wrist_rpy [rad]: roll, pitch and yaw of the wrist in the world. poses: gauge pressures
+    (channels,) [Pa] of each pose.
     """
 
     name: str
@@ -34,8 +36,8 @@ class PosedRun:
 def pose_strategy(
     hand: HandDescription, stated: str, name: str, description: str, runs: Sequence[PosedRun]
 ) -> str:
-    """A strategy of the hand, which is stated as a name or file: each run begins with the hand
-    empty.
+    """Text of the strategy file. stated: name or file of the hand. At the start of each run the
+    hand is empty.
     """
     # the driver takes the pressure at its start for ambient: filled and emptied once, it is
     phases = _pose(hand, "filled", FILL_SHARE * hand.max_pressures())[:1]

@@ -1,6 +1,6 @@
 """Protocols that separate effects: courses of the driving input (pressure or stretch) over time.
 
-All go from rest to a peak; `plan` chooses among them and `synthesize` measures with them.
+All go from rest to a peak. `plan` chooses among them, and `synthesize` simulates runs with them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from model_lab.aliases import Array
 
 @dataclass(frozen=True)
 class Protocol:
-    """A course in units of the peak (0..1) over time in units of the duration, as corners.
+    """A course of the input, as corners (time over duration, input over peak).
 
     description: what a person does at the bench.
     """
@@ -24,13 +24,13 @@ class Protocol:
     corners: tuple[tuple[float, float], ...]
 
     def course(self, duration: float, peak: float, samples: int) -> tuple[Array, Array]:
-        """Time [s] and input (samples,), in the unit of the peak."""
+        """(time [s], input in the unit of the peak), each (samples,)."""
         time = np.linspace(0.0, duration, samples)
         at, level = np.array(self.corners).T
         return time, peak * np.interp(time / duration, at, level)
 
     def fastest(self) -> float:
-        """Largest rate of the input in peaks per duration."""
+        """Largest rate of the input, in peaks per duration."""
         at, level = np.array(self.corners).T
         return float(np.max(np.abs(np.diff(level)) / np.diff(at)))
 

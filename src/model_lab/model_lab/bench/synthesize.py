@@ -1,7 +1,7 @@
 """Synthesised sets: made by the model itself with one effect sealed in, for demonstration.
 
-The lab's tests do not use them (they would test the lab with its own code); the demonstration and a
-person who wants to try the lab do.
+They are for the demonstration, and for people who want to try the lab. The tests of the lab do not
+use them, as these would test the lab with its own code.
 """
 
 from __future__ import annotations
@@ -54,22 +54,24 @@ MOST_DRAWS = 100  # effects that are drawn at the most
 
 
 def sealed(truth: dict[str, Any]) -> str:
-    """The truth, encoded so that nobody reads it by accident."""
+    """What was hidden, encoded so that nobody reads it by accident."""
     return base64.b64encode(json.dumps(truth).encode()).decode() + "\n"
 
 
 def open_seal(folder: Path) -> dict[str, Any]:
-    """The truth of a synthesised set.
+    """What was hidden in the synthesised set of a folder.
 
-    Raises ValueError when there is no seal or it cannot be read.
+    Raises ValueError if there is no sealed file or it cannot be read.
     """
     path = folder / SEAL
     if not path.is_file():
-        raise ValueError(f"{path}: expected the seal of a synthesised set, got no such file")
+        raise ValueError(f"{path}: expected the sealed file of a synthesised set, got no such file")
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
-        raise ValueError(f"{path}: expected an unbroken seal, got {reason}") from reason
+        raise ValueError(
+            f"{path}: expected the sealed file as it was written, got {reason}"
+        ) from reason
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():
@@ -92,7 +94,7 @@ def _check_numbers(node: Node) -> None:
 
 @dataclass(frozen=True)
 class Synthesised:
-    """A set and what was hidden in it."""
+    """A synthesised set, and what was hidden in it (`truth`)."""
 
     data: MeasurementSet
     truth: dict[str, Any]
@@ -108,12 +110,13 @@ def synthesize(
 ) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
-    classes: effects from which it is drawn, the built-in ones if None. noise: one sigma of a sample
-    over the largest reading, and of the scatter of whole runs, relative. truth: effects with their
-    parameters, calibration as in a model file, noise (one sigma in SI units), seed.
+    classes: effects from which it is drawn, by name; None: the built-in ones. noise: standard
+    deviation of the noise of a sample, and of the scatter of whole runs, over the largest reading.
+    The truth has the effects with their parameters, the calibration as in a model file, the noise
+    (standard deviation in SI units) and the seed.
 
-    Raises ValueError for an experiment that is not among EXPERIMENTS, a noise that is not above 0,
-    and when none of the effects shows in it.
+    Raises ValueError for an experiment that is not in EXPERIMENTS, for a noise that is not between
+    0 and 1, and if none of the effects shows in the experiment.
     """
     if not 0.0 < noise < 1.0:
         raise ValueError(f"noise: expected a number between 0 and 1, got {noise:g}")
@@ -142,7 +145,7 @@ def _told(effect: Effect) -> dict[str, Any]:
 
 
 def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
-    """Write the set and, beside it, the sealed truth."""
+    """Write the set, and beside it the sealed file with what was hidden."""
     check_folder(folder, force)
     write_files(set_files(made.data, folder) | {folder / SEAL: sealed(made.truth)})
 

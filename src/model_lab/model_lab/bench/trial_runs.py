@@ -52,10 +52,11 @@ ATTITUDE_APART = 0.3  # between directions of gravity: 17 deg, chosen by hand
 
 @dataclass(frozen=True)
 class TrialRun:
-    """An experiment that could be done: its inputs (samples,) by column in SI units.
+    """A run that could be measured.
 
-    specimen: as it would be mounted; changes: what is new beside the protocol, in words; mode: in
-    which rubber is stretched; wrist_rpy (3,) [rad]: how the wrist of a hand is held.
+    columns (samples,): its inputs, in SI units by name. temperature [K]. specimen: as it would be
+    mounted. changes: what is new besides the protocol, in words. mode: in which rubber is
+    stretched, else "". wrist_rpy (3,) [rad]: how the wrist of a hand is held.
     """
 
     protocol: str
@@ -69,7 +70,9 @@ class TrialRun:
 
 
 def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
-    """Experiments of the same kind as the set, within its pressures."""
+    """Runs of the same experiment as the set that could be measured, within its range of
+    pressures.
+    """
     if data.of_hand:
         return list(_gestures(data)) if data.experiment == HAND_POSE else []
     if data.experiment == "valve_pulse":
@@ -275,7 +278,7 @@ def _filled(channels: Sequence[str]) -> Iterator[tuple[str, Array]]:
 
 
 def run_of(trial: TrialRun, name: str, outputs: tuple[str, ...]) -> Run:
-    """The trial as a run whose outputs are zero."""
+    """The trial as a run with zero outputs."""
     samples = len(next(iter(trial.columns.values())))
     zeros = {output: np.zeros(samples) for output in outputs}
     columns = {**trial.columns, **zeros}

@@ -1,1 +1,1 @@
-"""What is missing where no known effect fits: a curve, where it acts and against what."""
+"""Learning of a curve where no known effect explains the error: where it acts, and against what."""

@@ -1,4 +1,4 @@
-"""Candidates of what is missing: every stage, form and axis that a set could show, with knots."""
+"""Candidates for a missing curve: every stage, form and axis that a set could show, with knots."""
 
 from __future__ import annotations
 
@@ -46,10 +46,11 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Scene:
-    """Ranges of what a curve may be a function of, in a set under a model.
+    """Ranges of the quantities that a curve may depend on, in a set under a model.
 
-    driving, predicted, rates: of all runs; slow: rates of input and output below which they rest;
-    step [s]: usual time between samples; load: largest load [-] and the height [m] there.
+    driving: input in all samples. measured: measured and predicted outputs. rates, output_rates: of
+    input and output. slow: rates of input and output below which they count as at rest. step [s]:
+    usual time between samples. largest: largest load [-], and the height [m] of the section there.
     """
 
     data: MeasurementSet
@@ -64,7 +65,7 @@ class Scene:
 
     @classmethod
     def of(cls, problem: FitProblem, base: Fit) -> Scene:
-        """The ranges of a set, under a fitted model."""
+        """The ranges in the set of a problem, under a fitted model."""
         data = problem.data
         driving = [data.driving(run) for run in data.runs]
         table = data.table
@@ -88,7 +89,7 @@ class Scene:
         )
 
     def shapes(self, knots: int) -> Iterator[Shape]:
-        """Every candidate that the set can show."""
+        """Every candidate that the set can show, with this number of knots."""
         for stage, kinds in KINDS.items():
             for form, against in kinds:
                 shape = self._shape(stage, form, against, knots)
@@ -99,7 +100,9 @@ class Scene:
                     yield shape
 
     def refined(self, shape: Shape, knots: int) -> Shape:
-        """The same with another number of knots, as far as the axis has so many places."""
+        """The candidate with another number of knots; as it is, if its axis does not have so many
+        values.
+        """
         finer = self._shape(shape.stage, shape.form, shape.against, knots)
         return shape if finer is None else finer
 

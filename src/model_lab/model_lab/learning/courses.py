@@ -1,4 +1,4 @@
-"""Shape of a learned curve: where it bends, and how it changes small and large predictions."""
+"""Course of a learned curve: where it bends, and how it changes small and large predictions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ PREDICTION_RANGES = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest pr
 
 
 def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
-    """As many places between the same ends, closer where a curve bends.
+    """Knots between the same ends and in the same number, but closer where a curve through the
+    values bends.
 
     >>> [round(x, 1) for x in where_it_bends((0, 1, 2, 3, 4), np.array([0.0, 0.0, 0.0, 1.0, 1.0]))]
     [0.0, 1.6, 2.5, 3.2, 4.0]
@@ -30,10 +31,10 @@ def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
 
 
 def answer_of(measured: Array, before: Array, after: Array) -> str:
-    """How a curve changes what a model predicts from small to large: `flattens` (the more the
-    larger), `sets_in` (it rises most at the small ones) or `grows`, as anything else.
+    """How a curve changes the predictions of a model: `flattens` (the larger the prediction, the
+    more it is lowered), `sets_in` (it rises most where it is small), or `grows` for anything else.
 
-    measured (samples,), and residuals (samples,) before and after.
+    measured, before, after (samples,): measured values, and residuals without and with the curve.
     """
     plain = measured - before
     share = np.abs(plain) / (np.abs(plain).max() or 1.0)

@@ -1,4 +1,6 @@
-"""Effect file of a learned curve: an ordinary file of the user's, which is also what is fitted."""
+"""Effect file of a learned curve: an ordinary effect file of a user, and the same class that is
+fitted.
+"""
 
 from __future__ import annotations
 
@@ -68,10 +70,10 @@ RETURNS = {
 class Shape:
     """A missing effect without its values: where, how and against what it acts.
 
-    stage: of the contract. form: offset, factor or lag. against: an axis of the contract, or
-    `time_in_run`. places: knots; names: what these number, where it has no order. size: of what an
-    offset is added to, in its unit. over [s] and slow: of `effects.curve.course`. unit: of what it
-    acts on; abscissa: what the knots are.
+    stage: stage of the model. form: offset, factor or lag. against: name of an axis, or
+    `time_in_run`. places: knots; for an axis without order, the numbers of its `names`. size: size
+    of the quantity to which an offset is added, in its unit. over [s], slow: as in
+    `effects.curve.course`. unit: of that quantity. abscissa: what the knots are, in words.
     """
 
     experiment: str
@@ -89,25 +91,26 @@ class Shape:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Places as shown: names, or numbers."""
+        """The knots as they are shown: names, or numbers."""
         return self.names or tuple(f"{place:.4g}" for place in self.places)
 
     @property
     def axis(self) -> str:
-        """The axis as the contract has it."""
+        """Name of the axis as in `localisation.axes`."""
         return "time_since_step" if self.against == "time_in_run" else self.against
 
     @property
     def kind(self) -> Kind:
-        """Where it acts, and against what."""
+        """(stage, axis) of the effect."""
         return self.stage, self.against
 
     def surprise_of(self, answer: str) -> float:
-        """Prior of such an effect, as minus twice a log likelihood, if it changes
-        what is predicted like this.
+        """Minus twice the logarithm of the prior of such an effect, if it changes predictions as
+        `answer` says (see `answer_of`).
 
-        It only decides between curves that the data cannot distinguish: where the output is nearly
-        in proportion to the input, sensors flatten, valves and gauges set in, rubber stiffens.
+        It decides only between curves that the data cannot distinguish, that is, where the output
+        is nearly proportional to the input: sensors usually flatten, valves and pressure sensors
+        set in late, and rubber stiffens.
         """
         if self.stage == "output" and self.against in ("pressure", "wall"):
             return RULES.unlikely_curve  # a sensor knows neither
@@ -126,29 +129,29 @@ class Shape:
 
     @property
     def neutral(self) -> float | None:
-        """Value of the curve at which it does nothing."""
+        """Value at which the curve does nothing; None for a lag."""
         return {"offset": 0.0, "factor": 1.0}.get(self.form)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Of the curve's values."""
+        """Lower and upper bound of the values of the curve."""
         reach = OFFSET_BOUNDS * self.size
         return {"factor": FACTOR_BOUNDS, "lag": TIME_BOUNDS}.get(self.form, (-reach, reach))
 
     @property
     def start(self) -> tuple[float, float]:
-        """Value and spread from which a search begins."""
+        """Value from which a search begins, and standard deviation about it."""
         return {"factor": (1.0, 0.15), "lag": (0.1, 0.04)}.get(self.form, (0.0, 0.05 * self.size))
 
     @property
     def ordinate(self) -> str:
-        """What the curve's values are."""
+        """What the values of the curve are, with their unit."""
         unit = {"factor": "[-]", "lag": "[s]"}.get(self.form, f"[{self.unit or '-'}]")
         return f"{ {'lag': 'time constant'}.get(self.form, self.form) } {unit}"
 
     @property
     def title(self) -> str:
-        """One sentence."""
+        """A sentence that says what the effect is."""
         what = {"input": "pressure", "output": "reading", "structure": "free curvature"}.get(
             self.stage, f"{self.stage} side"
         )
@@ -178,7 +181,12 @@ def text_of(
     spread: Sequence[float] = (),
     origin: str = "",
 ) -> str:
-    """The text of the effect's file; without values it does what a search starts from."""
+    """The text of an effect file.
+
+    name: of the effect. learned, spread: values at the knots and their standard errors; without
+    values the effect has those from which a search starts. origin: what the curve was learned from,
+    in words.
+    """
     count = len(shape.places)
     start, width = shape.start
     low, high = shape.bounds
@@ -270,8 +278,8 @@ def _place(shape: Shape, stage: str, given: str) -> str:
 
 
 def files_of(path: Path, count: int = MOST_CURVES) -> list[Path]:
-    """Names of the files of `count` learned curves: the wanted one for the first, numbered ones
-    beside it for the others.
+    """Paths for `count` learned curves: the given path for the first, numbered ones beside it for
+    the others.
 
     >>> [file.name for file in files_of(Path("seen.py"), 2)]
     ['seen.py', 'seen_2.py']
@@ -280,8 +288,9 @@ def files_of(path: Path, count: int = MOST_CURVES) -> list[Path]:
 
 
 def check_name(path: Path, force: bool) -> None:
-    """Raise ValueError if a file of a learned effect cannot have this path: it exists (without
-    `force`), is no .py file, or its name is no Python name or that of a built-in effect.
+    """Raise ValueError if this path cannot be that of an effect file: the file exists (without
+    `force`), the path does not end in .py, or its name is no Python name or that of a built-in
+    effect.
     """
     for file in files_of(path):
         check_new(file, force, (".py",))
@@ -294,7 +303,7 @@ def check_name(path: Path, force: bool) -> None:
 
 
 def effect_of(shape: Shape, name: str) -> type[Effect]:
-    """The effect of a file without values, loaded."""
+    """The effect class of a shape, as loaded from its effect file."""
     with tempfile.TemporaryDirectory(prefix="model-lab-") as folder:
         path = Path(folder) / f"{name}.py"
         write_file(path, text_of(shape, name))

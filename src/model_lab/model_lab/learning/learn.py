@@ -1,9 +1,10 @@
-"""Learning what is missing: candidates screened, the best fitted as a whole, and judged held out.
+"""Learning a missing curve: candidates are screened, the best are fitted together with the model,
+and judged by held-out errors.
 
-A candidate is a curve at a stage against an axis, of few values that are fitted together with the
-calibration and the model's effects by the lab's own fit. Real actuators differ from a model in more
-than one way, so further curves are learned beside the first while the error is well above the
-floor.
+A candidate is a curve at a stage of the model against an axis. Its few values are fitted together
+with the calibration and the model's effects by the lab's own fit. Real actuators differ from a
+model in more than one way, so further curves are learned beside the first while the error is well
+above the floor.
 """
 
 from __future__ import annotations
@@ -48,7 +49,10 @@ KNOT_MOVES = 2  # times that knots are moved to where a curve bends
 
 @dataclass(frozen=True)
 class Candidate:
-    """A curve that was fitted with everything else; answer: of `answer_of`."""
+    """A curve that was fitted together with the model.
+
+    error: held-out error with it. answer: how it changes predictions, see `answer_of`.
+    """
 
     name: str
     shape: Shape
@@ -58,24 +62,26 @@ class Candidate:
 
     @property
     def values(self) -> Array:
-        """Values (k,) of the curve."""
+        """Values (k,) of the curve at its knots."""
         return self.scored.fit.values[self.scored.parameters_of(self.name)]
 
     @property
     def cost(self) -> float:
-        """Minus twice the log likelihood, what its parameters cost (Schwarz), and its surprise."""
+        """Number by which curves are compared, less is better: minus twice the log likelihood, a
+        penalty for its parameters (Schwarz), and its surprise.
+        """
         found = self.scored.fit
         complexity = np.log(found.residual.size) * len(found.values)
         return float(found.deviance + complexity + self.surprise)
 
     @property
     def surprise(self) -> float:
-        """Minus twice the logarithm of the prior of such an effect."""
+        """Minus twice the logarithm of the prior of such a curve."""
         return self.shape.surprise_of(self.answer)
 
     @property
     def covariance(self) -> Array:
-        """Of these values (k, k)."""
+        """Covariance (k, k) of the values."""
         mine = self.scored.parameters_of(self.name)
         found = self.scored.fit
         scale = np.where(found.likelihood.scales.logarithmic[mine], self.values, 1.0)
@@ -83,15 +89,17 @@ class Candidate:
 
     @property
     def spread(self) -> Array:
-        """Their standard errors (k,)."""
+        """Standard errors (k,) of the values."""
         return np.sqrt(np.diag(self.covariance))
 
 
 @dataclass(frozen=True)
 class Learning:
-    """What was learned: the chosen curve, none with a `reason`, and the others, best first.
+    """What was learned.
 
-    further: curves that were learned beside it, each as fitted together with those before.
+    chosen: the chosen curve; None if there is none. reason: why there is none; else "". others: the
+    other curves that were fitted, best first. further: curves that were learned in addition, each
+    fitted together with those before.
     """
 
     problem: FitProblem
@@ -103,23 +111,25 @@ class Learning:
 
     @property
     def curves(self) -> tuple[Candidate, ...]:
-        """All that was learned, as fitted together."""
+        """All learned curves, with their values from the last fit, in which all are fitted
+        together.
+        """
         found = (self.chosen, *self.further) if self.chosen is not None else ()
         return tuple(replace(one, scored=found[-1].scored) for one in found)
 
     @property
     def kinds(self) -> frozenset[Kind]:
-        """Stages and axes of what was learned, and of what is tied with it."""
+        """(stage, axis) of each learned curve, and of each curve tied with the chosen one."""
         tied = (one for one in self.others if self.is_tied(one))
         return frozenset(one.shape.kind for one in (*self.curves, *tied))
 
     @property
     def final(self) -> Scored:
-        """The model with all that was learned."""
+        """The model with all learned curves; the model as it was if nothing was learned."""
         return self.curves[-1].scored if self.chosen is not None else self.base
 
     def is_tied(self, other: Candidate) -> bool:
-        """Whether another curve predicts as well as the chosen one."""
+        """Whether another curve predicts as well as the chosen one; False if none was chosen."""
         return self.chosen is not None and _alike(self.problem, self.chosen, other)
 
 
@@ -129,9 +139,10 @@ def learn(
     classes: Mapping[str, type[Effect]] | None = None,
     tell: Tell = tell_nobody,
 ) -> Learning:
-    """Learn the curve that is missing in a model, if one helps on held-out data.
+    """Learn the curve that a model lacks, if one lowers the error on held-out data.
 
-    Raises ValueError for data that the model cannot use, and of several outputs.
+    classes: effect classes by name; None: the built-in ones. Raises ValueError for data that the
+    model cannot use, and for data with several outputs.
     """
     if len(data.outputs) > 1:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Result of `learn`: its JSON, `softhand-learned/1`, and what it says in words."""
+"""Result of `learn` as JSON, `softhand-learned/1`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ BAND_SIGMA = 1.96  # sigma
 
 
 def curve_points(candidate: Candidate) -> list[list[Any]]:
-    """[place, value, low, high] along the curve with its 95 % band, or one for each name."""
+    """[place, value, low, high] along the curve, with its 95 % band; for an axis without order, one
+    for each name.
+    """
     shape = candidate.shape
     places = np.array(shape.places)
     if not shape.names:
@@ -43,10 +45,10 @@ def _weights(candidate: Candidate, places: Array) -> Array:
 
 
 def learning_json(learning: Learning) -> dict[str, Any]:
-    """What `--json` writes.
+    """The dictionary that `learn --json` writes.
 
-    rmse_after is the error with all that was learned; `further` are the curves beside the first,
-    with the error that each has left.
+    `rmse_after` is the held-out error with all learned curves; `further` has the curves besides the
+    first, each with the error that was left after it was added.
     """
     problem = learning.problem
     common = {

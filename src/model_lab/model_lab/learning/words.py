@@ -9,7 +9,7 @@ MOST_ALTERNATIVES = 8  # alternatives
 
 
 def verdict(learning: Learning) -> str:
-    """What was learned, in a sentence or two."""
+    """One or two sentences on what was learned."""
     shown = learning.problem.data.output_display.shown
     before, floor = shown(learning.base.held_out.rmse), shown(learning.problem.floor.total)
     if learning.chosen is None:
@@ -36,7 +36,7 @@ def _small(sentence: str) -> str:
 
 
 def words_of(shape: Shape) -> str:
-    """A candidate in few words."""
+    """A candidate as a short phrase."""
     return f"{shape.form} at the stage {shape.stage} against the {_axis_of(shape)}"
 
 
@@ -48,7 +48,7 @@ def _axis_of(shape: Shape) -> str:
 
 
 def curve_rows(candidate: Candidate) -> list[list[str]]:
-    """Table of the curve at its knots, a header first."""
+    """Rows of a table of the curve at its knots, the header first."""
     shape = candidate.shape
     rows = [[shape.abscissa, shape.ordinate, "std"]]
     for at, value, std in zip(shape.labels, candidate.values, candidate.spread, strict=True):
@@ -57,7 +57,9 @@ def curve_rows(candidate: Candidate) -> list[list[str]]:
 
 
 def alternative_rows(learning: Learning) -> list[list[str]]:
-    """Table of the candidates that were fitted as a whole, a header first."""
+    """Rows of a table of the candidates that were fitted together with the model, the
+    header first.
+    """
     shown = learning.problem.data.output_display.shown
     every = [one for one in (learning.chosen, *learning.others) if one is not None]
     rows = [["stage", "form", "against", "held-out error", ""]]

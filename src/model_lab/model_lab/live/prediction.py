@@ -1,7 +1,8 @@
 """Live prediction of a hand's free tip angles from its pressures, sample by sample.
 
-The kernel is that of simulator and lab: the chains' free rotation under the model's effects, whose
-memory is stepped from one angle sample to the next, with the pressure of its stamp.
+Simulator and lab use the same kernel: the free rotation of the chains under the model's effects.
+The memory of effects is stepped from one angle sample to the next, with the pressure at its time
+stamp.
 """
 
 from __future__ import annotations
@@ -32,34 +33,34 @@ SECOND = 1e9  # [ns]
 
 
 class PressureTrack:
-    """Pressures (channels,) [Pa] by rising stamps [ns], straight lines between."""
+    """Pressures (channels,) [Pa] by rising time stamps [ns], linear between them."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all."""
+        """Forget all pressures."""
         self._stamps: list[int] = []
         self._values: list[Array] = []
 
     @property
     def newest(self) -> int | None:
-        """Stamp [ns] of the newest pressures."""
+        """Stamp [ns] of the newest pressures; None without any."""
         return self._stamps[-1] if self._stamps else None
 
     def add(self, stamp: int, values: Array) -> None:
-        """Take pressures that are newer than all before."""
+        """Add pressures (channels,) [Pa], whose stamp [ns] is later than all before."""
         self._stamps.append(stamp)
         self._values.append(values)
         if stamp - self._stamps[0] > 2 * PRESSURE_HISTORY:  # seldom, as it moves the whole list
             self._forget(bisect_left(self._stamps, stamp - PRESSURE_HISTORY))
 
     def covers(self, stamp: int) -> bool:
-        """Whether the stamp [ns] lies between pressures that are kept."""
+        """Whether a stamp [ns] lies between the stamps of pressures that are kept."""
         return bool(self._stamps) and self._stamps[0] <= stamp <= self._stamps[-1]
 
     def at(self, stamp: int) -> Array:
-        """Pressures (channels,) [Pa] at a stamp [ns] that is covered.
+        """Pressures (channels,) [Pa] at a stamp [ns] for which `covers` is true.
 
         >>> track = PressureTrack()
         >>> track.add(0, np.array([0.0])), track.add(10, np.array([5.0]))
@@ -75,8 +76,9 @@ class PressureTrack:
         return (1.0 - share) * self._values[after - 1] + share * self._values[after]
 
     def stood(self, stamp: int, duration: int, band: float) -> Mask:
-        """Whether each pressure has kept within a band [Pa] for a duration [ns] up to a stamp that
-        is covered; False where that reaches back before the first.
+        """Whether each pressure (channels,) has stayed within a band [Pa] for a duration [ns] up to
+        a stamp [ns] for which `covers` is true; False if the duration reaches back before the first
+        pressures.
         """
         first = bisect_left(self._stamps, stamp - duration)
         known = self._values[first : bisect_right(self._stamps, stamp)]
@@ -90,10 +92,10 @@ class PressureTrack:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured and predicted tip angles (n,) [rad] of some actuators at one stamp [ns].
+    """Measured and predicted tip angles (n,) [rad] of n actuators at one stamp [ns].
 
-    settled (n,): whether the pressures of an actuator have stood still for a while, so that its
-    inertia, which the model leaves out, plays no part.
+    settled (n,): whether the pressures of an actuator have been constant for a while, so that its
+    inertia, which the model leaves out, has no influence.
     """
 
     stamp: int
@@ -110,8 +112,8 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Settling:
-    """A finger counts as settled when its pressure has kept within a band [Pa] for a time [s]; a
-    time of 0 counts every sample.
+    """A sample counts as settled if the pressures of the finger have stayed within `band` [Pa] for
+    `time` [s]; a time of 0 counts every sample.
     """
 
     time: float = 0.1
@@ -119,9 +121,9 @@ class Settling:
 
 
 class ChainPrediction:
-    """The free tip angle of one chain under a model, with its memory.
+    """Predicts the free tip angle of one chain under a model, step by step.
 
-    Raises ValueError for a model that has no chains: another base, or several batches.
+    Raises ValueError for a model that does not fit a chain: another base model, or several batches.
     """
 
     def __init__(self, description: ChainDescription, hand: HandDescription, model: Model) -> None:
@@ -131,15 +133,15 @@ class ChainPrediction:
         self._sensor = StagedEffects(e for e in model.effects if isinstance(e, OutputEffect))
 
     def reset(self) -> None:
-        """Forget everything: at rest at zero pressure."""
+        """Forget the past: the chain is at rest at zero pressure."""
         self._chain.reset()
         self._sensor.reset()
 
     def tip_angle(self, dt: float, pressures: Array, temperature: float) -> float:
-        """Reading [rad] of the tip angle after a step of dt [s] at the channels' gauge pressures
-        (channels,) [Pa] and a temperature [K].
+        """Tip angle [rad] that the sensor reads after a step of dt [s], at gauge pressures
+        (channels,) [Pa] of the hand and a temperature [K].
 
-        Raises RuntimeError where the effects leave no equilibrium.
+        Raises RuntimeError if the effects leave no equilibrium.
         """
         rotation = self._chain.free_rotation(dt, pressures[self.channels], temperature)
         angle = np.asarray(np.sum(rotation[self._first :, BEND_AXIS]))
@@ -147,21 +149,20 @@ class ChainPrediction:
 
 
 class LivePrediction:
-    """Pressures and angles in, in the order in which they come; comparisons out.
+    """Takes pressures and angles in the order in which they come, and returns comparisons.
 
-    An angle is compared as soon as pressures from before and after it are there; under
-    `clock_offset` these are the pressures of that time ago. A stamp that lies
-    before the last one of its kind means that the clock was set back: all is forgotten, the memory
-    of the effects too.
+    An angle is compared as soon as pressures from before and after its time are there; the effect
+    `clock_offset` shifts that time. A stamp before the last one of its kind means that the clock
+    was set back: all samples and the memory of the effects are then forgotten.
 
     Args:
-        hand: which actuators, on which channels.
-        model: of the actuators.
-        settling: when a sample counts as settled.
-        temperature: of the rubber [K].
+        hand: the hand, with its actuators and channels.
+        model: the model of the actuators.
+        settling: when a sample counts as settled; None: `Settling()`.
+        temperature: temperature of the rubber [K].
 
     Raises:
-        ValueError: a model that cannot be used for hands.
+        ValueError: the model cannot be used for hands.
     """
 
     def __init__(
@@ -186,7 +187,7 @@ class LivePrediction:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: at rest at zero pressure, no samples."""
+        """Forget the past: all chains are at rest at zero pressure, and no samples are kept."""
         for chain in self._chains:
             chain.reset()
         self._pressures.clear()
@@ -195,21 +196,25 @@ class LivePrediction:
         self._last: int | None = None
 
     def add_pressures(self, stamp: int, pressures: Array) -> list[Comparison]:
-        """Take gauge pressures (channels,) [Pa] at a stamp [ns]; what can be compared now."""
+        """Take gauge pressures (channels,) [Pa] at a stamp [ns], and return the comparisons that
+        have become possible.
+        """
         if self._is_new(stamp, self._pressures.newest):
             self._pressures.add(stamp, pressures)
         return self._due()
 
     def add_angles(self, stamp: int, angles: Mapping[str, float]) -> list[Comparison]:
-        """Take tip angles [rad] by actuator at a stamp [ns]; what can be compared now."""
+        """Take tip angles [rad], by actuator, at a stamp [ns], and return the comparisons that have
+        become possible.
+        """
         if self._is_new(stamp, self._newest_angle):
             self._newest_angle = stamp
             self._waiting.append((stamp, angles))
         return self._due()
 
     def pressures_at(self, stamp: int) -> tuple[Array, bool] | None:
-        """Gauge pressures (channels,) [Pa] at a stamp [ns], and whether all have stood; None where
-        none are kept from before and after it.
+        """(gauge pressures (channels,) [Pa] at a stamp [ns], whether all have settled); None
+        without pressures from before and after it.
         """
         if not self._pressures.covers(stamp):
             return None
@@ -272,16 +277,17 @@ def _delay(model: Model) -> int:
 
 
 def pressures_of(names: Sequence[str], effort: Sequence[float], channels: Sequence[str]) -> Array:
-    """Gauge pressures (channels,) [Pa] out of a state of the driver, which may have more channels.
+    """Gauge pressures (channels,) [Pa] from a state message of the driver, which may have more
+    channels: its fields `name` and `effort`.
 
-    Raises ValueError naming the field, expected and got.
+    Raises ValueError for a message that lacks a channel or has values that are not finite.
 
     >>> pressures_of(["a", "b"], [1.0, 2.0], ["b"]).tolist()
     [2.0]
     """
     missing = [channel for channel in channels if channel not in names]
     if missing:
-        raise ValueError(f"name: expected {', '.join(channels)}, got {listed(names)}")
+        raise ValueError(f"name: expected the channels {', '.join(channels)}, got {listed(names)}")
     values = _finite("effort", names, effort)
     return np.array([values[channel] for channel in channels])
 
@@ -289,13 +295,16 @@ def pressures_of(names: Sequence[str], effort: Sequence[float], channels: Sequen
 def angles_of(
     names: Sequence[str], position: Sequence[float], actuators: Sequence[str]
 ) -> dict[str, float]:
-    """Tip angles [rad] by actuator out of a message; not every actuator needs to have a sensor.
+    """Tip angles [rad] by actuator from a message, from its fields `name` and `position`. Not every
+    actuator needs a sensor.
 
-    Raises ValueError naming the field, expected and got.
+    Raises ValueError for a name that is no actuator, and for values that are not finite.
     """
     unknown = [name for name in names if name not in actuators]
     if unknown or not names:
-        raise ValueError(f"name: expected some of {', '.join(actuators)}, got {listed(names)}")
+        raise ValueError(
+            f"name: expected some of the actuators {', '.join(actuators)}, got {listed(names)}"
+        )
     return _finite("position", names, position)
 
 

@@ -1,4 +1,6 @@
-"""Shadow of a running hand: where its fingertips would be at rest, and what a difference means."""
+"""Shadow of a running hand: where its fingertips would be at rest under a model, and what a
+difference from the measured ones means.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +31,11 @@ STILL_SHARE = 0.2  # of `warn_distance`: most that a resting fingertip moves bet
 
 @dataclass(frozen=True)
 class ShadowLimits:
-    """Distance [m] (rms) of the fingertips from the model's that is worth a warning, and force [N]
-    at the wrist, the hand's own weight taken off, that no free hand bears.
+    """When the shadow warns, and when that counts as contact.
+
+    warn_distance [m]: root mean square distance between measured and predicted fingertips.
+    contact_force [N]: force at the wrist, without the weight of the hand, above which the hand
+    touches something.
     """
 
     warn_distance: float
@@ -39,9 +44,11 @@ class ShadowLimits:
 
 @dataclass(frozen=True)
 class Seen:
-    """What was measured of a hand at one time: gauge pressures (channels,) [Pa], whether they have
-    stood; fingertips (tips, 3) [m] in the frame of the wrist; its orientation (4,), quaternion x y
-    z w in the world; and the force (3,) [N] at the wrist, None if unknown.
+    """What was measured of a hand at one time.
+
+    pressures (channels,) [Pa]: gauge pressures. stood: whether they have been constant for a while.
+    fingertips (tips, 3) [m]: in the frame of the wrist. orientation (4,): of the wrist in the
+    world, as a quaternion x, y, z, w. force (3,) [N]: at the wrist; None if unknown.
     """
 
     pressures: Array
@@ -52,9 +59,14 @@ class Seen:
 
 
 class HandShadow:
-    """Predicts the fingertips of a hand at rest under a model, in the order of the hand's `tips`.
+    """Predicts where the fingertips of a hand at rest are, in the order of the hand's `tips`.
 
-    stated: name or file of the hand. temperature: of the rubber [K].
+    Args:
+        hand: the hand.
+        stated: its name or file, as the user stated it.
+        model: the model of the actuators.
+        limits: when to warn.
+        temperature: temperature of the rubber [K].
 
     Raises ValueError for a model with effects that the statics of hands do not have.
     """
@@ -82,10 +94,11 @@ class HandShadow:
         self.fingertips(np.zeros(len(hand.channels)), LEVEL_WRIST)  # compiles what it needs
 
     def fingertips(self, pressures: Array, orientation: Array) -> Array:
-        """Places (tips, 3) [m] in the frame of the wrist, at gauge pressures (channels,) [Pa] and
-        an orientation (4,) of the wrist in the world.
+        """Predicted positions (tips, 3) [m] of the fingertips in the frame of the wrist, at gauge
+        pressures (channels,) [Pa] and an orientation (4,) of the wrist in the world, a quaternion
+        x, y, z, w.
 
-        Raises RuntimeError where the model leaves no equilibrium.
+        Raises RuntimeError if the model leaves no equilibrium.
         """
         data = self._set
         columns = {
@@ -100,7 +113,9 @@ class HandShadow:
         return found.reshape(len(self.names), len(MARKER_AXES))
 
     def report(self, seen: Seen, predicted: Array) -> Report:
-        """What the difference means: nothing, contact, or an effect that the model lacks."""
+        """A report on the difference between measured and predicted fingertips: no warning,
+        contact, or an effect that the model lacks. None is judged while the hand moves.
+        """
         distance = np.linalg.norm(seen.fingertips - predicted, axis=1)
         rms, furthest = float(np.sqrt(np.mean(distance**2))), int(np.argmax(distance))
         force = math.nan if seen.force is None else float(np.linalg.norm(seen.force))

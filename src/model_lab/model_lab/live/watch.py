@@ -1,4 +1,6 @@
-"""Watch over a running hand: residuals of the last seconds, and their levels of REP-107."""
+"""Watch over a running hand: residuals of the last seconds, and diagnostic levels (REP 107) for
+them.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,10 @@ PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 
 @dataclass(frozen=True)
 class Recent:
-    """Residual of one actuator in the window: rms and largest size [rad] of the settled samples,
-    and how many samples there were in all and settled.
+    """Residual of one actuator in the window.
+
+    rms, largest [rad]: root mean square and largest magnitude over the settled samples. samples,
+    settled: numbers of all and of settled samples.
     """
 
     rms: float
@@ -31,19 +35,19 @@ class Recent:
 
 
 class ResidualWindow:
-    """Keeps the residuals of the last `duration` [s] of the measurement's own time."""
+    """Keeps the residuals of the last `duration` [s], in the time of the stamps."""
 
     def __init__(self, actuators: tuple[str, ...], duration: float) -> None:
         self._duration = duration
         self._kept: dict[str, deque[tuple[int, float, bool]]] = {n: deque() for n in actuators}
 
     def clear(self) -> None:
-        """Forget all."""
+        """Forget all residuals."""
         for kept in self._kept.values():
             kept.clear()
 
     def add(self, comparison: Comparison) -> None:
-        """Take a comparison that is newer than all before."""
+        """Add a comparison whose stamp is later than all before."""
         oldest = comparison.stamp - round(self._duration * SECOND)
         residual, settled = comparison.residual.tolist(), comparison.settled.tolist()
         for name, value, counts in zip(comparison.names, residual, settled, strict=True):
@@ -53,7 +57,9 @@ class ResidualWindow:
                 kept.popleft()
 
     def recent(self, actuator: str) -> Recent:
-        """What the window holds of an actuator; rms and largest are 0 without settled samples."""
+        """The residual of an actuator in the window; rms and largest are 0 without settled
+        samples.
+        """
         kept = self._kept[actuator]
         counted = np.array([value for _, value, settled in kept if settled] or [0.0])
         return Recent(
@@ -66,7 +72,10 @@ class ResidualWindow:
 
 @dataclass(frozen=True)
 class Limits:
-    """When to warn: rms residual [rad], and wall time [s] without a comparison."""
+    """When to warn.
+
+    warn_above [rad]: root mean square residual. stale_after [s]: wall time without a comparison.
+    """
 
     warn_above: float
     stale_after: float
@@ -84,15 +93,15 @@ class _Event:
 
 
 class Watch:
-    """Keeps what the monitor has seen, and makes the reports of it.
+    """Records what the monitor has received, and makes its reports.
 
     Args:
-        prediction: whose comparisons it is given.
-        model_name: of the model file, for the reader.
-        window: length of the averages [s].
+        prediction: source of the comparisons.
+        model_name: name of the model file, shown in reports.
+        window: duration [s] over which residuals are averaged.
         limits: when to warn.
 
-    Wall times `now` are monotonic [s].
+    Times `now` are monotonic wall times [s].
     """
 
     def __init__(
@@ -106,21 +115,23 @@ class Watch:
         self._refusals = self._seen_set_back = 0
 
     def heard(self, topic: str, now: float) -> None:
-        """A message has come that can be used."""
+        """Note that a message came on a topic that can be used."""
         self._heard[topic] = now
 
     def refuse(self, reason: str, now: float) -> None:
-        """A message has come that cannot be used."""
+        """Note that a message came that cannot be used, and why."""
         self._refused = _Event(reason, now)
         self._refusals += 1
 
     def fail(self, reason: str, now: float) -> None:
-        """The model could not predict."""
+        """Note that the model could not predict, and why; residuals in the window are forgotten."""
         self._failed = _Event(reason, now)
         self._window.clear()
 
     def take(self, comparison: Comparison, now: float) -> None:
-        """Take a comparison; residuals from before the clock was set back are forgotten."""
+        """Add a comparison. If the clock was set back since the last one, earlier residuals are
+        forgotten.
+        """
         if self._prediction.set_back != self._seen_set_back:
             self._seen_set_back = self._prediction.set_back
             self._set_back = _Event("the clock was set back: memory reset", now)
@@ -129,7 +140,7 @@ class Watch:
         self._compared.update(dict.fromkeys(comparison.names, now))
 
     def reports(self, now: float) -> list[Report]:
-        """Report the model, and each actuator."""
+        """One report on the model, and one on each actuator."""
         names = self._prediction.hand.actuator_names
         return [self._model(now), *(self._actuator(name, now) for name in names)]
 

@@ -1,10 +1,10 @@
 """Inputs between samples: parabolas from the neighbouring samples, straight lines beside corners.
 
 Effects in time, a lag or a late clock, need the input between samples. Straight lines cut the bends
-of a smooth input; an effect that treats these errors differently from its rivals would be named, or
-not, for that alone. So all effects get the same input: between two samples a parabola with the
-harmonic mean of the second differences at both ends (as van Leer limits slopes), which is straight
-beside a corner. A run that does not start steady was at rest before.
+of a smooth input; an effect that treats these errors differently from its rivals could win or lose
+by that alone. So all effects get the same input: between two samples a parabola with the harmonic
+mean of the second differences at both ends (as van Leer limits slopes), which is straight beside a
+corner. A run that does not start steady was at rest before.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ MOST_PIECES = 8  # pieces of the distance between two samples
 
 
 def begun(time: Array, values: Array, before: float) -> tuple[Array, Array]:
-    """Times and course (n + 1,) with what it was before, one sample earlier."""
+    """(times, course), each (n + 1,), with one more sample at the start, at which the course is
+    `before`.
+    """
     apart = (time[-1] - time[0]) / max(len(time) - 1, 1)
     return np.append(time[0] - apart, time), np.append(before, values)
 
@@ -42,15 +44,17 @@ def bends(time: Array, values: Array) -> Array:
 
 
 def between(time: Array, values: Array, bend: Array, wanted: Array) -> Array:
-    """The course (n,) with its bends (n - 1,) at wanted times of any shape, within its own."""
+    """Values of a course (n,) with `bend` (n - 1,) from `bends`, at wanted times of any shape
+    within its own.
+    """
     at = np.clip(np.searchsorted(time, wanted, side="right") - 1, 0, len(time) - 2)
     beside = (wanted - time[at]) * (wanted - time[at + 1])
     return np.asarray(np.interp(wanted, time, values) + bend[at] * beside)
 
 
 def with_bends(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
-    """The set, of an experiment with a driving column, with more samples where that bends, and the
-    places of its own ones.
+    """(the set with more samples where the driving input bends, indices of the original samples).
+    The experiment must have a column that drives it.
     """
     driving, rest = DRIVING_COLUMN[data.experiment], 1.0 if data.stretched else 0.0
     runs, places, so_far = [], [], 0

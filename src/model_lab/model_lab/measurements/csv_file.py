@@ -26,7 +26,7 @@ IMPORT = "`model-lab import FILE... -o SET` makes a set of the files as they are
 
 
 class TableError(DocumentError):
-    """What is wrong in a table; `without_content` is the message without what the file holds."""
+    """An error in a table. `without_content` is the message without the content of the file."""
 
     def __init__(self, where: str, expected: str, got: str) -> None:
         self.without_content = f"{where}: expected {expected}"
@@ -39,19 +39,19 @@ def read_columns(
     words: Mapping[str, Mapping[str, float]],
     late: Sequence[str] = (),
 ) -> dict[str, Array]:
-    """Columns (rows,) of a CSV file with a header line, by name, as they are written there.
+    """Columns (rows,) of a CSV file with a header line, by name, in the units of the file.
 
     Args:
-        path: the file; cells are separated by commas, blank lines are passed over.
-        names: the columns to read; the others may hold anything.
-        words: for columns of text, the number that stands for each word.
-        late: of the columns, those that may begin with empty cells, which are NaN.
+        path: the file; cells are separated by commas, blank lines are ignored.
+        names: columns to read; other columns may hold anything.
+        words: for each column of text, the number that stands for each word.
+        late: names of columns that may begin with empty cells, which become NaN.
 
     Raises:
-        DocumentError: the file cannot be read, is no file but a folder or a device, or is larger
-            than LARGEST_FILE.
-        TableError (a DocumentError): it lacks a column or has one twice, has no rows, or a row is
-            too short or too long or holds something else than finite numbers.
+        DocumentError: the file cannot be read, is a folder or a device, or is larger than
+            LARGEST_FILE.
+        TableError (a DocumentError): the file lacks a column, has one twice, or has no rows; or a
+            row is too short, too long, or holds something other than finite numbers.
     """
     text = _text(path)
     header = _header(path, text)
@@ -71,7 +71,7 @@ def read_columns(
     for name, values in zip(names, table.T, strict=True):
         if np.isnan(values[-1]):
             where = f"{path}: column {shortened(name)}"
-            raise TableError(where, "numbers from some row on", "empty cells alone")
+            raise TableError(where, "numbers from some row on", "only empty cells")
     return {name: np.ascontiguousarray(table[:, index]) for index, name in enumerate(names)}
 
 
@@ -98,7 +98,7 @@ def _header(path: Path, text: str) -> list[str]:
     first = text.split("\n", 1)[0].rstrip("\r")
     header = [name.strip() for name in next(_lines(path, first), (1, []))[1]]
     if not any(header):
-        raise TableError(str(path), "a line of column names first", quoted(first))
+        raise TableError(str(path), "names of the columns in the first line", quoted(first))
     return header
 
 

@@ -1,4 +1,6 @@
-"""Frame of tracked places against the one in which they are predicted, by least squares."""
+"""Frame in which positions were tracked, relative to the frame in which they are predicted, by
+least squares.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,9 @@ from model_lab.measurements.sample_table import SampleTable
 
 
 def frame_of(places: Array, seen: Array) -> tuple[Array, Array]:
-    """Turn (3, 3) and shift (3,) of a rigid motion that brings places (n, 3) [m] nearest to where
-    they were seen (n, 3) [m]: seen = turn @ place + shift (Kabsch, Acta Cryst. A32, 1976, 922).
+    """(rotation (3, 3), translation (3,) [m]) that move places (n, 3) [m] closest to where they
+    were seen (n, 3) [m]: seen = rotation @ place + translation (Kabsch, Acta Cryst. A32, 1976,
+    922).
     """
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
@@ -21,7 +24,9 @@ def frame_of(places: Array, seen: Array) -> tuple[Array, Array]:
 
 
 class FreeFrame:
-    """Places of markers in samples, in a frame that is known by the places alone."""
+    """Moves predicted positions of markers into the frame of the measured ones, which is known from
+    these alone.
+    """
 
     def __init__(self, table: SampleTable) -> None:
         points = [
@@ -34,7 +39,9 @@ class FreeFrame:
         self._known = np.isfinite(self._seen).all(axis=1)
 
     def __call__(self, predicted: Array) -> Array:
-        """Predictions (samples,) [m] moved rigidly to where all was seen; as they are with NaN."""
+        """Predictions (samples,) [m], moved rigidly to where all markers were seen; unchanged if
+        some are NaN.
+        """
         if not np.isfinite(predicted).all():
             return predicted
         places = predicted[self._index]

@@ -1,4 +1,4 @@
-"""Frame in which the places of a hand were tracked, against that of the wrist of the model."""
+"""Frame in which the markers of a hand were tracked, relative to the wrist frame of the model."""
 
 from __future__ import annotations
 
@@ -22,19 +22,21 @@ FRAME_SEGMENTS, FRAME_POSES, FRAME_LOOKS = 10, 40, 3  # of an actuator; compared
 
 @dataclass(frozen=True)
 class WristFrame:
-    """Turn (3, 3) and shift (3,) [m] from the frame of the model's wrist to that of the places."""
+    """Rotation (3, 3) and translation (3,) [m] from the wrist frame of the model to the frame of
+    the measured positions.
+    """
 
     turn: Array
     shift: Array
 
     @property
     def angle(self) -> float:
-        """Angle [rad] of the turn."""
+        """Angle [rad] of the rotation."""
         return float(np.arccos(np.clip((np.trace(self.turn) - 1.0) / 2.0, -1.0, 1.0)))
 
     @property
     def said(self) -> str:
-        """Its size in words."""
+        """Size of rotation and translation, in words."""
         far = 1e3 * float(np.linalg.norm(self.shift))
         return f"turned by {np.degrees(self.angle):.0f} deg and shifted by {far:.0f} mm"
 
@@ -46,13 +48,13 @@ def frame_against_wrist(
     down: Array,
     places: Mapping[str, Array],
 ) -> WristFrame | None:
-    """The frame in which places (k, 3) [m] of markers are, by the shape of the hand as described;
-    None where it is about that of the wrist, or where the shape does not tell.
+    """The frame in which positions (k, 3) [m] of markers, by name, were measured, found from the
+    shape of the described hand; None if it is about the wrist frame, or if the shape does not tell.
 
-    Motion capture gives a body of its own a frame whose origin and axes nobody has aligned.
+    Motion capture measures in a frame whose origin and axes nobody has aligned with the wrist.
 
-    pressures (channels, k) [Pa], down (k, 3): the direction of the weight in the frame of the
-    places.
+    pressures (channels, k) [Pa]: gauge pressures. down (k, 3): direction of the weight in the frame
+    of the positions.
     """
     chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
     if len(places) < RULES.frame_markers:

@@ -1,4 +1,4 @@
-"""Sets of whole hands: which hand a specimen is, and the markers that were followed on it."""
+"""Sets of whole hands: which hand a specimen is, and the markers that were tracked on it."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ WRIST_POSE = tuple(f"wrist.{part}" for part in ("x", "y", "z", "qx", "qy", "qz",
 
 @dataclass(frozen=True)
 class Marker:
-    """A marker on an actuator: at a share of its length from the base, with an offset (3,) [m] in
-    the frame of the smooth curve there (z along it, x to the bending side).
+    """A marker on an actuator.
+
+    at: place along the actuator, as a share of its length from the base. offset (3,) [m]: from the
+    centre line there, in the frame of that line (z along it, x to the bending side).
     """
 
     actuator: str
@@ -36,14 +38,15 @@ class Marker:
     offset: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     def entry(self) -> dict[str, object]:
-        """Its entry in experiment.yaml."""
+        """Its entry in experiment.yaml, as a dictionary."""
         return {"actuator": self.actuator, "at": self.at, "offset": list(self.offset)}
 
 
 @dataclass(frozen=True)
 class Plate:
-    """A level plate that a hand is pressed on: friction [-] of its rubber there, height [m] of the
-    surface in the world.
+    """A level plate onto which a hand is pressed.
+
+    friction [-]: coefficient between rubber and plate. height [m]: of its surface in the world.
     """
 
     friction: float
@@ -52,9 +55,12 @@ class Plate:
 
 @dataclass(frozen=True)
 class HandSpecimen:
-    """A hand that was measured: its name or file as stated, and what that describes; segments: of
-    each actuator, of a simulated hand of rigid segments; free_frame: the frame of the places is
-    that of a tracked body, known by the places alone.
+    """A hand that was measured.
+
+    stated: its name or file, as the set states it. description: what is read from that. segments:
+    number of rigid segments of each actuator of a simulated hand; None for a real one. free_frame:
+    whether positions were measured in a frame that is known from the positions alone, such as that
+    of a tracked body.
     """
 
     stated: str
@@ -64,12 +70,12 @@ class HandSpecimen:
 
     @property
     def told(self) -> str:
-        """Its name or file, and how a simulated one is cut."""
+        """Name or file of the hand, number of segments, and whether its frame is free, in words."""
         cut = f" of {self.segments} segments" if self.segments else ""
         return self.stated + cut + (" in a free frame" if self.free_frame else "")
 
     def entry(self) -> dict[str, object]:
-        """Its keys in experiment.yaml."""
+        """Its keys in experiment.yaml, as a dictionary."""
         of_simulated = {} if self.segments is None else {"segments": self.segments}
         free = {"frame": FREE_FRAME} if self.free_frame else {}
         return {"hand": self.stated, **of_simulated, **free}
@@ -78,7 +84,9 @@ class HandSpecimen:
 def read_hand(
     node: Node, folder: Path, segments: Node | None = None, frame: Node | None = None
 ) -> HandSpecimen:
-    """The hand of a specimen: a shipped name, or a file in the set's folder."""
+    """Read the hand of a specimen: the name of a shipped one, or a file in the folder of
+    the set.
+    """
     stated = node.text()
     try:
         found = load_hand(stated if stated in hand_names() else folder / stated)
@@ -102,7 +110,7 @@ def default_markers(hand: HandDescription) -> dict[str, Marker]:
 
 
 def read_markers(node: Node, hand: HandDescription) -> dict[str, Marker]:
-    """Markers by name; raises DocumentError naming key, expected and got."""
+    """Read the markers, by name; raises DocumentError for entries that are not valid."""
     straight = [name for chain in hand.chains if not chain.turn for name in chain.actuators]
     markers = {name: _marker(entry, straight) for name, entry in node.mapping().items()}
     if not markers:
@@ -111,7 +119,7 @@ def read_markers(node: Node, hand: HandDescription) -> dict[str, Marker]:
 
 
 def read_plate(node: Node) -> Plate:
-    """The plate of a press; raises DocumentError naming key, expected and got."""
+    """Read the plate of a press; raises DocumentError for an entry that is not valid."""
     fields = node.fields(["friction"], ["height"])
     height = fields["height"].number() if "height" in fields else 0.0
     return Plate(fields["friction"].number(above=0.0, high=LARGEST_FRICTION), height)
@@ -127,8 +135,8 @@ def _marker(node: Node, actuators: Sequence[str]) -> Marker:
 
 
 def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescription:
-    """The hand of all specimens of a set, by their names; raises DocumentError unless all have one,
-    the same.
+    """The hand of a set, given the hand of each specimen by name; raises DocumentError unless all
+    have the same hand.
     """
     stated = {name: hand.told for name, hand in hands.items() if hand is not None}
     if len(stated) < len(hands) or len(set(stated.values())) != 1:
@@ -138,12 +146,12 @@ def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescri
 
 
 def pressure_columns(hand: HandDescription) -> tuple[str, ...]:
-    """Names of the columns of pressure, in the order of the channels."""
+    """Names of the pressure columns of a hand, in the order of its channels."""
     return tuple(f"{PRESSURE_OF}{channel}" for channel in hand.channels)
 
 
 def marker_columns(markers: Iterable[str]) -> tuple[str, ...]:
-    """Names of the columns of the markers' places.
+    """Names of the columns with the positions of the markers.
 
     >>> marker_columns({"index_tip": Marker("index")})
     ('index_tip.x', 'index_tip.y', 'index_tip.z')

@@ -20,7 +20,9 @@ INSTANT = 1e-6  # of the time between samples
 
 
 def jumps(data: MeasurementSet, run: Run) -> Indices:
-    """Samples at which the input of a run has jumped: from flat to flat, or on stairs at all."""
+    """Indices of samples of a run at which the input has jumped: with constant values before and
+    after, or on any step of a staircase.
+    """
     driving = DRIVING_COLUMN.get(data.experiment)
     if driving is None or "time" not in run.columns or run.samples < 2:
         return np.zeros(0, np.int64)
@@ -33,7 +35,9 @@ def jumps(data: MeasurementSet, run: Run) -> Indices:
 
 
 def with_jumps(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
-    """The set with what was held just before each jump, and the places of its own samples."""
+    """(the set with one more sample just before each jump, at which the earlier value is still
+    held; indices of the original samples).
+    """
     places = [jumps(data, run) for run in data.runs]
     runs = tuple(_with_held(run, at) for run, at in zip(data.runs, places, strict=True))
     added = np.concatenate(

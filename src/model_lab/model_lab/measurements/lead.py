@@ -1,8 +1,8 @@
 """The lead of a run: what its inputs did before the first output was measured.
 
-A camera that starts, or whose clock is, some seconds late leaves inputs without outputs. What
-remembers has lived through them, so a model is driven with them too; they are predicted and thrown
-away. Outputs are compared from the first measured one on.
+If a camera starts some seconds late, or its clock is late, there are inputs without outputs.
+Effects with memory depend on these inputs, so a model is driven with them too, and its predictions
+for them are not used. Outputs are compared from the first measured one on.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run
 
 
 def with_lead(data: MeasurementSet) -> tuple[MeasurementSet, Indices | slice]:
-    """The set with the leads of its runs as samples, and the places of its own samples.
+    """(the set with the leads of its runs as samples, indices of the original samples).
 
-    Outputs, which were not measured there, keep their first value.
+    In the lead, outputs, which were not measured, have the first measured value.
     """
     if data.experiment not in DRIVING_COLUMN or not any(run.lead for run in data.runs):
         return data, slice(None)
@@ -33,8 +33,10 @@ def with_lead(data: MeasurementSet) -> tuple[MeasurementSet, Indices | slice]:
 
 
 def parted(columns: Mapping[str, Array], outputs: tuple[str, ...]) -> tuple[dict, dict]:
-    """Columns (rows,) from the first measured output on, and the lead: those before it without
-    their outputs, which are not a number there; empty where there is none.
+    """(columns (rows,) from the first measured output on, lead).
+
+    The lead has the rows before, without outputs, which are NaN there; it is empty if there are no
+    such rows.
     """
     first = max((int(np.isnan(columns[name]).sum()) for name in outputs), default=0)
     if first == 0:

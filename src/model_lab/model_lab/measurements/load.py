@@ -76,16 +76,18 @@ LONGEST_PATH, LONGEST_NAME = 500, 255  # characters
 def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> MeasurementSet:
     """The measurement set of a folder (or of its experiment.yaml), all in SI units.
 
-    Runs keep the order of the document. The columns of a run are those that the experiment needs
-    and whatever else `columns` or `topics` name; `direction` is 1 (inflate) or -1 (deflate). A run
-    without `protocol` is its own, one without `temperature` was at 293.15 K.
+    Runs keep the order of the document. The columns of a run are those that the experiment needs,
+    and all others that `columns` or `topics` name; `direction` is 1 (inflate) or -1 (deflate). A
+    run without `protocol` counts as a protocol of its own, one without `temperature` was at 293.15
+    K.
 
     Args:
-        path: the folder.
-        tell: is told what is read.
+        path: the folder, or experiment.yaml in it.
+        tell: called with each file that is read, for a progress bar.
 
     Raises:
-        DocumentError (a ValueError): with file, row or key, expected, got, and the mend.
+        DocumentError (a ValueError): the set is not valid; the message names file, row or key, what
+            was expected, what came, and the mend.
     """
     document = document_of(Path(path))
     if not document.exists():
@@ -175,7 +177,7 @@ def _meaning(fields: Mapping[str, Node], column: str) -> str:
         return ""
     if not meanings_of(column):
         known = f"{listed(MEANINGS)}, channels and markers of a hand"
-        raise fields["is"].error(f"it for none but {known}", f"it for {column}")
+        raise fields["is"].error(f"the key `is` only for {known}", f"it for {column}")
     return fields["is"].choice(meanings_of(column))
 
 
@@ -307,7 +309,7 @@ class _RunReader:
         other = self._files.setdefault(Path(os.path.realpath(path)), node.key)
         if other != node.key:
             raise node.error(
-                "a file of its own",
+                "a file that no other run has",
                 f"{shortened(node.value)} as in {shortened(other)}; a run that is given twice "
                 "looks like a perfect repeat",
             )

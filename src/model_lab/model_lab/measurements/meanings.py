@@ -1,6 +1,5 @@
-"""What a column may hold in place of what the lab expects, and how the one follows from the other.
-
-A set says it under `columns` by the key `is`, such as `pressure: {unit: mbar, is: absolute}`.
+"""What a column may hold in place of what the lab expects, and how one is computed from the
+other.
 """
 
 from __future__ import annotations
@@ -63,7 +62,8 @@ MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
 
 
 def meanings_of(column: str) -> Mapping[str, Meaning]:
-    """What a column may hold, by word: of a hand's channels and markers, that of their quantity.
+    """What a column may hold, by the word for it. Columns of the channels and markers of a hand
+    have the meanings of their quantity.
 
     >>> list(meanings_of("pressure.a")), list(meanings_of("index_tip.x"))
     (['absolute', 'negative'], ['negative'])
@@ -76,9 +76,10 @@ def meanings_of(column: str) -> Mapping[str, Meaning]:
 
 
 def air_pressure(least: Sequence[float]) -> float:
-    """Pressure of the air [Pa]: what absolute pressures are at rest, if that may be it.
+    """Pressure of the air [Pa]: the absolute pressure at rest, if that can be an air pressure; else
+    the standard one.
 
-    least: the least pressure of each run [Pa].
+    least: lowest pressure of each run [Pa].
 
     >>> air_pressure([98.2e3, 98.1e3, 98.3e3]), air_pressure([0.0])
     (98200.0, 101325.0)
@@ -94,8 +95,10 @@ def as_expected(
     ambient: float = ATMOSPHERE,
     length: float = float("nan"),
 ) -> dict[str, Array]:
-    """The columns of a run as the lab expects them; meanings: words of `MEANINGS` by column;
-    ambient: pressure of the air [Pa]; length: of the specimen [m], which a curvature needs.
+    """The columns of a run, converted to what the lab expects.
+
+    meanings: words of `MEANINGS`, by column. ambient: pressure of the air [Pa]. length: length of
+    the specimen [m], which only a curvature needs.
     """
     result = dict(columns)
     known_to_all = {AMBIENT: np.array(ambient), OF_LENGTH: np.array(length)}

@@ -81,11 +81,11 @@ ROOM_TEMPERATURE = 293.15
 
 @dataclass(frozen=True)
 class Specimen:
-    """One specimen: its entries in SI units; height, width and walls may be lists of (x, value).
+    """One specimen, with its entries in SI units.
 
-    `values` holds numbers (length, wall, side_wall, shear_modulus, mass, gauge_length, ...) and
-    profiles as arrays (n, 2) of [x, value]; `mount` and `batch` are names. `notes` holds what else
-    its entry says, such as a description. hand: which hand it is, where it is one.
+    values: numbers (length, wall, side_wall, shear_modulus, mass, gauge_length, ...), or arrays (n,
+    2) of [x, value] for sizes that vary along x [m]. mount, batch: names. notes: what else its
+    entry says, such as a description. hand: the hand that it is; None for other specimens.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Specimen:
 
     @property
     def mean_wall(self) -> float:
-        """Wall [m], in the mean along the specimen where it varies; NaN where none is stated.
+        """Mean wall thickness [m] along the specimen; NaN if none is stated.
 
         >>> Specimen("a", {"wall": np.array([[0.0, 0.002], [0.09, 0.004]])}).mean_wall
         0.003
@@ -111,15 +111,15 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: columns (samples,) in SI units by name, `time` [s] among them if it was recorded.
+    """One run: columns (samples,) in SI units by name, with `time` [s] if it was recorded.
 
-    protocol: runs of one specimen, protocol and temperature [K] are repeats. `virgin`: the specimen
-    has never been stretched before; `steady`: it starts in the steady state of its first sample
-    instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`. lead: columns
-    (k,) of time and inputs before the first sample, which a model is driven with too; empty for
-    none. stretched_to: largest stretch of the specimen before the run, in pulls that no run of the
-    set holds (`measurements.preconditioning`). wrist_rpy (3,) [rad]: how a hand was held, roll,
-    pitch and yaw of its wrist in the world, z up.
+    protocol: runs with the same specimen, protocol and temperature [K] are repeats. virgin: whether
+    the specimen has never been stretched before. steady: whether the run starts in the steady state
+    of its first sample; if not, at rest at zero pressure. mode: one of MODES in the experiment
+    `rubber`, else "". lead (k,): time and inputs before the first sample, with which a model is
+    driven too. stretched_to [-]: largest stretch of the specimen before the run, in pulls that are
+    not in the set (`measurements.preconditioning`). wrist_rpy (3,) [rad]: roll, pitch and yaw at
+    which the wrist of a hand was held, in the world, z up.
     """
 
     name: str
@@ -140,14 +140,18 @@ class Run:
         return len(next(iter(self.columns.values())))
 
     def measured(self, outputs: Sequence[str]) -> Array:
-        """Columns of that name (outputs, samples), NaN where the run has none."""
+        """Values (outputs, samples) of the columns with these names; NaN for a column that the run
+        does not have.
+        """
         missing = np.full(self.samples, np.nan)
         return np.array([self.columns.get(name, missing) for name in outputs], float)
 
 
 @dataclass(frozen=True)
 class WildSample:
-    """A reading that was replaced: its run and sample, and what was added to it, in SI units."""
+    """A wild reading that was replaced: index of its run, index of the sample in the run, and
+    `moved`, what was added to it [SI unit of the output].
+    """
 
     run: int
     sample: int
@@ -156,16 +160,17 @@ class WildSample:
 
 @dataclass(frozen=True)
 class MeasurementSet:
-    """A measurement set; `noise` holds one sigma by output column in SI units, as far as stated.
+    """A measurement set.
 
-    free_modulus: whether the shear modulus is what is measured, so that no 15 % bound it; always so
-    in the experiment `rubber`. jumps: whether the input is held between samples where its course
-    jumps (`measurements.held_input`), instead of going straight, or bent as its neighbours say
-    (`measurements.bent_input`). wild: readings that were replaced (`measurements.wild_samples`).
-    units: of the columns as they were stated, by name; values are in SI units all the same.
-    bags: names of the runs that were read from bags. doubts: values that were kept although they
-    cannot be what their column is named, each as an error would say it (`measurements.rows`).
-    markers: of a hand, by name. plate: on which it was pressed.
+    noise: standard deviation of the noise of output columns, in SI units, as far as it was stated.
+    free_modulus: whether the shear modulus is what is measured, so that it is not limited to 15 %
+    about the stated value; always true in the experiment `rubber`. jumps: whether the input is held
+    between samples where it jumps (`measurements.held_input`); if not, it goes straight or bends as
+    its neighbours say (`measurements.bent_input`). wild: readings that were replaced
+    (`measurements.wild_samples`). units: units of the columns as stated; values are in SI units
+    nevertheless. bags: names of the runs that were read from bags. doubts: error messages on values
+    that were kept although they are impossible for their column (`measurements.rows`). markers: of
+    a hand, by name. plate: onto which a hand was pressed; None in other experiments.
     """
 
     experiment: str
@@ -189,7 +194,7 @@ class MeasurementSet:
 
     @property
     def stretched(self) -> bool:
-        """Whether the stretch is imposed, on rubber alone."""
+        """Whether rubber alone was tested, with the stretch as input."""
         return self.experiment in STRETCHED
 
     @property
@@ -199,7 +204,7 @@ class MeasurementSet:
 
     @property
     def hand(self) -> HandDescription:
-        """The hand that was measured; raises ValueError in a set of anything else."""
+        """The hand that was measured; raises ValueError for a set of other specimens."""
         hands = [entry.hand for entry in self.specimens.values() if entry.hand is not None]
         if not hands:
             raise ValueError(f"specimens: expected a hand, got a set of {self.experiment}")
@@ -207,22 +212,22 @@ class MeasurementSet:
 
     @property
     def hand_segments(self) -> int | None:
-        """Segments of each actuator of a simulated hand; None for any other set."""
+        """Number of segments of each actuator of a simulated hand; None for any other set."""
         return next((entry.hand.segments for entry in self.specimens.values() if entry.hand), None)
 
     @property
     def free_frame(self) -> bool:
-        """Whether the frame of the markers' places is known by the places alone."""
+        """Whether the frame of the positions of markers is known from the positions alone."""
         return any(entry.hand.free_frame for entry in self.specimens.values() if entry.hand)
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of the columns from which a model predicts them."""
+        """Names of the columns from which a model predicts the outputs."""
         return (*INPUTS[self.experiment], *(self.pressures if self.of_hand else ()))
 
     @property
     def pressures(self) -> tuple[str, ...]:
-        """Names of the columns of pressure of a hand."""
+        """Names of the pressure columns of a hand, in the order of its channels."""
         return pressure_columns(self.hand)
 
     @property
@@ -234,7 +239,9 @@ class MeasurementSet:
 
     @property
     def output_scales(self) -> Array:
-        """Factors (outputs,) from the measured columns to the table's values: 1 but for torques."""
+        """Factors (outputs,) from measured columns to values of the table: 1, but for torques
+        1/TORQUE_ARM [1/m].
+        """
         return np.array([1.0 / TORQUE_ARM if n in TORQUES else 1.0 for n in self.outputs])
 
     @property
@@ -243,31 +250,35 @@ class MeasurementSet:
         return OUTPUT_UNITS[self.experiment]
 
     def display(self, column: str) -> Display:
-        """How a column is shown: in the unit that the user stated, else in that of the bench."""
+        """How a column is shown: in the unit that the user stated, else in one of daily use."""
         if column in self.units:
             return stated_display(column, self.units[column])
         return display_of(unit_of(column) or "")
 
     def shown_in(self, unit: str) -> Display:
-        """How values of an SI unit are shown: as a column of it was stated, if there is one."""
+        """How values in an SI unit are shown: as the first column with that unit was stated, else
+        in one of daily use.
+        """
         return display_among(self.units, unit)
 
     @property
     def output_display(self) -> Display:
-        """How the measured columns are shown."""
+        """How outputs are shown: in the unit of the first one."""
         return self.display(self.outputs[0])
 
     @property
     def has_time(self) -> bool:
-        """Whether every run was recorded against time, and it counts: poses of a hand are taken at
-        rest.
+        """Whether every run has time and it matters: the poses of `hand_pose` are taken at rest, so
+        there it does not.
         """
         timed = all("time" in run.columns for run in self.runs)
         return timed and self.experiment != HAND_POSE
 
     @cached_property
     def table(self) -> SampleTable:
-        """All measured samples, in the order of every array (samples,) of the lab."""
+        """The sample table of the set, which defines the order of all arrays (samples,) of
+        the lab.
+        """
         scales = self.output_scales[:, None]
         measured = [scales * run.measured(self.outputs) for run in self.runs]
         return make_table(measured, self.groups(), *self._held_out_together())
@@ -286,8 +297,8 @@ class MeasurementSet:
         return np.concatenate([run.columns[name] for run in self.runs])[self.table.row]
 
     def driving(self, run: Run) -> Array:
-        """What drives a run (samples of the run,): pressure [Pa], of a hand the highest of its
-        channels, stretch [-], or the pressure drop of a pulse [Pa].
+        """The input of a run (samples of the run,): pressure [Pa], for a hand the highest of its
+        channels; stretch [-]; or pressure drop of a valve pulse [Pa].
         """
         if self.of_hand:
             return np.max([run.columns[name] for name in self.pressures], axis=0)
@@ -298,9 +309,11 @@ class MeasurementSet:
         return run.columns["pressure"]
 
     def of_runs(self, axis: str) -> list[Any]:
-        """Value of each run on an axis: session (runs before, of any specimen), run_order (its
-        number among those of its specimen, from 1; `virgin` begins anew), temperature [K], mode,
-        wall [m] (its mean), mount or specimen.
+        """Value of each run on an axis.
+
+        The axes are session (number of runs before, of any specimen), run_order (number among the
+        runs of its specimen, from 1, and again from 1 at a `virgin` run), temperature [K], mode,
+        wall [m] (mean), mount and specimen.
         """
         if axis == "session":
             return [float(before) for before in range(len(self.runs))]
@@ -324,7 +337,9 @@ class MeasurementSet:
         return order
 
     def groups(self) -> list[list[int]]:
-        """Indices of runs that repeat each other: same specimen, protocol, mode, temperature."""
+        """Groups of indices of runs that repeat each other: with the same specimen, protocol, mode
+        and temperature.
+        """
         groups: list[list[int]] = []
         for index, run in enumerate(self.runs):
             for group in groups:

@@ -1,4 +1,5 @@
-"""Preconditioning: how far a specimen was stretched before a run, in pulls that no run holds.
+"""Preconditioning: how far a specimen was stretched before a run, in pulls that are not recorded as
+runs.
 
 Rubber is softer below the largest stretch that it has seen (L. Mullins). A set states that stretch
 by `stretched_to`, and a model is driven to it before the run; what it predicts there is not used.
@@ -16,7 +17,7 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run
 
 
 def with_preconditioning(data: MeasurementSet) -> tuple[MeasurementSet, Indices | slice]:
-    """The set with a pull before each run that states one, and the places of its own samples."""
+    """(the set with a pull before each run that states one, indices of the original samples)."""
     if not any(run.stretched_to > 1.0 for run in data.runs):
         return data, slice(None)
     parts = [part for run in data.runs for part in _with_pull(run)]

@@ -1,4 +1,4 @@
-"""Preprocessing of recordings: long ones thinned, the noise of a recorded input taken off.
+"""Preprocessing of recordings: long ones are thinned, and noise is removed from recorded inputs.
 
 A search tries some hundred models on every sample; beyond some ten thousand of them the errors of
 what it finds come from the few runs there are, not from the noise of samples.
@@ -33,11 +33,11 @@ FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
 def thinned(
     data: MeasurementSet, largest: int = LARGEST_SET, shortest: int = SHORTEST_RUN
 ) -> MeasurementSet:
-    """The set with every k-th sample of its longer runs, so that it is searched in a minute or two:
-    about `largest` in all, at least `shortest` of each run.
+    """The set with every k-th sample of its longer runs, so that a search takes a minute or two:
+    about `largest` samples in all, and at least `shortest` in each run.
 
-    Pulses, of which each counts, stay as they are. So do motions, which need the course of what
-    drives them; of their runs the first half is kept where `largest` is 1.
+    Valve pulses stay as they are, as each one counts. So do motions, which need the whole course of
+    the input; but with `largest` 1, the first half of each run is kept.
     """
     samples = sum(run.samples for run in data.runs) * len(data.outputs)
     if samples <= largest or data.experiment == "valve_pulse":
@@ -65,7 +65,7 @@ def _thin(run: Run, wanted: float, shortest: int) -> Run:
 
 
 def without_input_noise(data: MeasurementSet) -> MeasurementSet:
-    """The set with the noise of the input taken off, in experiments that an input drives."""
+    """The set with noise removed from its inputs; unchanged without time."""
     if not data.has_time:
         return data
     return replace(data, runs=tuple(_steadied_run(run) for run in data.runs))
@@ -84,13 +84,13 @@ def _steadied_run(run: Run) -> Run:
 
 
 def noise_of(values: Array) -> float:
-    """Standard deviation of the white noise on an otherwise smooth course (n,)."""
+    """Standard deviation of white noise on values (n,) of an otherwise smooth course."""
     bends = np.abs(np.diff(values, 4))
     return float(NORMAL_MEDIAN * np.median(bends) / FOURTH_DIFFERENCE)
 
 
 def smoothed(values: Array) -> Array:
-    """The course (n,) below the noise of values (n,)."""
+    """Values (n,) without their noise; unchanged if no white noise is seen in them."""
     level, span = noise_of(values), float(np.ptp(values))
     if not RULES.input_quiet * span < level < RULES.input_loud * span or not _is_noise(values):
         return values

@@ -19,7 +19,9 @@ ROUNDING_DRAWS = 16
 
 
 def sensor_step(readings: Sequence[Array]) -> float:
-    """Step in which runs' readings (n,) of a sensor are rounded; 0 where none is seen."""
+    """Step by which the readings (n,) of a sensor are rounded, seen over all runs; 0 if no step is
+    seen.
+    """
     span = max(float(np.ptp(values)) for values in readings) or 1.0
     of_runs = [
         EQUAL_READINGS * span * np.unique(np.round(values / (EQUAL_READINGS * span)))
@@ -35,11 +37,11 @@ def sensor_step(readings: Sequence[Array]) -> float:
 
 
 def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
-    """Errors (draws, samples) that the steps of coarse sensors may leave in the output, whose
-    course (samples,) a model predicts; None where no steps are seen.
+    """Errors (draws, samples) in the output that coarse sensors may cause, for the outputs
+    (samples,) that a model predicts; None if no steps are seen.
 
-    The rounding is drawn evenly within a step, anew where the reading changes. That of an output
-    that flickers is noise, and known from that.
+    Rounding errors are drawn uniformly within a step, again whenever the reading changes. An output
+    that flickers between steps is left out: its rounding shows as noise.
     """
     table = data.table
     if not data.has_time or len(data.outputs) > 1 or data.experiment == "valve_pulse":

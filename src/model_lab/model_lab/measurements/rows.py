@@ -46,7 +46,7 @@ def _within(values: Array, ends: tuple[float, float]) -> Mask:
 
 
 def row_name(index: int) -> str:
-    """How a row is called in errors, given its index from 0 in a file without blank lines.
+    """Name of a row in error messages, from its index (from 0) in a file without blank lines.
 
     >>> row_name(0)
     'row 1 (line 2 of the file)'
@@ -55,14 +55,14 @@ def row_name(index: int) -> str:
 
 
 def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
-    """Raise DocumentError where time does not rise or a column leaves its range.
+    """Raise DocumentError if time does not rise or a column leaves its range.
 
     Args:
         path: the file, for the error.
-        columns: (rows,) in SI units by name.
+        columns: columns (rows,) in SI units, by name.
 
     Returns:
-        what is kept although it cannot be what its column is named, as an error would say it.
+        error messages on values that are kept although they are impossible for their column.
     """
     for name, values in columns.items():
         most = largest(unit_of(name))
@@ -78,7 +78,7 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
 
 
 def require_possible(data: MeasurementSet) -> None:
-    """Raise DocumentError where a run has values that were kept though they cannot be a stretch."""
+    """Raise DocumentError if a run has values that were kept although no stretch can have them."""
     for run in data.runs:
         for name in run.columns.keys() & _DOUBTS:
             wrong = _out_of_range(data.folder / run.name, name, run.columns[name], _DOUBTS)
@@ -113,7 +113,8 @@ def check_time(
 ) -> None:
     """Raise DocumentError where the column `time` (rows,) [s] does not rise.
 
-    name_of: how a row is called, by its index; other columns may tell which rows are in order.
+    name_of: returns the name of a row from its index. The other columns help to say in the message
+    what is wrong.
     """
     time = columns["time"]
     wrong = np.diff(time) <= 0.0

@@ -25,9 +25,10 @@ SMALLEST_BLOCK = 8  # samples
 
 @dataclass(frozen=True)
 class Series:
-    """Neighbouring samples start..stop of one output of one run, with what they share.
+    """Neighbouring samples start to stop - 1 of one output of one run, with what they share.
 
-    group: index of the repeats they belong to. fold: index of what is held out together.
+    run, output: their indices. group: index of the group of repeats of the run. fold: index of the
+    fold, the part that is held out together.
     """
 
     run: int
@@ -39,7 +40,7 @@ class Series:
 
     @property
     def samples(self) -> slice:
-        """The samples in arrays (samples,)."""
+        """Slice of the samples in arrays (samples,)."""
         return slice(self.start, self.stop)
 
     @property
@@ -52,11 +53,11 @@ class Series:
 class SampleTable:
     """Columns (samples,) of a set: indices, and the measured value.
 
-    run, output: where the sample is from. row: of its time or input, counted through all runs.
-    group: of the repeats of its run. fold: what is held out together with it, an index of `folds`,
-    which are protocols or blocks as `holdout` says. block: what is drawn together in a bootstrap, a
-    run or, where there are few (`blocks_are_runs`), a part of one. value: as measured, in SI units,
-    NaN where nothing was.
+    run, output: of the sample. row: of its time and input, counted through all runs. group: of the
+    repeats of its run. fold: of the part that is held out together, an index into `folds`; holdout:
+    what folds are, such as protocols or blocks. block: of the part that is drawn together in a
+    bootstrap: a run, or a part of one if there are few runs (then `blocks_are_runs` is False).
+    value: measured value in SI units, NaN if not measured.
     """
 
     run: IntArray
@@ -82,16 +83,18 @@ class SampleTable:
 
     @cached_property
     def courses(self) -> tuple[Series, ...]:
-        """Every output of every run as a whole, in the order of the samples."""
+        """Every output of every run as one series, in the order of the samples."""
         return self._series(self.run, self.output)
 
     @cached_property
     def series(self) -> tuple[Series, ...]:
-        """The courses, cut where the fold changes."""
+        """The courses, split where the fold changes."""
         return self._series(self.run, self.output, self.fold)
 
     def of_run(self, values: Array, run: int) -> Array:
-        """The part (outputs, samples of the run) of values (samples,) that belongs to a run."""
+        """The part (outputs, samples of the run) of values (samples,) that belongs to the run with
+        this index.
+        """
         start, stop = np.searchsorted(self.run, (run, run + 1))
         outputs = int(self.output[stop - 1]) + 1
         return values[start:stop].reshape(outputs, -1)
@@ -112,13 +115,13 @@ def make_table(
     protocols: Sequence[str],
     holdout: str = WHOLE_PROTOCOLS,
 ) -> SampleTable:
-    """The table of a set; with fewer than two protocols blocks of runs are held out.
+    """The table of a set. With fewer than two protocols, blocks of runs are held out instead.
 
     Args:
         measured: outputs (outputs, samples) of each run in SI units.
-        groups: indices of runs that repeat each other.
-        protocols: name of the protocol of each run, or of what else is held out together.
-        holdout: what these names are of.
+        groups: groups of indices of runs that repeat each other.
+        protocols: for each run, the name of the protocol (or mode) that is held out together.
+        holdout: what these names are, such as protocols.
     """
     outputs, counts = len(measured[0]), [values.shape[1] for values in measured]
     starts = np.cumsum([0, *counts]).tolist()

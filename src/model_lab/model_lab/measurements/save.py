@@ -1,4 +1,4 @@
-"""Writing of a measurement set to a folder in the layout that `load` reads."""
+"""Writing of a measurement set to a folder that `load` reads."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from softhand_model.model_file import FREE_VALUE
 
 
 def check_folder(folder: Path, force: bool = False) -> None:
-    """Raise ValueError when a folder holds something already, or is a file, unless `force`.
+    """Raise ValueError if a path is a file, or, unless `force`, a folder that is not empty.
 
-    To be asked before long work, so that its result is not lost.
+    Called before long work, so that its result is not lost.
     """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder}: expected the name of a folder, got a file")
@@ -35,16 +35,16 @@ def check_folder(folder: Path, force: bool = False) -> None:
 
 
 def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
-    """Write experiment.yaml and a CSV a run, in the units that people read at the bench.
+    """Write experiment.yaml and one CSV file per run, in units of daily use (kPa, deg, mm).
 
-    Raises ValueError as `check_folder` does, or when the set cannot be written.
+    Raises ValueError as `check_folder` does, or if the set cannot be written.
     """
     check_folder(folder, force)
     write_files(set_files(data, folder))
 
 
 def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
-    """What `write_set` writes, by the files' names."""
+    """The texts that `write_set` writes, by path."""
     document = {
         "format": SET_FORMAT,
         "experiment": data.experiment,
@@ -68,17 +68,19 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
 
 
 def shown_as(name: str) -> Display:
-    """How a column is written: in the unit that people read; as it is if its unit is unknown."""
+    """The unit and factor with which a column is written: a unit of daily use, or no change if its
+    unit is unknown.
+    """
     return display_of(unit_of(name) or "")
 
 
 def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Entries `columns` of experiment.yaml for CSV files with columns of these names."""
+    """Entries under `columns` of experiment.yaml, for CSV files with columns of these names."""
     return {name: {"unit": shown_as(name).unit} for name in names}
 
 
 def specimen_entry(specimen: Specimen) -> dict:
-    """Entry of a specimen in experiment.yaml."""
+    """The entry of a specimen in experiment.yaml, as a dictionary."""
     if specimen.hand is not None:
         return {**specimen.hand.entry(), "batch": specimen.batch}
     values = {
@@ -89,7 +91,7 @@ def specimen_entry(specimen: Specimen) -> dict:
 
 
 def run_entry(run: Run) -> dict:
-    """Entry of a run in experiment.yaml."""
+    """The entry of a run in experiment.yaml, as a dictionary."""
     entry = {
         "specimen": run.specimen,
         "temperature": float(run.temperature),
@@ -107,8 +109,8 @@ def run_entry(run: Run) -> dict:
 
 
 def csv_text(run: Run) -> str:
-    """A run's columns as CSV, in the units of `column_entries`; its lead comes first, without
-    outputs.
+    """The columns of a run as CSV, in the units of `column_entries`. Its lead comes first, with
+    empty cells for outputs.
     """
     names, led = list(run.columns), len(next(iter(run.lead.values()), ()))
     empty = [""] * led

@@ -35,8 +35,8 @@ MOUNTS = ("bending_plane_level", "base_up", "base_down")
 
 
 def read_specimens(node: Node, of_hands: bool = False) -> dict[str, Specimen]:
-    """Specimens by name, actuators or hands; raises DocumentError naming file, key, expected and
-    got.
+    """Read the specimens (actuators, or hands if `of_hands`), by name; raises DocumentError for an
+    entry that is not valid.
     """
     read = _hand if of_hands else _specimen
     specimens = {name: read(name, entry) for name, entry in node.mapping().items()}
@@ -46,7 +46,9 @@ def read_specimens(node: Node, of_hands: bool = False) -> dict[str, Specimen]:
 
 
 def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], why: str) -> None:
-    """Raise DocumentError unless a specimen has numbers for all the keys; why: who needs them."""
+    """Raise DocumentError unless a specimen has numbers for all the keys. why: what needs them, for
+    the message.
+    """
     for key in keys:
         if key not in specimen.values:
             unit = f" [{KNOWN[key][0]}]" if key in KNOWN else ""
@@ -63,7 +65,9 @@ def _mend(key: str) -> str:
 
 
 def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> None:
-    """Raise DocumentError unless every run has all the columns; why: who needs them."""
+    """Raise DocumentError unless every run has all the columns. why: what needs them, for the
+    message.
+    """
     for run in data.runs:
         for column in columns:
             if column not in run.columns:
@@ -75,7 +79,9 @@ def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> N
 
 
 def made_of(data: MeasurementSet, model: Model) -> MeasurementSet:
-    """The set with its specimens made of a model's rubber, as far as the model says so."""
+    """The set with the shear moduli that the model states for the batches, if it states any, and
+    with `free_modulus` if set or model says so.
+    """
     free = data.free_modulus or model.free_modulus
     if "modulus" not in model.calibration:
         return replace(data, free_modulus=True) if free and not data.free_modulus else data
@@ -92,7 +98,7 @@ def _made_of(specimen: Specimen, model: Model) -> Specimen:
 
 
 def document_of(folder: Path) -> Path:
-    """Path of the document of a measurement set, given its folder or the document itself."""
+    """Path of experiment.yaml, given the folder of a measurement set or that file itself."""
     return (
         folder / DOCUMENT if folder.is_dir() or folder.suffix not in (".yaml", ".yml") else folder
     )
@@ -101,9 +107,10 @@ def document_of(folder: Path) -> Path:
 def known_fields(
     node: Node, required: Iterable[str] = (), optional: Iterable[str] = ()
 ) -> dict[str, Node]:
-    """Children of a mapping that has all required keys and otherwise only optional ones.
+    """Values, by key, of a mapping that must have all `required` keys and may have `optional` ones.
 
-    Raises DocumentError for any other key, with the one that is meant if it looks like a typo.
+    Raises DocumentError for a missing or another key; if that looks like a typo, the message names
+    the key that is meant.
     """
     open_fields(node, required, optional)
     return node.fields(required, optional)
@@ -149,12 +156,15 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
 
 
 def bent_length(node: Node, specimen: Specimen, meanings: Iterable[str]) -> float:
-    """Length [m] by which a column that is a curvature is an angle, NaN where none is stated.
+    """Length [m] by which a curvature is multiplied to become an angle; NaN if none is stated.
 
-    meanings: what the columns of a run are. Raises DocumentError where it is needed, but not known.
+    meanings: what the columns of a run hold, as words of `MEANINGS`. Raises DocumentError if the
+    length is needed but not known.
     """
     if "curvature" in meanings and "length" not in specimen.values:
-        raise node.error(f"a length of {specimen.name}, by which a curvature is an angle", "none")
+        raise node.error(
+            f"a length of {specimen.name}, with which a curvature becomes an angle", "none"
+        )
     return float(specimen.values.get("length", np.nan))
 
 

@@ -1,4 +1,6 @@
-"""Units of measured columns, any that pint knows, and units in which people read."""
+"""Units of measured columns, which may be any that pint knows, and units in which values
+are shown.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +69,7 @@ def unit_of(column: str) -> str | None:
 
 
 def largest(unit: str | None) -> float:
-    """The largest value that is accepted in an SI unit; None for an unknown unit.
+    """The largest value that is accepted for a quantity in this SI unit; None for an unknown unit.
 
     >>> largest("Pa")
     1000000000000.0
@@ -77,7 +79,7 @@ def largest(unit: str | None) -> float:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of a column: SI value = scale * value + offset, with the SI unit's name."""
+    """A unit of a column: SI value = scale * value + offset. si: name of the SI unit."""
 
     scale: float = 1.0
     offset: float = 0.0
@@ -90,7 +92,7 @@ class Unit:
 
     @property
     def largest(self) -> float:
-        """The largest value in this unit, without regard to the offset."""
+        """The largest value that is accepted in this unit; the offset is not taken into account."""
         return largest(self.si) / self.scale
 
 
@@ -127,10 +129,10 @@ USUAL_UNITS = {
 
 @lru_cache(maxsize=CACHED_UNITS)
 def column_unit(column: str, text: str) -> Unit:
-    """The unit that a text names, for a column of that name.
+    """The unit that a text names, for a column with this name.
 
-    Raises ValueError (expected, got, and the mend where there is one) when pint does not know it or
-    it measures another quantity than the column's.
+    Raises ValueError if pint does not know the unit, or if it measures another quantity than the
+    column.
 
     >>> column_unit("pressure", "kPa")
     Unit(scale=1000.0, offset=0.0, si='Pa')
@@ -232,11 +234,11 @@ class Display:
     offset: float = 0.0
 
     def shown(self, value: float, digits: int = 3) -> str:
-        """A value with its unit, to so many significant digits."""
+        """A value (given in SI) as text with its unit, to so many significant digits."""
         return f"{self.number(value, digits)} {self.unit}".rstrip()
 
     def number(self, value: float, digits: int = 3) -> str:
-        """The same without its unit."""
+        """A value (given in SI) as text without its unit."""
         number = self.factor * value + self.offset
         return f"{float(f'{number:.{digits}g}'):g}" if np.isfinite(number) else "-"
 
@@ -254,7 +256,7 @@ _DISPLAYS = {
 
 
 def display_of(unit: str) -> Display:
-    """How values of an SI unit are shown.
+    """How values in an SI unit are shown: in a unit of daily use, such as deg or degC.
 
     >>> display_of("rad").shown(0.5)
     '28.6 deg'
@@ -265,8 +267,8 @@ def display_of(unit: str) -> Display:
 
 
 def display_among(units: Mapping[str, str], unit: str) -> Display:
-    """How values of an SI unit, or of its rate, are shown beside columns that were stated in
-    `units`: as the first of them that has it, else as at the bench.
+    """How values in an SI unit, or in such a unit per second, are shown: like the first column in
+    `units` (stated unit by column) with this quantity, else in a unit of daily use.
 
     >>> display_among({"pressure": "psi"}, "Pa/s").unit
     'psi/s'

@@ -23,10 +23,10 @@ EXPERIMENTS_WITH_WILD_SAMPLES = ("free_bending", "blocked_tip", "uniaxial", "rub
 
 
 def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -> MeasurementSet:
-    """The set with wild readings replaced; it says which.
+    """The set with wild readings replaced; its field `wild` lists them.
 
-    predicted (samples,): of a model, about which they are sought then: where readings change fast
-    they show there alone.
+    predicted (samples,): predictions of a model. If they are given, wild samples are sought in the
+    residual, as only there they show where readings change fast.
     """
     if not data.has_time or data.experiment not in EXPERIMENTS_WITH_WILD_SAMPLES:
         return data

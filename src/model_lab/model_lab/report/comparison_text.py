@@ -40,7 +40,7 @@ FLOOR_CELLS = {
 
 
 def comparison_text(found: Comparison, model_name: str) -> str:
-    """What `compare` prints."""
+    """The text that `compare` prints."""
     sections = [
         "\n".join(_before_all(found)),
         _head(found, model_name),
@@ -57,7 +57,7 @@ def comparison_text(found: Comparison, model_name: str) -> str:
 
 
 def comparison_json(found: Comparison, model_name: str) -> dict[str, Any]:
-    """What `compare --json` writes; all in SI units."""
+    """The dictionary that `compare --json` writes, all in SI units."""
     return {
         "format": COMPARISON_FORMAT,
         "experiment": found.data.experiment,
@@ -360,7 +360,7 @@ def _relation_json(found: Comparison) -> dict[str, Any] | None:
 
 # ---------------------------------------------------------------------- ladder
 def ladder_text(ladder: Ladder) -> str:
-    """What `ladder` prints."""
+    """The text that `ladder` prints."""
     display, floor = ladder.data.output_display, ladder.floor
     largest = max(rung.errors.held_out.rmse for rung in ladder.rungs)
     unit = f"[{display.unit}]"
@@ -386,7 +386,7 @@ def ladder_text(ladder: Ladder) -> str:
 
 
 def ladder_json(ladder: Ladder) -> dict[str, Any]:
-    """What `ladder --json` writes; all in SI units."""
+    """The dictionary that `ladder --json` writes, all in SI units."""
     floor = ladder.floor
     return {
         "format": LADDER_FORMAT,

@@ -1,4 +1,6 @@
-"""Measured and predicted curves of every run, before and after: small multiples of one scale."""
+"""Measured and predicted curves of every run, before and after effects are added: small panels with
+the same scales.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ SCALE_MARGIN = 0.04  # of a scale
 
 
 def curves(view: View) -> Drawing:
-    """The figure of all runs, or of as many as can be told apart, spread evenly over the set."""
+    """The figure of all runs; of very many runs, a selection spread evenly over the set."""
     every = view.panels()
     shown = [every[index] for index in evenly(len(every), CURVE_PANELS)]
     name = view.abscissa()[0]
@@ -45,7 +47,7 @@ def _legend(view: View) -> str:
 
 
 def panels_of(view: View, shown: Sequence[Repeats]) -> Iterator[Panel]:
-    """A panel for each of some repeats, all with the same scales."""
+    """A panel for each group of repeats, all with the same scales."""
     name, display, abscissa = view.abscissa()
     courses = [course for repeats in shown for course in repeats.courses]
     each = [max(total // len(courses), 8) for total in (CURVE_DOTS, POINTS // len(view.models))]
@@ -89,7 +91,7 @@ def _look(view: View, label: str) -> str:
 
 
 def curve_keys(view: View) -> Iterator[Key]:
-    """Entries of the legend."""
+    """The entries of the legend."""
     after = "with " + " and ".join(effect.name for effect in view.diagnosis.effects)
     words = {"before": "model as it was" if view.after else "model", "after": after}
     yield Key("measured", "measured", "o")

@@ -49,8 +49,10 @@ GLYPHS = {"solid": "━", "dash": "╍", "dot": "┅", "o": "●", "x": "×", "+
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis of a panel. ticks: places and their names, from above to below where they are rows;
-    strong: names that are drawn in a colour.
+    """An axis of a panel.
+
+    ticks: (place, name) of each tick, listed from top to bottom if the panel has rows. strong:
+    (name, colour) of names that are drawn in a colour.
     """
 
     label: str = ""
@@ -61,7 +63,7 @@ class Scale:
     strong: tuple[tuple[str, str], ...] = ()
 
     def draw(self, axes: Axes, side: str) -> None:
-        """Draw it; side: x or y."""
+        """Draw the axis; side: x or y."""
         axis = axes.xaxis if side == "x" else axes.yaxis
         axis.set_label_text(self.label)
         if self.logarithmic:
@@ -92,7 +94,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Panel:
-    """Marks between two axes; height: [in]."""
+    """Marks between two axes. height [inch]: of the panel."""
 
     marks: tuple[Mark, ...]
     x: Scale = Scale()
@@ -101,7 +103,7 @@ class Panel:
     height: float = 2.9
 
     def draw(self, axes: Axes) -> None:
-        """Draw it."""
+        """Draw the panel."""
         along = axes.xaxis if self.y.ticks or self.y.hidden else axes.yaxis
         along.grid(True, color="#E3E3E3", linewidth=0.6)
         axes.set_axisbelow(True)
@@ -111,7 +113,9 @@ class Panel:
         self.y.draw(axes, "y")
 
     def svg(self, name: str, alt: str) -> str:
-        """The picture as an SVG element, whose ids begin with a name; alt: what it shows."""
+        """The panel as an SVG element. name: prefix of all ids in it. alt: text that says what it
+        shows.
+        """
         with styled(PANEL_LETTERS):
             figure = Figure(figsize=(PANEL_WIDTH, self.height), layout="constrained")
             self.draw(figure.subplots())
@@ -132,7 +136,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Key:
-    """An entry of a legend; look: a dash, a marker or `strip`."""
+    """An entry of a legend. look: a dash style, a marker, or `strip`."""
 
     text: str
     colour: str
@@ -140,16 +144,16 @@ class Key:
 
     @property
     def hue(self) -> str:
-        """The colour for the page."""
+        """Name of the colour on the page."""
         return COLOURS[self.colour]
 
     @property
     def glyph(self) -> str:
-        """A letter that looks like it."""
+        """A character that looks like the mark."""
         return GLYPHS[self.look]
 
     def handle(self) -> Artist:
-        """The entry of a picture of its own."""
+        """The mark of the entry, for a legend of matplotlib."""
         if self.look == "strip":
             alpha = 0.3 if self.colour == "floor" else 1.0
             return Patch(color=self.hue, alpha=alpha, linewidth=0, label=self.text)
@@ -165,8 +169,8 @@ FLOOR_KEY = Key("noise floor", "floor", "strip")
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure of the page: `name` for its anchor, what it shows for those who do not see it, its
-    panels and legend.
+    """A figure of the page. name: its anchor. alt: text for those who cannot see it. keys: its
+    legend.
     """
 
     name: str
@@ -177,7 +181,7 @@ class Drawing:
     keys: tuple[Key, ...] = ()
 
     def pictures(self) -> list[tuple[str, str]]:
-        """Title and SVG text of every panel of the figure."""
+        """(title, SVG text) of every panel."""
         return [
             (panel.title, panel.svg(f"{self.name}-{place}", panel.title or self.alt))
             for place, panel in enumerate(self.panels)
@@ -185,7 +189,7 @@ class Drawing:
 
 
 def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
-    """Panels in a grid of one figure; scales that are alike are labelled once."""
+    """Draw panels in a grid of one figure; equal scales are labelled once."""
     alike_x, alike_y = (
         len({getattr(panel, side) for panel in panels}) == 1 and len(panels) > 1 for side in "xy"
     )
@@ -208,7 +212,7 @@ def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
 
 
 def styled(letters: float = LETTERS) -> AbstractContextManager[None]:
-    """Context in which figures are drawn and written in the style of the report; letters: [pt]."""
+    """Context in which figures are drawn in the style of the report. letters: font size [pt]."""
     return mpl.rc_context(STYLE | {"font.size": letters})
 
 
@@ -235,7 +239,9 @@ def _coarse(text: str) -> str:
 
 
 def legend_above(figure: Figure, keys: Sequence[Key]) -> None:
-    """A legend above all panels; matplotlib before 3.7 has no place `outside` for it."""
+    """Draw a legend above all panels. (Before 3.7, matplotlib cannot place one outside of the
+    panels.)
+    """
     handles = [key.handle() for key in keys]
     columns = 3 if max(len(key.text) for key in keys) > LONG_NAMES else 6
     legend = figure.legend(handles=handles, loc="upper left", ncols=columns)

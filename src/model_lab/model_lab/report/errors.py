@@ -19,7 +19,7 @@ LARGEST_SHARE_SHOWN = 1.5  # of the error before, where the scale ends
 
 
 def ladder(view: View) -> Drawing:
-    """Held-out error of the model as it was, and after each effect that was added."""
+    """Figure of the held-out error of the model as it was, and after each added effect."""
     diagnosis, display = view.diagnosis, view.display
     first, last = view.steps[0].rmse, view.steps[-1].rmse
     caption = (
@@ -39,7 +39,9 @@ def ladder(view: View) -> Drawing:
 
 
 def ladder_panel(view: View) -> Panel:
-    """Bars from above to below, the last one in the colour of the model after."""
+    """Panel with one bar per model, from top to bottom, the last one in the colour of the model
+    after.
+    """
     factor, last = view.display.factor, len(view.steps) - 1
     lengths = [factor * step.rmse for step in view.steps]
     colours = ["before", *["other"] * (last - 1), "after"] if last else ["before"]
@@ -69,7 +71,9 @@ def _floor(view: View) -> tuple[Mark, ...]:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a chart of dots: colour by label, open for what is not plausible."""
+    """A row of a chart with dots. label: what its colour means. filled: False for what is not
+    plausible.
+    """
 
     name: str
     rmse: float
@@ -78,7 +82,7 @@ class Row:
 
 
 def ranking(view: View) -> Drawing | None:
-    """Held-out error with every effect alone; None when none was tried."""
+    """Figure of the held-out error with each effect alone; None if none was tried."""
     rows = _candidates(view)
     if not rows:
         return None
@@ -118,7 +122,7 @@ def _candidates(view: View) -> list[Row]:
 
 
 def ranking_panel(view: View, rows: Sequence[Row] | None = None) -> Panel:
-    """A dot a row on the scale of errors, the best rows if none are given."""
+    """Panel with one dot per row over the error. rows: None: the best effects."""
     rows = _candidates(view)[:MOST_ROWS] if rows is None else rows
     return _dots(view, rows, view.before.held_out.rmse)
 
@@ -156,7 +160,9 @@ def _end_of_scale(rows: Sequence[Row], before: float) -> float:
 
 
 def rest(view: View) -> Drawing | None:
-    """Held-out error of black boxes on top of the last model; None when none could be tried."""
+    """Figure of the held-out error with black boxes added to the last model; None if there are
+    none.
+    """
     black_boxes = view.outcome.black_boxes
     if not black_boxes:
         return None

@@ -18,8 +18,8 @@ LARGE_FACTOR = 2.0  # from which a change is said as a factor
 def event_sentences(
     events: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display
 ) -> list[str]:
-    """Events as a diagnosis has them, a sentence each, or one for those of one step or drift that
-    changes scale as well as zero; slips: of the odd runs among them.
+    """A sentence for each event of a diagnosis; only one if a step or drift changes both scale and
+    zero. slips: those found for odd runs among the events.
 
     >>> step = {"kind": "step", "run": "r7", "before": "r6", "specimen": None,
     ...     "quantity": "scale", "size": 0.09, "p_value": 2e-6, "largest_input": "r7"}
@@ -71,7 +71,7 @@ def _odd_sentence(event: Mapping[str, Any], slip: Slip | None, about: str, displ
 
 
 def change_words(event: Mapping[str, Any], display: Display) -> str:
-    """How much an event changes the outputs.
+    """How much an event changes the outputs, in words.
 
     >>> change_words({"quantity": "scale", "size": 5.9}, Display("deg"))
     '6.9 times as large'

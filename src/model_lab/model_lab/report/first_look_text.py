@@ -13,7 +13,7 @@ FIRST_LOOK = "first look: "  # with which the line begins
 
 
 def first_look_line(found: FirstLook, display: Display) -> str:
-    """What is known before the search; display: of the outputs.
+    """A line on what is known before the search. display: how outputs are shown.
 
     >>> from model_lab.diagnosis.first_look import FirstLook
     >>> found = FirstLook(0.05, 0.01, "rad", False, (), (("tube_lag", 0.8),))

@@ -27,8 +27,8 @@ LINE_SHARES = np.linspace(0.0, 1.0, 25)  # shares of a finger's length at which 
 
 
 def draw(data: MeasurementSet, models: Sequence[tuple[str, Model]], out: Path) -> None:
-    """Write a picture of a set of a hand: markers as measured, chains and markers as each of the
-    models, by name, has them.
+    """Write a picture of a set of a hand: measured markers, and chains and markers as each of the
+    (name, model) predicts them.
     """
     from matplotlib.figure import Figure  # here, as it takes long to load
 
@@ -86,7 +86,9 @@ def _measured(run: Run, sample: int, marker: str) -> Array:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draw what the command line asks for; exit status 2 with one line where that is impossible."""
+    """Draw what the command line asks for. The exit status is 2, with one line that says why, if
+    that is not possible.
+    """
     parser = argparse.ArgumentParser("hand_in_space", description=__doc__)
     parser.add_argument("set", metavar="SET", type=Path, help="folder of a set of a hand")
     parser.add_argument("models", metavar="MODEL", nargs="+", help="names or files")

@@ -28,7 +28,9 @@ LEARNED_KEYS = (
 
 
 def picture_of(learning: Learning) -> Drawing:
-    """The curve with its band, the residual before and after, and the candidates' errors."""
+    """Figure of a learned curve with its band, of the residual before and after, and of the errors
+    with other candidates.
+    """
     chosen = learning.chosen
     caption = (
         "Residuals are measured less predicted, dots single samples, lines means over parts of the "
@@ -48,7 +50,7 @@ def picture_of(learning: Learning) -> Drawing:
 
 
 def curve_panel(candidate: Candidate) -> Panel:
-    """The curve with its band and knots."""
+    """Panel of the curve with its band and knots."""
     shape, points = candidate.shape, curve_points(candidate)
     middle, low, high = (np.array([row[k] for row in points]) for k in (1, 2, 3))
     marks: list[Mark] = []

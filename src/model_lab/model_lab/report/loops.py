@@ -1,5 +1,5 @@
-"""Output over input as a loop, the runs of one protocol on top of each other; the residual over the
-input, and its autocorrelation.
+"""Figures of the output over the input, runs of one protocol on top of each other, and of the
+residual over the input and its autocorrelation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ MODEL_WORDS = {"before": "model", "after": "with the missing effects"}
 
 
 def loops(data: MeasurementSet, residuals: Residuals) -> Drawing:
-    """Measured, and predicted, output over the input; one panel for specimen and protocol."""
+    """Figure of measured and predicted outputs over the input, one panel for each specimen and
+    protocol.
+    """
     groups: dict[tuple[int, int], list[int]] = {}
     for place, course in enumerate(data.table.courses):
         groups.setdefault((course.group, course.output), []).append(place)
@@ -44,7 +46,7 @@ def loops(data: MeasurementSet, residuals: Residuals) -> Drawing:
 
 
 def rest_over_input(data: MeasurementSet, residuals: Residuals) -> Drawing:
-    """The residual over the input, and its autocorrelation within runs."""
+    """Figure of the residual over the input, and of its autocorrelation within runs."""
     caption = (
         "Left: measured minus predicted over the input, each dot a sample. Right: correlation of "
         "the residual with itself, some time later in the same run, the mean of each run taken "
@@ -62,7 +64,7 @@ def _keys(residuals: Residuals) -> Iterator[Key]:
 
 
 def input_of(data: MeasurementSet) -> tuple[str, list[Array]]:
-    """Label of the input in the unit of the user, and its values run by run."""
+    """(label of the input with the unit of the user, its values run by run in that unit)."""
     if data.experiment == "valve_pulse":
         name = "duration"
         values = [run.columns["direction"] * run.columns["duration"] for run in data.runs]
@@ -132,8 +134,8 @@ def _correlation(data: MeasurementSet, residuals: Residuals) -> Panel:
 
 
 def autocorrelation(courses: Sequence[Array], most: int) -> Array:
-    """Autocorrelation (most,) of courses (n,) at lags of 1 to `most` samples, over all of them; the
-    mean of each course is taken off.
+    """Autocorrelation (most,) of courses (n,) at lags of 1 to `most` samples, over all courses; the
+    mean of each course is subtracted first.
 
     >>> autocorrelation([np.array([1.0, -1.0, 1.0, -1.0])], 2).tolist()
     [-0.75, 0.5]

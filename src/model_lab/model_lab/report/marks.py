@@ -29,15 +29,15 @@ class Mark(Protocol):
     """Something that is drawn in a panel."""
 
     def draw(self, axes: Axes) -> None:
-        """Draw it."""
+        """Draw the mark."""
 
 
 @dataclass(frozen=True)
 class Points:
-    """Points (n,) in the unit shown, with markers, joined by a line or both; NaN breaks a line.
+    """Points (n,) in the unit shown, as markers, joined by a line, or both; NaN breaks the line.
 
-    width: of the line [pt]; size: of a marker [pt]; texts: beside the points, in place of markers;
-    most: points that are drawn.
+    width: of the line [pt]; 0 for no line. size: of a marker [pt]. texts: texts that are drawn
+    beside the points. most: largest number of points that are drawn.
     """
 
     x: Array
@@ -54,7 +54,7 @@ class Points:
     most: int = LINE_POINTS
 
     def draw(self, axes: Axes) -> None:
-        """Draw it."""
+        """Draw the mark."""
         colour = COLOURS[self.colour]
         for at, height, text in zip(self.x, self.y, self.texts, strict=False):
             axes.annotate(text, (at, height), (4, 0), textcoords="offset points", va="center")
@@ -73,7 +73,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Band:
-    """What lies between two lines (n,)."""
+    """The area between two lines `low` and `high` (n,) over x (n,)."""
 
     x: Array
     low: Array
@@ -82,7 +82,7 @@ class Band:
     opacity: float = 0.22
 
     def draw(self, axes: Axes) -> None:
-        """Draw it."""
+        """Draw the mark."""
         colour = COLOURS[self.colour]
         axes.fill_between(
             self.x, self.low, self.high, color=colour, alpha=self.opacity, linewidth=0
@@ -91,22 +91,23 @@ class Band:
 
 @dataclass(frozen=True)
 class Bars:
-    """Lengths (n,) of bars from above to below at the places 0, 1, ..."""
+    """Horizontal bars of these lengths (n,), from top to bottom at the places 0, 1, ..."""
 
     lengths: Sequence[float]
     colours: Sequence[str]
 
     def draw(self, axes: Axes) -> None:
-        """Draw them."""
+        """Draw the bars."""
         colours = [COLOURS[name] for name in self.colours]
         axes.barh(range(len(colours)), self.lengths, height=0.62, color=colours)
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A strip across the panel between two values of x, or of y; of no width it is a line.
+    """A strip across the panel between two values of x, or of y if `of` is "y"; a line if both
+    values are equal.
 
-    width: of the line [pt].
+    width: of that line [pt].
     """
 
     low: float
@@ -118,7 +119,7 @@ class Strip:
     dash: str = "solid"
 
     def draw(self, axes: Axes) -> None:
-        """Draw it."""
+        """Draw the mark."""
         colour = COLOURS[self.colour]
         line, span = (
             (axes.axvline, axes.axvspan) if self.of == "x" else (axes.axhline, axes.axhspan)
@@ -130,7 +131,8 @@ class Strip:
 
 
 def envelope(values: Array, most: int) -> Indices:
-    """Indices of at most so many of values (n,): ends, and the extremes of every part between.
+    """Indices of at most `most` of the values (n,): both ends, and the extremes of every part
+    between.
 
     >>> envelope(np.array([0.0, 0.0, 9.0, 0.0, 0.0, -9.0, 0.0, 0.0]), 6).tolist()
     [0, 2, 4, 5, 7]
@@ -147,9 +149,11 @@ def envelope(values: Array, most: int) -> Indices:
 
 
 def at_random(count: int, most: int) -> Indices:
-    """Indices of at most so many of `count` points, drawn once for all figures, in order.
+    """Indices, in order, of at most `most` of `count` points, drawn at random but the same for all
+    figures.
 
-    Dots that are thinned by their extremes, or one in so many, show stripes that are not there.
+    If dots were thinned by their extremes, or evenly, a figure would show stripes that are not in
+    the data.
     """
     if count <= most:
         return np.arange(count)
@@ -157,7 +161,7 @@ def at_random(count: int, most: int) -> Indices:
 
 
 def evenly(count: int, most: int) -> Indices:
-    """Indices of at most so many of `count` points, evenly and with both ends."""
+    """Indices of at most `most` of `count` points, evenly spaced and with both ends."""
     if count <= most:
         return np.arange(count)
     return np.unique(np.linspace(0, count - 1, most).round().astype(np.intp))

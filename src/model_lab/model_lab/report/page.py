@@ -48,16 +48,16 @@ def write_report(
 ) -> None:
     """Write the report of a diagnosis to an HTML file.
 
-    commands: shell lines that make it again. learned: what was learned where nothing known
-    explains the error.
+    commands: shell lines that repeat it. learned: the learned curve, if nothing known explains the
+    error; None: none was learned.
     """
     write_file(path, page(View(outcome), commands, learned))
 
 
 def write_learned(learned: Learning, folder: Path, command: str) -> None:
-    """Write the page and the picture of what was learned to a folder.
+    """Write the page and the picture of a learned curve to a folder.
 
-    command: the shell line that makes them again.
+    command: the shell line that repeats them.
     """
     text = template("learned.html").render(
         title=f"Learned: {learned.problem.data.title}", learned=learned, commands=[command]
@@ -68,7 +68,7 @@ def write_learned(learned: Learning, folder: Path, command: str) -> None:
 
 @lru_cache(maxsize=2)
 def template(name: str) -> Template:
-    """A template of this package by its name."""
+    """The template of this package with that name."""
     environment = Environment(
         loader=PackageLoader("model_lab", "report/templates"),
         autoescape=True,
@@ -96,7 +96,7 @@ def template(name: str) -> Template:
 
 
 def page(view: View, commands: Sequence[str], learned: Learning | None = None) -> str:
-    """The whole page."""
+    """The whole report as HTML text. commands, learned: as for `write_report`."""
     return template("page.html").render(
         view=view,
         data=view.data,
@@ -137,7 +137,9 @@ def _rest(view: View) -> str:
 
 # ---------------------------------------------------------------------- the next experiment
 def proposal(view: View) -> Drawing | None:
-    """Course of the input in the proposed experiment; None when none is proposed, or pulses."""
+    """Figure of the input in the proposed experiment; None if none is proposed, or if it is one of
+    valve pulses.
+    """
     planned = view.diagnosis.next_experiment
     if planned is None or planned["duration"] is None:
         return None

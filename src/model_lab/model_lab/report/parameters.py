@@ -1,4 +1,4 @@
-"""Fitted parameters with their intervals, and what is said of their correlation."""
+"""Figure of the fitted parameters with their intervals, and of their correlation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def parameter_estimates(view: View) -> dict[str, Estimate]:
 
 
 def parameters(view: View) -> Drawing | None:
-    """The figure, None for a model without a free parameter."""
+    """The figure; None for a model without a free parameter."""
     shown = range(len(view.best.fit.values))[-SHOWN_PARAMETERS:]  # those of effects come last
     if not shown:
         return None

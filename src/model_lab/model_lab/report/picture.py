@@ -1,4 +1,4 @@
-"""Pictures of their own (PNG): of a diagnosis, and of a figure whose panels stand in a row."""
+"""Pictures as PNG files: of a diagnosis, and of a figure whose panels stand in a row."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ DPI = 130
 
 
 def draw_picture(view: View, path: Path) -> None:
-    """Write the picture of a diagnosis: some curves before and after, the ladder, the ranking."""
+    """Write the picture of a diagnosis: some curves before and after, the errors of the models, and
+    of each effect alone.
+    """
     with styled():
         figure = Figure(figsize=(PICTURE_WIDTH, HEIGHT), layout="constrained")
         above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.25))[:, 0]
@@ -60,7 +62,7 @@ def _most_improved(view: View) -> list[Repeats]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Diagnose a set and draw: `python -m model_lab.report.picture SET MODEL OUT.png`."""
+    """Diagnose a set and draw it: `python -m model_lab.report.picture SET MODEL OUT.png`."""
     parser = argparse.ArgumentParser(prog="picture", description="One picture of a diagnosis.")
     parser.add_argument("data", type=Path, help="measurement set")
     parser.add_argument("model", help="model file, or the name of a shipped one")

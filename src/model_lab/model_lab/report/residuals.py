@@ -62,7 +62,7 @@ NOISE_LEVELS = ("stated", "within runs", "with repeats")
 
 
 def residuals(view: View) -> Drawing | None:
-    """The figure, None for a set in which nothing varies."""
+    """The figure of the residuals; None for a set in which nothing varies."""
     found = {label: localise(view.data, scored.held_out.residual) for label, scored in view.models}
     first = found["before"].axes
     if not first:
@@ -175,7 +175,7 @@ def _bent_ticks(values: Array, usual: float) -> tuple[tuple[float, str], ...]:
 
 
 def axis_title(axis: Axis) -> str:
-    """What an axis is called where others stand beside it."""
+    """Title of an axis where it stands beside others."""
     return f"direction of the {axis.noun}" if axis.name == "direction" else axis.noun
 
 
@@ -229,7 +229,7 @@ def _means(view: View, dependence: Dependence, label: str) -> Iterator[Mark]:
 
 
 def bars_of_error(at: Array, low: Array, high: Array, colour: str) -> Points:
-    """Upright bars between two values (n,)."""
+    """Vertical bars between two values (n,) at each x (n,)."""
     gap = np.full(len(at), np.nan)
     y = np.stack([low, high, gap], axis=1).ravel()
     return Points(np.repeat(at, 3), y, colour, width=2.5, opacity=0.45)
@@ -237,7 +237,7 @@ def bars_of_error(at: Array, low: Array, high: Array, colour: str) -> Points:
 
 # ---------------------------------------------------------------------- anomalies
 def oddities(view: View) -> Drawing | None:
-    """One panel for each notice; None without any."""
+    """The figure of the notices, one panel for each; None without any."""
     found = view.outcome.notices
     if not found:
         return None

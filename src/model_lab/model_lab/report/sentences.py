@@ -32,7 +32,7 @@ AXIS_WORDS = {
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict in one sentence, and how sure it is in another.
+    """The verdict in one sentence, and in another one how sure it is.
 
     >>> from model_lab.diagnosis.result import Unexplained
     >>> parts = {"within": 0.006, "between": 0.005}
@@ -45,7 +45,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 
 def sure_sentence(diagnosis: Diagnosis) -> str:
-    """How many such verdicts are right, rounded down; or why that is not known.
+    """A sentence on how many such verdicts are right, rounded down, or on why that is not known.
 
     >>> from types import SimpleNamespace as Made
     >>> known = {"effects": (), "tied": (), "beyond": ()}
@@ -77,7 +77,7 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
 
 
 def slip_sentences(slips: Sequence[Slip], display: Display) -> list[str]:
-    """Slips, a sentence each, with the mend of each; display: of the outputs.
+    """A sentence for each slip, with its mend. display: how outputs are shown.
 
     >>> slip = Slip("unit", "pressure", "kPa", "psi", 0.8, 0.01, "columns: {pressure: {unit: psi}}")
     >>> print(slip_sentences([slip], Display("deg"))[0].split(":")[0])
@@ -101,7 +101,8 @@ def _besides(slip: Slip) -> str:
 
 
 def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> str:
-    """That the modulus lies on a bound, and what frees it; empty if it does not.
+    """A sentence that says that the modulus lies on a bound, and which option frees it; "" if it
+    does not.
 
     >>> bound_sentence(["modulus_scale[A]"], {"modulus_scale": {"A": 0.85}})
     'The modulus of A is at its bound, 0.85 times the stated one: --free-modulus frees it.'
@@ -189,7 +190,8 @@ def _helps(diagnosis: Diagnosis) -> str:
 
 
 def story_sentence(diagnosis: Diagnosis) -> str:
-    """How the error falls with each effect, in the order in which they were found; empty for one.
+    """A sentence on how the error falls with each effect, in the order in which they were found; ""
+    for a single effect.
 
     >>> from types import SimpleNamespace as Made
     >>> steps = Made(name="tube_lag", rmse_after=0.02), Made(name="gravity", rmse_after=0.01)
@@ -217,7 +219,9 @@ def _left_over(diagnosis: Diagnosis) -> str:
 
 
 def preconditioning_sentence(data: MeasurementSet) -> str:
-    """How far runs were stretched before, as the set states it; empty where it does not."""
+    """A sentence on how far runs were stretched before, as the set states it; "" if it states
+    nothing.
+    """
     told = {run.name: run.stretched_to for run in data.runs if run.stretched_to > 1.0}
     if not told:
         return ""
@@ -228,13 +232,13 @@ def preconditioning_sentence(data: MeasurementSet) -> str:
 
 
 def notice_sentence(clauses: Sequence[str]) -> str:
-    """Anomalies of a set, from the clauses of its notices; empty without any."""
+    """A sentence on the anomalies of a set, from the clauses of its notices; "" without any."""
     return f"Note: {'; '.join(clauses)}." if clauses else ""
 
 
 def tie_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What the data cannot tell apart, a sentence for each named effect that is tied with others
-    than those of its class of causes, which the verdict itself names.
+    """A sentence for each named effect that the data cannot tell from effects of another class of
+    causes; those of its own class are in the verdict.
     """
     return [
         f"These data cannot tell {f'the {effect.cause}' if effect.members else effect.name} from "
@@ -245,7 +249,7 @@ def tie_sentences(diagnosis: Diagnosis) -> list[str]:
 
 
 def class_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
-    """A class of causes with the size of the member that fits best, the members, and what tells
+    """A class of causes in words: the members, the size of the one that fits best, and what tells
     them apart.
     """
     planned = diagnosis.next_experiment
@@ -270,7 +274,7 @@ def _size_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
 
 
 def effect_words(effect: NamedEffect) -> str:
-    """An effect with its parameters and their standard errors."""
+    """An effect with its parameters and their standard errors, in words."""
     values = [
         f"{name} = {entry.value:.3g} ± {entry.std:.2g} {entry.unit}".rstrip()
         for name, entry in effect.parameters.items()
@@ -279,7 +283,7 @@ def effect_words(effect: NamedEffect) -> str:
 
 
 def axis_words(name: str, experiment: str = "") -> str:
-    """An axis or the input of a black box as one says it of an experiment.
+    """Name, in words, of an axis or of the input of a black box in an experiment.
 
     >>> axis_words("pressure", "uniaxial")
     'the stretch'
@@ -288,7 +292,7 @@ def axis_words(name: str, experiment: str = "") -> str:
 
 
 def driving_name(name: str, experiment: str) -> str:
-    """The name of an axis; of what drives an experiment, the quantity itself.
+    """The name of an axis; for the input of an experiment, the name of its quantity.
 
     >>> driving_name("pressure", "rubber"), driving_name("largest_pressure", "rubber")
     ('stretch', 'largest_stretch')
@@ -299,7 +303,7 @@ def driving_name(name: str, experiment: str) -> str:
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
-    """Words one after the other.
+    """Words joined by commas, and by `last` before the last one.
 
     >>> listed(["a", "b", "c"])
     'a, b and c'
@@ -308,7 +312,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """How many there are of something.
+    """A number with its noun, in the plural if needed.
 
     >>> counted(4698, "sample"), counted(1, "run")
     ('4 698 samples', '1 run')

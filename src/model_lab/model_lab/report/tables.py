@@ -1,4 +1,4 @@
-"""Tables of a report as plain text; those without rows are not shown."""
+"""Tables of a report as plain text. A table without rows is not shown."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ FLOOR_WORDS = {
 
 
 class Table(NamedTuple):
-    """A table of plain text."""
+    """A table of plain text: head, and rows of cells."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number, which stands to the right."""
+    """Whether a cell is a number, which is then aligned to the right."""
     return cell[:1].isdigit() or (cell[:1] in "-+" and cell[1:2].isdigit())
 
 
 def before_and_after(view: View) -> Table:
-    """Errors of both models beside the floor."""
+    """Table of the errors of the models before and after, beside the noise floor."""
     floor = view.outcome.problem.floor
     shown = view.display.shown
     found = [view.accuracy(scored) for _, scored in view.models]
@@ -55,7 +55,7 @@ def before_and_after(view: View) -> Table:
 
 
 def floor_note(view: View) -> str:
-    """The noise floor in a sentence."""
+    """A sentence on the noise floor."""
     floor, shown = view.outcome.problem.floor, view.display.shown
     return (
         f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
@@ -77,7 +77,7 @@ def _floor_parts(view: View) -> str:
 
 
 def runs(view: View) -> Table:
-    """Held-out error of every run, or of the worst of very many."""
+    """Table of the held-out errors of all runs; of very many runs, the worst ones."""
     head = ["run", "specimen", "protocol", "temperature", "samples"]
     head += ["error before", "error after"] if view.after else ["error"]
     rows = []
@@ -93,7 +93,7 @@ def runs(view: View) -> Table:
 
 
 def failures(view: View) -> Table | None:
-    """Where the model as it was fails."""
+    """Table of where the model as it was fails; None if it does not."""
     titles = {axis.name: axis_title(axis) for axis in axes_of(view.data)}
     rows = [
         [
@@ -109,7 +109,7 @@ def failures(view: View) -> Table | None:
 
 
 def ranking(view: View) -> Table:
-    """Every effect that was tried alone."""
+    """Table of every effect that was tried alone."""
     rows = [
         [
             entry.name,
@@ -125,7 +125,7 @@ def ranking(view: View) -> Table:
 
 
 def parameters(view: View) -> Table:
-    """Every fitted parameter of the best model, with its unit and what it is."""
+    """Table of the fitted parameters of the best model, with units and meanings."""
     classes = view.outcome.problem.classes
     said = {
         f"{name}.{parameter.name}": parameter.description
@@ -148,7 +148,7 @@ def parameters(view: View) -> Table:
 
 
 def not_visible(view: View) -> Table | None:
-    """Effects that these data cannot show, grouped by reason."""
+    """Table of the effects that these data cannot show, grouped by reason; None without any."""
     by_reason: dict[str, list[str]] = {}
     for entry in view.diagnosis.not_visible:
         by_reason.setdefault(entry.reason, []).append(entry.name)
@@ -157,8 +157,8 @@ def not_visible(view: View) -> Table | None:
 
 
 def story(view: View) -> Table | None:
-    """How the error falls with each effect, or with those that help; None for a single named
-    effect.
+    """Table of how the error falls with each effect, or with those that help; None for a single
+    named effect.
     """
     steps, floor = view.steps, view.diagnosis.noise_floor
     if len(steps) < 3 and not view.diagnosis.helps:
@@ -178,15 +178,17 @@ def story(view: View) -> Table | None:
 
 
 def correlations(view: View) -> list[tuple[str, list[float]]]:
-    """Names of the fitted parameters, each with its correlation with all of them; none of one."""
+    """(name of a parameter, its correlation with every parameter) for all fitted parameters; empty
+    for fewer than two.
+    """
     names = [name.partition(".")[2] or name for name in view.best.fit.likelihood.names]
     rows = correlation(view.best).tolist()
     return list(zip(names, rows, strict=True)) if len(names) > 1 else []
 
 
 def shade(value: float) -> str:
-    """Colours of a cell of a correlation: orange below zero, violet above, the darker the nearer
-    to one.
+    """Colours, as CSS, of a cell with a correlation: orange below 0, violet above, the darker the
+    nearer to 1 in magnitude.
     """
     hue = "#5E3C99" if value > 0.0 else "#B35806"
     strong = min(abs(value), 1.0)
@@ -194,19 +196,21 @@ def shade(value: float) -> str:
 
 
 def learned_curves(learned: Learning) -> list[Table]:
-    """The learned curves at their knots."""
+    """Tables of the learned curves at their knots."""
     found = map(curve_rows, learned.curves)
     return [Table(head, rows) for head, *rows in found]
 
 
 def alternatives(learned: Learning) -> Table:
-    """The curves that were fitted as a whole."""
+    """Table of the curves that were fitted together with the model."""
     head, *rows = alternative_rows(learned)
     return Table(head, rows)
 
 
 def detectable(view: View) -> Table | None:
-    """The weakest value of each effect that would have shown."""
+    """Table of the weakest value of each effect that the data would have shown; None
+    without any.
+    """
     classes = view.outcome.problem.classes
     rows = []
     for entry in view.diagnosis.detectable:

@@ -43,7 +43,8 @@ RUN_NAMES, NOT_TURNED = ("next_a", "next_b"), (0.0, 0.0, 0.0)
 
 
 def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Rows of cells, the first a header; columns of numbers are aligned to the right.
+    """A table as text, from rows of cells with the header first. Columns of numbers are aligned to
+    the right.
 
     >>> print(text_table([["run", "error"], ["a", "1.5"], ["b", "10"]]))
       run  error
@@ -69,7 +70,7 @@ def _is_number(cell: str) -> bool:
 
 
 def diagnosis_text(diagnosis: Diagnosis) -> str:
-    """What `diagnose` prints."""
+    """The text that `diagnose` prints."""
     sections = [
         "\n".join(
             filter(None, [*_said(diagnosis), story_sentence(diagnosis), floor_sentence(diagnosis)])
@@ -155,7 +156,7 @@ def _next_experiment(diagnosis: Diagnosis) -> str:
 
 
 def addition_text(addition: Addition, path: Path) -> str:
-    """What `add` prints."""
+    """The text that `add` prints; path: of the model file."""
     display = addition.problem.data.output_display
     before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
     floor = display.shown(addition.problem.floor.total)
@@ -181,7 +182,7 @@ def _added(addition: Addition) -> str:
 
 
 def addition_json(addition: Addition, path: str) -> dict[str, Any]:
-    """What `add --json` writes; all in SI units."""
+    """The dictionary that `add --json` writes, all in SI units; path: of the model file."""
     return {
         "format": ADDITION_FORMAT,
         "model": path,
@@ -196,14 +197,14 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
 
 
 def diagnosis_json(diagnosis: Diagnosis, fingerprint: str) -> dict[str, Any]:
-    """What `diagnose --json` writes, all in SI units; said: the verdict in sentences; fingerprint:
-    of what was diagnosed.
+    """The dictionary that `diagnose --json` writes, all in SI units, with the verdict in sentences
+    under `said`. fingerprint: hash of what was diagnosed.
     """
     return {**diagnosis.as_json(), "said": _said(diagnosis), "fingerprint": fingerprint}
 
 
 def plan_text(answer: Mapping[str, Any]) -> str:
-    """What `plan` prints of an answer as `diagnosis_json` gives it."""
+    """The text that `plan` prints for an answer of `diagnosis_json`."""
     planned = answer["next_experiment"]
     if planned is None:
         return "\n".join([*answer["said"], _nothing(answer)]) + "\n"
@@ -211,13 +212,15 @@ def plan_text(answer: Mapping[str, Any]) -> str:
 
 
 def proposal_text(planned: Mapping[str, Any]) -> str:
-    """A proposed experiment, as `Experiment.as_json` gives it, in the units of the bench."""
+    """A proposed experiment (see `Experiment.as_json`) in words, in units of daily use."""
     rows = [["next experiment", ""], *(list(row) for row in _facts(planned))]
     return f"{text_table(rows, indent='')}\n\n{_promise(planned)}"
 
 
 def plan_json(answer: Mapping[str, Any], files: list[Path]) -> dict[str, Any]:
-    """What `plan --json` writes of such an answer; all in SI units."""
+    """The dictionary that `plan --json` writes for an answer of `diagnosis_json`, all in SI units.
+    files: the templates that were written.
+    """
     same = ("experiment", "verdict", "next_experiment")
     return {
         "format": PLAN_FORMAT,
@@ -229,10 +232,11 @@ def plan_json(answer: Mapping[str, Any], files: list[Path]) -> dict[str, Any]:
 
 
 def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Path) -> list[Path]:
-    """Write the course of the inputs, and what experiment.yaml gets when it has been measured; of a
-    hand also a strategy that plays it twice.
+    """Write the input of a proposed experiment as CSV, and the lines for experiment.yaml once it
+    has been measured; for a hand also a strategy that plays the experiment twice. Returns the
+    paths.
 
-    planned: `next_experiment` of a diagnosis. Returns the files.
+    planned: `next_experiment` of a diagnosis. data: the set that was diagnosed.
     """
     specimen = _specimen(planned, data)
     columns = {name: np.array(values) for name, values in planned["inputs"].items()}

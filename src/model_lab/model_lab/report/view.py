@@ -23,7 +23,7 @@ TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
 
 @dataclass(frozen=True)
 class Repeats:
-    """Runs that repeat each other, seen by one output."""
+    """Runs that repeat each other, with the series of one output."""
 
     title: str
     courses: tuple[Series, ...]
@@ -31,7 +31,7 @@ class Repeats:
 
 @dataclass(frozen=True)
 class Step:
-    """A rung of the ladder of errors: held-out root mean square [unit of the outputs]."""
+    """A model in the ladder of errors; rmse: its held-out error [SI unit of the outputs]."""
 
     label: str
     rmse: float
@@ -41,7 +41,7 @@ class Step:
 class View:
     """A diagnosis with the set that was searched, and the models that a report compares.
 
-    after: the model with the missing effects, None if none are named.
+    steps: errors of the model as it was, and after each added effect.
     """
 
     outcome: Outcome
@@ -53,12 +53,12 @@ class View:
 
     @property
     def data(self) -> MeasurementSet:
-        """The set; of long recordings as many samples as were searched."""
+        """The set as it was searched: long recordings have fewer samples."""
         return self.outcome.problem.data
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """What is said."""
+        """The diagnosis."""
         return self.outcome.diagnosis
 
     @property
@@ -68,23 +68,23 @@ class View:
 
     @property
     def after(self) -> Scored | None:
-        """The model with the missing effects."""
+        """The model with the missing effects; None if none are named."""
         return self.outcome.selection.final if self.diagnosis.effects else None
 
     @property
     def best(self) -> Scored:
-        """The model with the named effects, or the one as it was."""
+        """The model with the missing effects; if none are named, the one as it was."""
         return self.after or self.before
 
     @property
     def models(self) -> tuple[tuple[str, Scored], ...]:
-        """Models to compare by the names of their colours: before, and after if there is one."""
+        """(colour, model) of the models to compare: before, and after if there is one."""
         after = (("after", self.after),) if self.after else ()
         return (("before", self.before), *after)
 
     @property
     def residuals(self) -> list[tuple[str, Array]]:
-        """Held-out residual (samples,) of each model by its colour, in SI units."""
+        """(colour, held-out residual (samples,) in SI units) of the models to compare."""
         return [(label, scored.held_out.residual) for label, scored in self.models]
 
     @property
@@ -104,15 +104,15 @@ class View:
         return self.data.table.value
 
     def accuracy(self, scored: Scored) -> Accuracy:
-        """How near a model comes to runs that it was not fitted to."""
+        """Accuracy of a model on data that were held out of its fit."""
         return accuracy(self.measured, scored.held_out.residual, self.data.table.output)
 
     def predicted(self, scored: Scored) -> Array:
-        """What a model predicts (samples,) for runs that it was not fitted to."""
+        """Predictions (samples,) of a model for data that were held out of its fit, in SI units."""
         return self.measured - scored.held_out.residual
 
     def panels(self) -> list[Repeats]:
-        """Repeats together, one panel for each output."""
+        """Groups of repeats, one for each output."""
         found: dict[tuple[int, int], list[Series]] = {}
         for course in self.data.table.courses:
             found.setdefault((course.group, course.output), []).append(course)
@@ -132,10 +132,11 @@ class View:
         return ", ".join(parts)
 
     def abscissa(self) -> tuple[str, Display, list[Array]]:
-        """Name, unit and values, run by run, of what curves are drawn against.
+        """(name, unit and factor to show it with, values run by run in SI units) of what curves are
+        drawn over.
 
-        Time where the error has to do with it, where several inputs act or the input mostly rests;
-        else what drives the runs.
+        It is time if the error depends on time, if there are several inputs, or if the input mostly
+        rests; else the input.
         """
         data = self.data
         if data.experiment == "valve_pulse":

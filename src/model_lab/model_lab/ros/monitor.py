@@ -67,7 +67,7 @@ class Monitor(Node):
         self.get_logger().info(f"ready: {hand.name}, model {name}")
 
     def look(self) -> None:
-        """Process new messages, pressures first: angles are compared with the pressures of their
+        """Process new messages, pressures first, as angles are compared with the pressures of their
         time.
         """
         self._executor.serve(POLL_PERIOD)
@@ -133,7 +133,7 @@ class Monitor(Node):
 
 
 def run(node: Monitor, stop: threading.Event) -> None:
-    """Compare and report until `stop`."""
+    """Compare and report until `stop` is set."""
     told = 0.0
     while not stop.wait(POLL_PERIOD):
         node.look()

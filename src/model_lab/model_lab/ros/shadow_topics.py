@@ -20,7 +20,9 @@ WAITING = "waiting for"
 
 
 class ShadowTopics:
-    """Keeps the latest message of each topic; compares them when asked."""
+    """Keeps the latest message of each topic, and compares measured with predicted fingertips when
+    asked.
+    """
 
     def __init__(
         self, node: Node, qos: QoSProfile, shadow: HandShadow, prediction: LivePrediction
@@ -32,13 +34,15 @@ class ShadowTopics:
         self._predicted = node.create_publisher(PoseArray, "model/fingertips", qos)
 
     def look(self) -> None:
-        """Fetch what has come."""
+        """Fetch the messages that have come."""
         for topic, queue in self._queues.items():
             while (message := take(queue)) is not None:
                 self._latest[topic] = message
 
     def report(self) -> Report:
-        """Compare, publish the predicted fingertips, and say what the difference means."""
+        """Compare, publish the predicted fingertips, and return a report on what the difference
+        means.
+        """
         missing = [topic for topic in (TIPS_TOPIC, HELD_TOPIC) if topic not in self._latest]
         if missing:
             return Report("shadow", Level.STALE, f"{WAITING} {' and '.join(missing)}")
@@ -73,7 +77,7 @@ class ShadowTopics:
         orientation = np.array([turn.x, turn.y, turn.z, turn.w])
         if not (np.isfinite(at).all() and np.isfinite(orientation).all() and orientation.any()):
             raise ValueError(
-                f"{TIPS_TOPIC}, {HELD_TOPIC}: expected finite numbers and a quaternion"
+                f"{TIPS_TOPIC}, {HELD_TOPIC}: expected finite numbers and a quaternion, got others"
             )
         wrench = self._latest.get(WRENCH_TOPIC)
         force = None

@@ -1,4 +1,4 @@
-"""Columns of numbers from the topics of a bag, at the stamps of one of them."""
+"""Columns of numbers from the topics of a bag, at the time stamps of one of them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ PROGRESS_PERIOD = 2000  # messages
 
 @dataclass(frozen=True)
 class Source:
-    """Where a column comes from: topic and field, its place in the document for errors, and whether
-    it is an angle, which no component of a quaternion is.
+    """Where a column comes from: topic and field.
+
+    place: place in the document, for errors. is_angle: whether the column is an angle, for which a
+    component of a quaternion is refused.
     """
 
     topic: str
@@ -42,18 +44,18 @@ class _Series:
 def read_bag_columns(
     folder: Path, sources: Mapping[str, Source], leading: str, told: Callable[[float], None]
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Columns (samples,) of a bag at the stamps of the leading column, with `time` [s] from 0; and
-    the other columns before the first of them, at times below 0 as far apart, or nothing.
+    """(columns (samples,) at the stamps of the leading column, with `time` [s] from 0; lead: the
+    other columns before its first stamp, at equally spaced times below 0, or empty).
 
-    A stamp is that of the message's header, else the time of reception, which /clock turns into
-    simulated time if it was recorded. Other columns are interpolated linearly; samples outside the
-    time that all topics cover are left out. Of messages with the same stamp the last counts.
+    A stamp is that of the header of a message; without one, the time of reception, in simulated
+    time if /clock was recorded. Other columns are interpolated linearly; samples outside the time
+    that all topics cover are left out. Of messages with the same stamp the last counts.
 
     Args:
         folder: the rosbag2 folder, or the file of a ROS 1 bag (.bag).
-        sources: by column.
-        leading: the column at whose stamps the samples lie.
-        told: called with the part that is done.
+        sources: source of each column, by its name.
+        leading: name of the column whose stamps are those of the samples.
+        told: called with the share (0 to 1) that is done.
 
     Raises:
         DocumentError: the bag cannot be read, lacks a topic or field or its messages; a value is

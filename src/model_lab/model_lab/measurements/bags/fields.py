@@ -1,4 +1,4 @@
-"""Where a number stands in a ROS message, such as `effort[a]` or `pose.x`."""
+"""Where a number is in a ROS message, such as `effort[a]` or `pose.x`."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")
 class MessageField:
     """The path of a number in a message.
 
-    `[key]` selects an element of an array by the name that the message's field `name` gives it, as
-    in a JointState, else by its index from 0.
+    `[key]` selects an element of an array by its name in the field `name` of the message, as in a
+    JointState, or else by its index from 0.
     """
 
     text: str
@@ -28,7 +28,7 @@ class MessageField:
 
     @classmethod
     def parse(cls, text: str) -> MessageField:
-        """The field that a text names; ValueError (expected, got) when it names none."""
+        """The field that a text names; raises ValueError if it names none."""
         steps: list[tuple[str, bool]] = []
         place = 0
         while place < len(text) or not steps:
@@ -42,14 +42,18 @@ class MessageField:
         return cls(text, tuple(steps))
 
     def value(self, message: Any) -> float:
-        """The number (its unit is the message's); LookupError when the message has none there."""
+        """The number in a message, in the unit of the message; raises LookupError if it has no
+        number there.
+        """
         value = _walked(message, self.steps)
         if not isinstance(value, int | float | np.number | np.bool_):
             raise LookupError("no single number")
         return float(value)
 
     def is_of_quaternion(self, message: Any) -> bool:
-        """Whether the number is a component of a quaternion; LookupError when it is not there."""
+        """Whether the number is a component of a quaternion; raises LookupError if the message does
+        not have it.
+        """
         holder = _walked(message, self.steps[:-1])
         return str(getattr(holder, "__msgtype__", "")).endswith("/Quaternion")
 
@@ -68,7 +72,7 @@ def _walked(message: Any, steps: Sequence[tuple[str, bool]]) -> Any:
 
 
 def number_fields(message: Any) -> list[str]:
-    """Fields of a message that hold a number, as they are written, at most SHOWN_FIELDS."""
+    """Names of the fields of a message that hold a number, at most SHOWN_FIELDS."""
     shown: list[str] = []
     for text in fields_of(message):
         if len(shown) == SHOWN_FIELDS:
@@ -91,7 +95,7 @@ def _index(holder: Any, key: str, length: int) -> int:
 
 
 def fields_of(message: Any, prefix: str = "") -> Iterator[str]:
-    """The fields of a message that hold a number, as they are written, each after the prefix."""
+    """Names of the fields of a message that hold a number, each after the prefix."""
     for entry in fields(message):
         value = getattr(message, entry.name)
         path = prefix + entry.name

@@ -1,5 +1,5 @@
-"""rosbags' `AnyReader` with limits: a bag of kilobytes can unpack to gigabytes, or a database in it
-can calculate messages without end.
+"""rosbags' `AnyReader` with limits: a bag of kilobytes could unpack to gigabytes, or a database in
+it could compute messages without end.
 
 The limits take the place of rosbags' own unpacking when this module is imported; bags are read
 through it alone.
@@ -53,22 +53,22 @@ class TooLargeBag(ValueError):
 
 
 def allowed(size: int) -> int:
-    """Bytes to which a file of a size [bytes] may unpack altogether."""
+    """Number of bytes to which a file of this size [bytes] may unpack in all."""
     return FREE + RATIO * size
 
 
 def unpacked(data: bytes, compression: str, most: int = LARGEST_PIECE) -> bytes:
-    """Packed data unpacked, with memory for at most `most` [bytes].
+    """Unpack compressed data, into at most `most` bytes.
 
     Args:
-        data: what is packed.
+        data: the compressed data.
         compression: "zstd", "lz4", "bz2", or "" for none.
-        most: of bytes unpacked.
+        most: limit of the unpacked size [bytes].
 
     Raises:
-        TooLargeBag: it unpacks to more.
+        TooLargeBag: the data unpack to more.
         ValueError: an unknown compression.
-        ZstdError, RuntimeError: damaged data.
+        ZstdError, RuntimeError: the data are damaged.
     """
     if compression == "":
         return data

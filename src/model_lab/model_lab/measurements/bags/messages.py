@@ -48,7 +48,8 @@ def _types(messages: Path | None) -> Typestore:
 def opened(folder: Path, messages: Path | None = None) -> Iterator[AnyReader]:
     """The reader of a rosbag2 folder or a ROS 1 file, open during the context.
 
-    messages: folder of definitions (PACKAGE/msg/NAME.msg) of types that the bag does not define.
+    messages: folder of definitions (PACKAGE/msg/NAME.msg) of types that the bag does not define;
+    None: no folder.
 
     Raises DocumentError for a bag or definitions that cannot be read.
     """
@@ -76,7 +77,9 @@ def opened(folder: Path, messages: Path | None = None) -> Iterator[AnyReader]:
 
 
 class Clock:
-    """Simulated time of stamps of reception, from /clock; the stamps themselves without it."""
+    """Simulated time for times of reception, from /clock; without /clock, the times of reception
+    themselves.
+    """
 
     def __init__(self, folder: Path, reader: AnyReader) -> None:
         ticks = [
@@ -98,8 +101,8 @@ class Clock:
 
 
 def messages_of(folder: Path, reader: AnyReader, topic: str) -> Iterator[tuple[int, Any]]:
-    """(stamp of reception [ns], message) of a topic, in the order of reception; DocumentError for
-    what cannot be read.
+    """(time of reception [ns], message) of a topic, in the order of reception; raises DocumentError
+    for a message that cannot be read.
     """
     connections = [connection for connection in reader.connections if connection.topic == topic]
     if not connections:  # to the reader, an empty list means all
@@ -129,5 +132,5 @@ def _said(reason: Exception) -> str:
 
 
 def stamp_of(stamp: Any) -> int:
-    """A message's stamp [ns]."""
+    """A ROS time stamp in nanoseconds."""
     return stamp.sec * 1_000_000_000 + stamp.nanosec
