@@ -16,9 +16,10 @@ class Agreement:
 
     Args:
         name: what the trials share, such as plan and object.
-        engines: their names.
-        verdicts: whether it was gripped in each of the engines, by the name of a trial.
-        refusal: why there is no verdict of some engine for other trials, the first reason.
+        engines: names of the engines.
+        verdicts: whether the object was gripped in each of the engines, by the name of a trial.
+        refusal: the first reason for which an engine has no verdict on some trials; empty if all
+            have one.
     """
 
     name: str
@@ -66,14 +67,16 @@ class Agreement:
         return words + (f"; not compared: {self.refusal}" if self.refusal else "")
 
     def record(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """The agreement as plain data for JSON."""
         counts = {"trials": len(self.verdicts), "gripped": self.gripped, "same": self.same}
         differing = {"differing": self.differing, "refusal": self.refusal}
         return {"name": self.name, **counts, **differing, "text": self.text}
 
 
 def add_engines(parser: argparse.ArgumentParser) -> None:
-    """The option of a command that runs the same trials in engines, to compare their verdicts."""
+    """Add the option of a command that runs the same trials in several engines and compares their
+    verdicts.
+    """
     words = "run the trials in each of these and compare the verdicts, such as pybullet,mujoco"
     parser.add_argument("--engines", type=_names, metavar="NAME,NAME", help=words)
 

@@ -60,12 +60,12 @@ class Placement:
 def draw_placement(
     seed: int, offset: float = OFFSET, mass_spread: float = MASS_SPREAD
 ) -> tuple[tuple[float, float], float]:
-    """Shift of the object (x, y) [m] and factor on its mass [-], uniform, for a seed.
+    """Shift of the object (x, y) [m] and factor on its mass [-], drawn uniformly with a seed.
 
-    Seeds do not share numbers, and the draw does not depend on how many trials there are.
+    Different seeds give independent draws, and a draw does not depend on the number of trials.
 
     Args:
-        seed: of the trial.
+        seed: seed of the trial.
         offset: largest shift in x and in y [m].
         mass_spread: largest change of the mass, as a share of it [-].
 
@@ -83,25 +83,25 @@ class TrialSettings:
     """What all trials of a batch share.
 
     Args:
-        strategy: name or file.
+        strategy: name or file of the strategy.
         object, scene, model: names or files; model None: the base model.
-        step: of the physics [s].
-        segments: of each actuator.
+        step: physics step [s].
+        segments: number of segments per actuator.
         offset: largest shift of the object in x and in y [m], drawn by the seed of a trial.
         mass_spread: largest change of the object's mass, as a share [-], drawn by the seed.
-        options: of the strategy, those that are switched on.
+        options: the strategy's options that are switched on.
         solver: name of the solver's settings.
-        friction: file of pairs of materials, on top of the shipped table.
-        wall_inclination: of the scene's wall [deg]; None: that of the scene.
+        friction: file with pairs of materials in addition to the shipped table.
+        wall_inclination: inclination of the wall [deg]; None: that of the scene.
         allow_effect_files: whether the Python files that the model names are run.
-        hand: name or file; None: that of the strategy.
+        hand: name or file of the hand; None: that of the strategy.
         object_rpy: how the object rests: roll, pitch, yaw [rad]; None: as it is described.
         modulus_scale: factor on the shear modulus of the hand's rubber [-].
         without, air_scale [-], displacement [m]: changes of the strategy, see `varied`.
         early_end: whether a trial ends as soon as its result is certain, see `EarlyEnd`.
         finger_contact: whether neighbouring fingers touch each other.
         rubber_friction_scale: factor on the friction of the hand's rubber with anything else [-].
-        engine: of the physics, `pybullet` or `mujoco`.
+        engine: physics engine, `pybullet` or `mujoco`.
     """
 
     strategy: str = "surface_constrained"
@@ -135,7 +135,8 @@ class TrialSettings:
                 object.__setattr__(self, name, tuple(value))
 
     def simulation(self, hand: str) -> SimulationConfig:
-        """What is simulated, with a hand by its name or file where the settings name none.
+        """Configuration of the simulation; `hand`, a name or file, is used if the settings name
+        none.
 
         Raises ValueError for settings that cannot be simulated.
         """
@@ -171,7 +172,7 @@ class Trial:
     real_time_factor: float
 
     def record(self) -> dict[str, Any]:
-        """Plain data for JSON, SI units; numbers that were not seen are null."""
+        """The trial as plain data for JSON, SI units; numbers that were not observed are null."""
         record = asdict(self)
         record |= record.pop("result")
         unseen = [key for key, value in record.items() if _is_nan(value)]
@@ -183,7 +184,7 @@ def _is_nan(value: object) -> bool:
 
 
 class StartedScene:
-    """The scene of some settings, and the snapshot of its start, where every trial begins."""
+    """A scene built from settings, and a snapshot of its start, from which every trial begins."""
 
     def __init__(self, settings: TrialSettings) -> None:
         self.settings = settings
@@ -200,7 +201,7 @@ class StartedScene:
         self._start = self.scene.save()
 
     def place(self, placement: Placement) -> InProcessScene:
-        """The scene at its start, with the object so placed."""
+        """The scene at its start, with the object placed as `placement` says."""
         if self.scene.simulation.engine.broken:  # by a trial that diverged
             self.scene.close()
             self._build()
@@ -218,8 +219,8 @@ class StartedScene:
 
     @property
     def empty_course(self) -> EmptyHandPath | None:
-        """Where the hand moves without an object; None for a strategy that reacts to the object,
-        and for scenes with a wall, from which an object can roll back to the hand.
+        """Path of the hand when no object is in its way; None for a strategy that reacts to the
+        object, and for scenes with a wall, from which an object can roll back to the hand.
         """
         if self.scene.simulation.scene.wall is not None or looks_at_object(self.strategy.phases):
             return None
@@ -248,7 +249,9 @@ def _empty_course(settings: TrialSettings) -> EmptyHandPath:
 
 @lru_cache(maxsize=1)
 def started_scene(settings: TrialSettings) -> StartedScene:
-    """The scene of the latest settings, one a process: its hand is built once for many trials."""
+    """The started scene of these settings. Each process keeps the latest one, so that a hand is
+    built once for many trials.
+    """
     return StartedScene(settings)
 
 
@@ -270,8 +273,9 @@ def run_in_process(
     decided: Callable[[GraspWatch], str] | None = None,
     **watched: Any,
 ) -> GraspResult:
-    """Run a strategy with these of its options, until it is `decided`; the reason names channels at
-    their limits. `watched`: `on_phase` and `abort` as the sequencer has them.
+    """Run a strategy with some of its options to its end, or until `decided` returns a reason; the
+    result's reason names channels at their limits. `watched`: the arguments `on_phase` and `abort`
+    of `Sequencer`.
     """
     on_phase, phase = watched.pop("on_phase", None), ""
     held: Adaptability | None = None
@@ -299,7 +303,8 @@ def run_batch(
 ) -> Iterator[Trial]:
     """Trials of several seeds, each as soon as it and those before it are done.
 
-    With `jobs` above 1 in that many processes; they are spawned, as PyBullet does not bear a fork.
+    With `jobs` above 1 they run in that many processes, which are spawned, as PyBullet does not
+    work after a fork.
     """
     settings = settings or TrialSettings()
     seeds = list(seeds)
@@ -322,7 +327,9 @@ def summarise(trials: list[Trial], settings: TrialSettings) -> dict[str, Any]:
 
 
 def compare_engines(trials: Mapping[str, list[Trial]], name: str) -> Agreement:
-    """Verdicts of the same seeds in engines, by their names; `name`: of what is compared."""
+    """Verdicts of the same seeds in several engines, from the trials by engine; `name` is what they
+    share, such as the object.
+    """
     verdicts = {
         f"seed {same[0].seed}": tuple(trial.result.gripped for trial in same)
         for same in zip(*trials.values(), strict=True)
@@ -331,7 +338,7 @@ def compare_engines(trials: Mapping[str, list[Trial]], name: str) -> Agreement:
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Options of a command line for the settings of trials, which `read_settings` reads."""
+    """Add the options of a command line for the settings of trials, which `read_settings` reads."""
     usual = TrialSettings()
     add = parser.add_argument
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
@@ -355,7 +362,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 
 
 def read_settings(options: argparse.Namespace) -> TrialSettings:
-    """The settings that are among options; without those that a seed draws from."""
+    """The settings that are among the options, without those from which a seed draws."""
     given = vars(options)
     names = [setting.name for setting in fields(TrialSettings) if setting.metadata != BY_SEED]
     return TrialSettings(**{name: given[name] for name in names if name in given})

@@ -26,7 +26,7 @@ class Tried:
 
     @property
     def worst(self) -> float:
-        """Greatest cost of its repetitions; without any, that of the search."""
+        """Greatest cost of its repetitions; if there are none, its cost in the search."""
         costs = [record.get(COST, IN_ERROR) for record in self.records]
         return float(max(costs, default=self.record[COST]))
 
@@ -39,22 +39,24 @@ def try_again(
     candidates: Sequence[int],
     folder: Path,
 ) -> list[Tried]:
-    """Run the best evaluations of a search again in rounds, each with another draw of jitter.
+    """Run the best evaluations of a search again in rounds, each of them with other draws of
+    jitter.
 
-    The first round has the best of each generation, since the best of the last generation are
-    nearly the same. Those with the lowest worst cost so far go into the next round.
+    The first round has the best evaluation of each generation, since the best ones of the last
+    generation are nearly alike. Those with the lowest worst cost so far go into the next round.
 
     Args:
-        workers: that run them.
-        problem: of the search; its objective's setting `draw` says how a try differs.
-        result: of the search.
-        draws: seeds of the rounds, by the end of their keys.
-        candidates: how many are in each round, never more than in the one before.
-        folder: of the results, from which a run goes on.
+        workers: workers that run the evaluations.
+        problem: problem of the search; the setting `draw` of its objective is the seed of the
+            jitter.
+        result: result of the search.
+        draws: seeds `draw` of each round, by the text that ends the keys of the round.
+        candidates: number of evaluations in each round, never more than in the round before.
+        folder: folder of the results, from which a stopped run goes on.
 
     Returns:
-        All of the first round: those in the most rounds first, of these the lowest worst cost
-        first.
+        All evaluations of the first round: those that came furthest first, and among these those
+            with the lowest worst cost.
 
     Raises ValueError when all evaluations of the search ended in errors.
     """

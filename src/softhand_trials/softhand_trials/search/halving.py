@@ -23,17 +23,18 @@ def successive_halving(
     """Run rounds of trials, each with the candidates that rank first so far.
 
     Args:
-        workers: that run trials.
-        results: of the trials, from which a run goes on.
-        candidates: how many are in each round; all are in the first.
-        tasks: trials of a candidate in a round, both by their numbers from 0.
-        rank: what candidates are sorted by, of a candidate's number and all its records; the least
-            comes first.
+        workers: workers that run the trials.
+        results: results of the trials, from which a stopped run goes on.
+        candidates: number of candidates in each round; the first has all of them.
+        tasks: returns the trials of a candidate in a round, given the numbers of both, counted from
+            0.
+        rank: returns what candidates are sorted by, given a candidate's number and all its records;
+            the least comes first.
         again: whether trials that ended in an error are tried again when the run is started again.
 
     Returns:
-        Numbers of all candidates, those in the most rounds first, of these the best first; and the
-        records of each candidate by its number.
+        Numbers of all candidates, those that came furthest first and among these the best first;
+            and the records of each candidate by its number.
     """
     order = list(range(candidates[0]))
     records: list[list[Record]] = [[] for _ in order]

@@ -22,14 +22,15 @@ Objective = Callable[[Mapping[str, float], Mapping[str, Any]], dict[str, Any]]
 
 
 def objective(function: Objective) -> Objective:
-    """Mark a function as an objective: no other can be named by a problem."""
+    """Mark a function as an objective: a problem can name marked functions only."""
     setattr(function, MARK, True)
     return function
 
 
 def check_name(name: str, allow_any: bool) -> None:
-    """Refuse a name that is no `module:function`, or one that no installed package registers as an
-    entry point of the group `softhand.objectives`, unless any is allowed; nothing is imported.
+    """Refuse a name that is not of the form `module:function`, and, unless `allow_any`, one that no
+    installed package registers as an entry point of the group `softhand.objectives`. Nothing is
+    imported.
 
     Raises ValueError.
     """
@@ -44,17 +45,19 @@ def check_name(name: str, allow_any: bool) -> None:
 
 
 def find_objective(name: str, allow_any: bool = False) -> Objective:
-    """The objective of a name `module:function`; its module is imported. Raises ValueError for one
-    that is refused, not there, or not marked.
+    """The objective of a name `module:function`; its module is imported. Raises ValueError for a
+    name that is refused, a function that does not exist, and one that is not marked.
     """
     check_name(name, allow_any)
     place, _, function = name.partition(":")
     try:
         found: Objective | None = getattr(importlib.import_module(place), function, None)
     except ModuleNotFoundError as reason:
-        raise ValueError(f"objective: expected a module that is there: {reason}") from reason
+        raise ValueError(f"objective: expected a module that can be imported: {reason}") from reason
     if found is None or not getattr(found, MARK, False):
-        raise ValueError(f"objective: expected a function marked as objective, got {name}")
+        raise ValueError(
+            f"objective: expected a function with the decorator `objective`, got {name}"
+        )
     return found
 
 
@@ -63,7 +66,7 @@ def evaluate(
 ) -> dict[str, Any]:
     """What an objective returns for these values.
 
-    Raises ValueError when its cost is no finite number.
+    Raises ValueError when the key `cost` of the result is not a finite number.
     """
     found = find_objective(name, allow_any)(values, settings)
     cost = found.get(COST)

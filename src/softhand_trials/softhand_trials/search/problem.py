@@ -43,7 +43,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class SearchProblem:
-    """A search: see the module's text. `allow_any`: the objective may be of any module.
+    """A search: see the module's text. `allow_any`: whether the objective may be in any module.
 
     Raises ValueError for what cannot be searched.
     """
@@ -67,25 +67,29 @@ class SearchProblem:
                 f"sampler: expected one of {', '.join(SAMPLERS)}, got {self.sampler!r}"
             )
         if self.sampler == "cma" and (len(self.variables) < 2 or self.generation < 4):
-            raise ValueError("sampler: cma: expected two variables and generations of four or more")
+            raise ValueError(
+                "sampler: cma: expected 2 or more variables and generations of 4 or more"
+            )
         if self.spread is not None and (self.sampler != "cma" or not self.start):
-            raise ValueError("spread: expected with a start and the sampler cma alone")
+            raise ValueError("spread: expected none without the key start and the sampler cma")
         by_name = {variable.name: variable for variable in self.variables}
         for name, value in self.start.items():
             found = by_name.get(name)
             if found is None or not found.low <= value <= found.high:
-                raise ValueError(f"start: {name}: expected a variable within its range, {value}")
+                raise ValueError(
+                    f"start: {name}: expected a variable within its range, got {value}"
+                )
         if self.spread is not None and len(self.start) < len(by_name):
-            raise ValueError("start: expected all variables beside spread")
+            raise ValueError("start: expected a value of every variable, as there is a spread")
 
     def with_settings(self, **changed: Any) -> SearchProblem:
-        """The same with some of the objective's settings changed."""
+        """A copy with some of the objective's settings changed."""
         return replace(self, settings={**self.settings, **changed})
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """One evaluation of a problem: a pure function of this."""
+    """One evaluation of a problem, which depends on these fields alone."""
 
     problem: SearchProblem
     number: int
@@ -93,12 +97,12 @@ class Evaluation:
 
     @property
     def key(self) -> str:
-        """Such as `kapandji_3/0012`."""
+        """Name of the evaluation, such as `kapandji_3/0012`."""
         return f"{self.problem.name}/{self.number:04d}"
 
     @property
     def settings(self) -> SearchProblem:
-        """What its worker needs: all evaluations of a problem share it."""
+        """What its worker needs: the problem, which all its evaluations share."""
         return self.problem
 
     @property
@@ -110,7 +114,7 @@ class Evaluation:
         return hashlib.sha256("".join(texts).encode()).hexdigest()[:DIGEST_DIGITS]
 
     def describe(self) -> Record:
-        """What its record says of it: key, digest, objective, values and settings."""
+        """What its record says of the evaluation: key, digest, objective, values and settings."""
         return {
             "key": self.key,
             "digest": self.digest,

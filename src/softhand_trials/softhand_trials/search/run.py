@@ -32,8 +32,8 @@ class SearchResult:
 
     @property
     def best_first(self) -> list[Record]:
-        """Evaluations that did not end in an error, the least cost first, those of the same cost as
-        they were asked for; raises ValueError when there are none.
+        """Evaluations that did not end in an error, the least cost first, those of equal cost in
+        the order in which they were asked for; raises ValueError when there are none.
         """
         valid = [record for record in self.records if "error" not in record]
         if not valid:
@@ -41,7 +41,9 @@ class SearchResult:
         return sorted(valid, key=lambda record: float(record[COST]))
 
     def best_of_generations(self, generation: int) -> list[Record]:
-        """The best of each generation of so many evaluations, the least cost first."""
+        """The best evaluation of each generation, the least cost first; `generation` is the number
+        of evaluations in each.
+        """
         place = {record["key"]: number for number, record in enumerate(self.records)}
         best: dict[int, Record] = {}
         for record in self.best_first:
@@ -55,16 +57,16 @@ class SearchResult:
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Values of the best."""
+        """Values of the variables in the best evaluation."""
         return dict(self.best["values"])
 
     @property
     def failed(self) -> int:
-        """How many ended in an error."""
+        """Number of evaluations that ended in an error."""
         return sum("error" in record for record in self.records)
 
     def least_costs(self) -> list[float | None]:
-        """Least cost up to each evaluation; None before the first that has one."""
+        """Least cost up to each evaluation; None before the first evaluation that has a cost."""
         least: float | None = None
         found = []
         for record in self.records:
@@ -81,9 +83,9 @@ def run_search(
 
     Args:
         problem: what is searched.
-        folder: where `results.jsonl` is, or comes to be; `best.json` and `study.log` are written
-            there at the end.
-        jobs: processes at a time; 0: in this one.
+        folder: folder of `results.jsonl`, which is made if missing; `best.json` and `study.log` are
+            written there at the end.
+        jobs: number of processes; 0: run in this process.
         scheduler: address of a Dask scheduler, such as `tls://node:8786`, instead of processes.
 
     Raises:
@@ -96,7 +98,7 @@ def run_search(
 
 
 def search_with(workers: Workers, problem: SearchProblem, folder: Path) -> SearchResult:
-    """The same on started workers, which several searches can use one after the other."""
+    """As `run_search`, on started workers, which several searches can use one after the other."""
     study, found = Study(problem), []
     with Results(folder, None, COST, ("values",)) as results, _Watch(problem, results) as watch:
         while generation := study.ask():
@@ -146,7 +148,9 @@ class _Watch:
 
 
 def write_best(problem: SearchProblem, result: SearchResult, folder: Path) -> Path:
-    """Write the best evaluation and the least cost up to each one as JSON, over an old file."""
+    """Write the best evaluation and the least cost up to each one as JSON, in place of an earlier
+    file; returns its path.
+    """
     content: dict[str, Any] = {
         "format": BEST_FORMAT,
         "name": problem.name,

@@ -41,7 +41,9 @@ class Study:
             self._study.enqueue_trial(dict(problem.start))
 
     def ask(self, count: int | None = None) -> list[Evaluation]:
-        """The next generation, or the next `count`; empty when the budget is spent."""
+        """The next generation, or the next `count`; empty when all evaluations have been asked
+        for.
+        """
         problem, begun = self._problem, len(self._study.trials)
         queued = len(self._study.get_trials(False, (optuna.trial.TrialState.WAITING,)))
         wanted = problem.generation if count is None else count
@@ -50,18 +52,20 @@ class Study:
         return [Evaluation(problem, trial.number, trial.params) for trial in trials]
 
     def tell(self, generation: Sequence[Evaluation], records: Sequence[Record]) -> None:
-        """Results of a generation, in its order; one that ended in an error has none."""
+        """Take the results of a generation, in its order; an evaluation that ended in an error has
+        no cost.
+        """
         for evaluation, record in zip(generation, records, strict=True):
             self.tell_cost(evaluation.number, None if "error" in record else record[COST])
 
     def tell_cost(self, number: int, cost: float | None) -> None:
-        """The cost of an evaluation by its number; None: it has none."""
+        """Take the cost of an evaluation, given by its number; None: it has none."""
         failed = optuna.trial.TrialState.FAIL if cost is None else None
         self._study.tell(number, cost, state=failed)
 
     def write(self, folder: Path) -> Path:
-        """Leave the study as a journal for Optuna's own tools, such as its dashboard; raises
-        UnwritableFile.
+        """Write the study as a journal for Optuna's own tools, such as its dashboard, and return
+        its path; raises UnwritableFile.
         """
         path = folder / STUDY
         with written_whole(path) as file:

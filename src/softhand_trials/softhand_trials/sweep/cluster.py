@@ -30,14 +30,17 @@ def run_batch(tasks: Sequence[Task]) -> list[Record]:
 
 
 def batches(tasks: Sequence[Task], workers: int) -> list[list[Task]]:
-    """Tasks of the same settings that follow each other, so many that every worker gets some."""
+    """Batches of consecutive tasks with the same settings, enough of them that every worker gets
+    some.
+    """
     size = max(1, min(LARGEST_BATCH, len(tasks) // (BATCHES * workers)))
     groups = [list(group) for _, group in groupby(tasks, key=lambda task: task.settings)]
     return [group[k : k + size] for group in groups for k in range(0, len(group), size)]
 
 
 class Cluster:
-    """The workers of a scheduler; a context, which connects when there is something to run.
+    """The workers of a Dask scheduler. A context manager, which connects when there is something to
+    run.
 
     Raises ValueError for an address that `check_address` refuses. `run` raises ValueError without
     `distributed` or certificates, ConnectionError when there are no scheduler and worker, or when
@@ -75,7 +78,8 @@ def check_address(scheduler: str) -> None:
     """Refuse a scheduler that is reached without TLS over a network.
 
     Raises:
-        ValueError: neither `tls://HOST:PORT`, nor `tcp://` with an address of this machine.
+        ValueError: the address is neither `tls://HOST:PORT`, nor `tcp://` with an address of this
+            machine.
     """
     address = urlsplit(scheduler)
     if address.scheme == "tls" or (address.scheme == "tcp" and _is_loopback(address.hostname)):

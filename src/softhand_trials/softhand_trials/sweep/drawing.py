@@ -17,8 +17,8 @@ COLUMN, ROW, BAR_WIDTH = 2.2, 1.8, 0.35  # [in]
 
 
 def draw_maps(figure: Figure, maps: Mapping[str, SuccessMap]) -> None:
-    """A column a map: successes without jitter, their mean over 3x3 cells with the border of the
-    region, share of the jittered trials.
+    """Draw each map in a column of its own: successes without jitter, their mean over 3x3 cells
+    with the border of the region, and the share of jittered trials that succeed.
     """
     panels = figure.subplots(len(ROWS), len(maps), sharex=True, sharey=True, squeeze=False)
     for column, (name, found) in enumerate(maps.items()):

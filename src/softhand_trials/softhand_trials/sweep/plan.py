@@ -68,8 +68,8 @@ class Jitter:
 
 @dataclass(frozen=True)
 class SweptObject:
-    """An object with its place (x, y) [m] under a hand that is not displaced, and settings of its
-    own.
+    """An object with its place (x, y) [m] under a hand that is not displaced, and the settings that
+    only its trials have.
     """
 
     name: str
@@ -93,7 +93,7 @@ class SweepPlan:
     vary: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
 
     def in_engines(self, engines: Sequence[str]) -> SweepPlan:
-        """The same trials in each of these engines, one engine after the other."""
+        """The plan with its trials in each of these engines, one engine after the other."""
         return replace(self, vary={**self.vary, "engine": tuple(engines)})
 
     def tasks(self) -> list[TrialTask]:
@@ -147,7 +147,7 @@ class SweepPlan:
 
 
 def in_mm(cell: Cell) -> str:
-    """A cell as it stands in keys.
+    """A cell (x, y) [m] as text in mm, as it stands in keys.
 
     >>> in_mm((0.012, -0.03))
     '12,-30'
@@ -180,7 +180,7 @@ def _axis(axis: tuple[float, float, float]) -> list[float]:
 
 # ---------------------------------------------------------------- reading
 def load_plan(path: str | Path) -> SweepPlan:
-    """Read a plan; files that it names count from its folder on.
+    """Read a plan; paths in it are relative to its folder.
 
     Raises ValueError naming file, key, expected and got.
     """
@@ -202,7 +202,7 @@ def load_plan(path: str | Path) -> SweepPlan:
         _vary(top["vary"]) if "vary" in top else {},
     )
     if plan.replicates == 0 and not plan.nominal:
-        raise top["replicates"].error("1 or more, or nominal: true")
+        raise top["replicates"].error("1 or more, unless `nominal: true`")
     return plan
 
 
@@ -231,7 +231,7 @@ def _cells(document: Node, top: Mapping[str, Node]) -> tuple[Cell, ...]:
         return ((0.0, 0.0),)
     cells = tuple(map(_pair, top["cells"].items()))
     if not cells or len({in_mm(cell) for cell in cells}) < len(cells):
-        raise top["cells"].error("cells that differ")
+        raise top["cells"].error("cells, none of them twice")
     return cells
 
 

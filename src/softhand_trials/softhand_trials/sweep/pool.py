@@ -28,7 +28,9 @@ class Groups:
         self._of_worker: dict[int, deque[Task]] = {}
 
     def next(self, worker: int) -> Task | None:
-        """A worker's next task: of its group, of one without a worker, or of the longest one."""
+        """A worker's next task: from its group, else from a group without a worker, else from the
+        longest group; None when no task is left.
+        """
         group = self._of_worker.get(worker)
         if not group:
             left = [group for group in self._groups if group]
@@ -41,10 +43,10 @@ class Groups:
 
 
 class Processes:
-    """Workers on this machine, kept from one list of tasks to the next; a context.
+    """Workers on this machine, kept from one list of tasks to the next; a context manager.
 
     Args:
-        jobs: processes at a time; 0: tasks are run in this one.
+        jobs: number of processes; 0: run in this process.
     """
 
     def __init__(self, jobs: int) -> None:

@@ -19,7 +19,8 @@ LARGEST_REPLICATE = 10**6
 
 
 def check_record(node: Node, needed: Iterable[str] = (), result: str = "") -> Record:
-    """The record of a line of results, with known fields of their kind; others are kept.
+    """The record in a line of results. The types of known fields are checked; unknown fields are
+    kept.
 
     Raises DocumentError that names file, line and field; `needed` and `result` are those of
     `read_results`.

@@ -34,7 +34,7 @@ def wilson(successes: int, count: int) -> tuple[float, float]:
 
 
 def group_of(record: Record) -> str:
-    """A key without its cell and replicate: plan, object and what varies."""
+    """The key of a record without cell and replicate: plan, object and what varies."""
     return str(record["key"]).rsplit("/", 2)[0]
 
 
@@ -57,7 +57,7 @@ class Group:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Its 95 % interval [-]."""
+        """95 % interval (low, high) [-] of the share."""
         return wilson(self.gripped, len(self.records))
 
     @property
@@ -67,8 +67,8 @@ class Group:
 
     @property
     def contacts(self) -> dict[str, float] | None:
-        """Of the successes that tell their contacts: the mean of each figure of `Adaptability`, and
-        the share that is force-closed [-]; None without any.
+        """Mean of each figure of `Adaptability` over the successes whose records have contacts, and
+        the share of these that is force-closed [-]; None if there are no such successes.
         """
         found = [record["contacts"] for record in self.records if record.get("contacts")]
         if not found:
@@ -78,7 +78,7 @@ class Group:
 
     @cached_property
     def map(self) -> SuccessMap | None:
-        """Its map, if its cells are a grid."""
+        """The success map of the group; None unless its cells are a grid."""
         return map_of(self.records)
 
 
@@ -131,7 +131,7 @@ def _agreement(
 
 
 def codes_of(records: Iterable[Record]) -> list[str]:
-    """Digests of the states of the code that ran trials."""
+    """Digests of the versions of the code that ran the trials."""
     return sorted({record["versions"]["code"] for record in records if "versions" in record})
 
 

@@ -25,15 +25,15 @@ def write_report(folder: Path, out: Path | None = None, force: bool = False) -> 
     """Write the report of the results in a folder, finished or not.
 
     Args:
-        folder: of `results.jsonl`, or that file.
-        out: folder of the report; None: that of the results.
-        force: overwrite a report that is there.
+        folder: folder of `results.jsonl`, or that file.
+        out: folder of the report; None: the folder of the results.
+        force: whether to overwrite an earlier report.
 
     Returns:
-        The files.
+        Paths of the files.
 
     Raises:
-        ValueError: there are no results, or files that must not be overwritten.
+        ValueError: there are no results, or there are files and not `force`.
     """
     records = last_of_each(read_results(folder, ("cell", "replicate"), "outcome"))
     if not records:
@@ -57,14 +57,16 @@ def write_report(folder: Path, out: Path | None = None, force: bool = False) -> 
 
 
 def last_of_each(records: Sequence[Record]) -> list[Record]:
-    """The latest record of each trial: one that raised is tried again."""
+    """The latest record of each trial, since a trial that raised an error is tried again."""
     return list({record["key"]: record for record in records}.values())
 
 
 def page(
     groups: Sequence[Group], maps: dict[str, SuccessMap], compared: Sequence[Agreement] = ()
 ) -> str:
-    """The tables in Markdown, with the pictures; that of engines if some are compared."""
+    """The tables in Markdown, with the pictures, and with a table of the engines if some were
+    `compared`.
+    """
     rows: list[tuple[str, ...]] = [("trials", "gripped", "share", "95 % interval", "failures")]
     rows += [_shares_row(group) for group in groups]
     names = ["sweep, object, variant", *(group.name for group in groups)]

@@ -25,17 +25,16 @@ except ImportError:  # not on Windows
 
 
 class Results:
-    """The results in a folder, to which new ones are added; a context.
+    """The results in a folder, to which new ones are added; a context manager.
 
     An incomplete last line, as a killed process leaves it, is removed, and its task is run again.
-    Raises ValueError when another process writes to the file, or when it holds results of
-    others than `tasks`.
+    Raises ValueError when another process writes to the file, or when it holds results of tasks
+    that are not among `tasks`.
 
     Args:
-        folder: of the results.
-        tasks: all that can be in the file; None if they are not known in advance.
-        result: the field of what comes out, and
-        needed: fields that every record must have, both as `read_results` takes them.
+        folder: folder of the results.
+        tasks: all tasks that can be in the file; None if they are not known in advance.
+        result, needed: fields of the records, as in `read_results`.
     """
 
     def __init__(
@@ -66,7 +65,7 @@ class Results:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise ValueError(
-                f"{self.path}: expected results that nobody else writes, got those of a run that "
+                f"{self.path}: expected a file that no other run writes, got that of a run that "
                 "still runs"
             ) from None
 
@@ -89,9 +88,9 @@ class Results:
         )
 
     def left(self, tasks: Iterable[Task], again: bool = True) -> list[Task]:
-        """Tasks without a result; those that ended in an error are among them to be tried `again`.
+        """Tasks without a result, and with `again` also those that ended in an error.
 
-        Raises ValueError for a result of other settings.
+        Raises ValueError when the file has a result of a task with other settings.
         """
         found = []
         for task in tasks:
@@ -103,8 +102,9 @@ class Results:
         return found
 
     def append(self, record: Record) -> None:
-        """Write one line at once, so that it is kept if this process is killed; a task that has a
-        result already is left out. Raises UnwritableFile on a full disk; earlier lines stay whole.
+        """Write one line at once, so that it is kept if this process is killed; a record whose task
+        has a result already is not written. Raises UnwritableFile on a full disk; earlier lines
+        stay whole.
         """
         there = self.records.get(record["key"])
         if there is not None and "error" not in there:
@@ -137,16 +137,16 @@ class Results:
 
 
 def read_results(path: Path, needed: Iterable[str] = (), result: str = "") -> list[Record]:
-    """The finished lines of a file of results, or of the one in a folder; without one, none.
+    """The records in the complete lines of a file of results, or of the one in a folder; none if
+    there is no such file.
 
     Args:
-        path: the file or the folder; a last line without its end is left out.
+        path: the file or the folder; an incomplete last line is left out.
         needed: fields that every line must have besides its key.
-        result: the field that every line must have that did not end in an error, such as the
-            outcome of a trial.
+        result: the field that every line without `error` must have, such as the outcome of a trial.
 
     Raises:
-        DocumentError: a line that is no such record; the message names file, line and field.
+        DocumentError: a line is not such a record; the message names file, line and field.
     """
     file = path / RESULTS_FILE if path.is_dir() else path
     if not file.exists():
@@ -166,11 +166,11 @@ def read_results(path: Path, needed: Iterable[str] = (), result: str = "") -> li
 
 
 def find_record(key: str, folder: Path) -> Record:
-    """The finished trial of a key in the results below a folder, of its first replicate if the key
-    names none.
+    """The record of the trial with a key in the results below a folder; if the key names no
+    replicate, that of its first replicate.
 
     Raises:
-        ValueError: there is none; the message lists what is there of the same object.
+        ValueError: there is no such trial; the message lists trials of the same object.
     """
     keys: list[str] = []
     for file in sorted(folder.rglob(RESULTS_FILE)):

@@ -19,12 +19,13 @@ Workers = Processes | Cluster
 def run_sweep(
     plan: SweepPlan, folder: str | Path, jobs: int = 2, scheduler: str | None = None
 ) -> list[Record]:
-    """Run the trials of a plan that have no result yet; return the records of all, in its order.
+    """Run the trials of a plan that have no result yet; return the records of all its trials, in
+    the order of the plan.
 
     Args:
         plan: what to run.
-        folder: where `results.jsonl` is, or comes to be.
-        jobs: processes at a time; 0: in this one.
+        folder: folder of `results.jsonl`, which is made if missing.
+        jobs: number of processes; 0: run in this process.
         scheduler: address of a Dask scheduler, such as `tls://node:8786`, instead of processes.
 
     Raises:
@@ -42,9 +43,9 @@ def run_tasks(
     scheduler: str | None = None,
     name: str = "sweep",
 ) -> list[Record]:
-    """The same for a list of tasks."""
+    """As `run_sweep`, for a list of tasks; `name` stands in the lines of progress."""
     if len({task.key for task in tasks}) < len(tasks):
-        raise ValueError("trials: expected keys that differ, got some twice")
+        raise ValueError("trials: expected each key once, got some twice")
     with (
         Results(Path(folder), tasks) as results,
         start_workers(jobs, scheduler) as workers,
@@ -62,8 +63,8 @@ def run_tasks(
 def finish(
     workers: Workers, tasks: Sequence[Task], results: Results, again: bool = True
 ) -> list[Record]:
-    """Run the tasks that have no result yet; return the records of all. `again`: run those that
-    ended in an error again; not to be used where later tasks were chosen by that error.
+    """Run the tasks that have no result yet; return the records of all. With `again`, tasks that
+    ended in an error are run again; do not use it where later tasks were chosen by that error.
     """
     for record in workers.run(results.left(tasks, again)):
         results.append(record)
@@ -71,7 +72,9 @@ def finish(
 
 
 def start_workers(jobs: int, scheduler: str | None = None) -> Workers:
-    """Workers, a context: `jobs` processes (0: this one), or those of a Dask scheduler."""
+    """Workers as a context manager: `jobs` processes (0: this process), or those of a Dask
+    scheduler.
+    """
     return Processes(jobs) if scheduler is None else Cluster(scheduler)
 
 

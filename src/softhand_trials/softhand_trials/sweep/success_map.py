@@ -31,8 +31,8 @@ class SuccessMap:
     """Successes on a grid.
 
     Args:
-        xs: displacement of the hand along x (nx,) [m], in even steps.
-        ys: along y (ny,) [m], in the same steps.
+        xs: displacements of the hand along x (nx,) [m], in even steps.
+        ys: displacements along y (ny,) [m], in the same steps.
         once: success of the trial without jitter (nx, ny).
         replicates: successes with jitter (replicates, nx, ny).
 
@@ -98,8 +98,8 @@ class SuccessMap:
 
     @property
     def fuzziness(self) -> float:
-        """Cells with a share between 0.2 and 0.8 over the sides of the region's border [-]; 0 if
-        there is no such cell, infinite if there is no border.
+        """Number of cells with a share between 0.2 and 0.8, over the length of the region's border
+        in sides of cells [-]; 0 if there is no such cell, infinite if there is no border.
         """
         low, high = FUZZY_SHARES
         fuzzy = int(((self.share > low) & (self.share < high)).sum())
@@ -154,7 +154,7 @@ def largest_hole(region: Cells) -> int:
 
 
 def border_length(region: Cells) -> int:
-    """Sides of cells between a region and what is not of it, in cells.
+    """Length of a region's border, in sides of cells.
 
     >>> border_length(np.ones((1, 2), bool))
     6
@@ -170,8 +170,8 @@ def overlap(first: Cells, second: Cells) -> float:
 
 
 def correlation(first: Array, second: Array) -> float:
-    """Pearson's correlation of two maps [-]; 1 when both are the same and even, as `overlap` has it
-    for empty regions, NaN if just one is even.
+    """Pearson's correlation of two maps [-]; 1 for two constant maps of the same value, as
+    `overlap` gives for empty regions; NaN if only one map is constant.
     """
     if np.ptp(first) == 0 and np.array_equal(first, second):
         return 1.0
@@ -182,9 +182,10 @@ def correlation(first: Array, second: Array) -> float:
 
 def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
     """The map of an object's trials; None unless their cells are a grid of more than one cell, in
-    even steps, and each replicate has a verdict in every one of them.
+    even steps, and each replicate has a verdict in every cell.
 
-    Without jittered replicates that without jitter counts as one, and the other way round.
+    If there are no jittered replicates, the trials without jitter stand in for them, and the other
+    way round.
 
     >>> def trial(x, outcome):
     ...     return {"cell": [x, 0.0], "replicate": 1, "outcome": outcome}
@@ -215,10 +216,10 @@ def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
 
 
 def finished(records: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Records of a sweep, if every trial has a verdict.
+    """The same records, once it is clear that every trial has a verdict.
 
     Raises:
-        RuntimeError: one ended in an error; started again, the sweep tries it again.
+        RuntimeError: a trial ended in an error; the sweep tries it again when it is started again.
     """
     errors = [record for record in records if "error" in record]
     if errors:

@@ -22,7 +22,7 @@ Record = dict[str, Any]
 
 
 class Task(Protocol):
-    """Work with a key; a worker builds once what tasks of equal settings share."""
+    """Work with a key. What tasks of equal settings share, a worker builds only once."""
 
     @property
     def key(self) -> str:
@@ -30,7 +30,7 @@ class Task(Protocol):
 
     @property
     def settings(self) -> Any:
-        """What a worker builds for it, comparable."""
+        """What a worker has to build for the task; can be compared for equality."""
 
     @property
     def digest(self) -> str:
@@ -40,12 +40,12 @@ class Task(Protocol):
         """What the record says of the task: key, digest and more."""
 
     def result(self) -> Record:
-        """Do the work; plain data for JSON."""
+        """Do the work and return its result as plain data for JSON."""
 
 
 def run_task(task: Task) -> Record:
-    """Do a task's work; its record as plain data for JSON. A task that raises has a record with the
-    `error` and without a result.
+    """Do a task's work and return its record as plain data for JSON. If the work raises, the record
+    has the field `error` and no result.
     """
     begin, cpu = time.perf_counter(), time.process_time()
     record = task.describe()
@@ -58,14 +58,14 @@ def run_task(task: Task) -> Record:
 
 
 def lost_task(task: Task, losses: int) -> Record:
-    """The record of a task during which its worker was lost each time."""
+    """The record of a task whose worker was lost at each of `losses` attempts."""
     return task.describe() | {"error": f"its worker was lost {losses} times"}
 
 
 @lru_cache(maxsize=1)
 def versions() -> Record:
-    """What runs here: packages with a digest of their code and data, libraries, the machine's
-    architecture.
+    """Versions of the packages, with a digest of their code and data, and of libraries; the
+    machine's architecture.
     """
     found = {name: _version(name) for name in (*PACKAGES, *LIBRARIES)}
     return found | {"code": _code_digest(), "machine": platform.machine()}

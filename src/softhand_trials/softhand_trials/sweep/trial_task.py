@@ -37,7 +37,9 @@ class TrialTask:
 
     @property
     def digest(self) -> str:
-        """Hash of settings, placement and the files that the settings name, wherever those lie."""
+        """Hash of settings, placement and the content of the files that the settings name, wherever
+        these lie.
+        """
         settings = {
             setting.name: getattr(self.settings, setting.name)
             for setting in fields(TrialSettings)
@@ -55,7 +57,9 @@ class TrialTask:
         return {name: value for name, value in given.items() if value != usual[name]}
 
     def describe(self) -> Record:
-        """What the record says of the trial; of its settings those that are not the usual ones."""
+        """What the record says of the trial; only settings that differ from the defaults are
+        listed.
+        """
         return {
             "key": self.key,
             "digest": self.digest,
@@ -79,7 +83,7 @@ class TrialTask:
 def trial_of(record: Mapping[str, Any]) -> tuple[TrialSettings, Placement]:
     """Settings and placement of the trial of a record.
 
-    Raises ValueError for settings that this version does not have.
+    Raises ValueError for settings that this version does not know.
     """
     unknown = sorted(set(record["settings"]) - {field.name for field in fields(TrialSettings)})
     if unknown:
