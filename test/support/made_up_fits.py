@@ -37,7 +37,7 @@ def made_up_problem(folds=6, gain_known=True, dof=6.0, level=1.0, unrepeated=STA
 
 def timeless(name):
     """What the selection asks of an effect's class, of one without parameters."""
-    return SimpleNamespace(name=name, parameters=(), endless=False, cause="")
+    return SimpleNamespace(name=name, parameters=(), endless=False, cause="", stands_for=())
 
 
 def residual(problem, shape, gain=0.0):

@@ -417,6 +417,26 @@ def test_nothing_is_tied_whose_error_is_many_times_larger(choose):
         assert choose(models)[0].ties == (tied,)
 
 
+@pytest.mark.parametrize(
+    ("excess_of_base", "left_by_b", "tied"),
+    [(15.0, 0.19, ("b",)), (15.0, 0.21, ()), (20.0, 0.19, ())],
+)
+def test_an_effect_of_which_another_form_looks_like_the_named_one_is_tied_with_it(
+    choose, excess_of_base, left_by_b, tied
+):
+    """A clock that is late fits a tube of second order to the floor, one of first order does not:
+    it is tied where alone it would explain up to its form, be its error many times larger, but not
+    where that is 3.8 floors.
+    """
+    b = Said(beyond(left_by_b * excess_of_base), 700.0)
+    models = {"": Said(beyond(excess_of_base), 1000.0), "a": leaves(0.0), "b": b}
+    problem = made_up_problem()
+    assert choose(models, problem=problem)[0].ties == ((),)
+    stands = SimpleNamespace(**vars(problem.classes["a"]) | {"stands_for": ("b",)})
+    alike = replace(problem, classes={**problem.classes, "a": stands})
+    assert choose(models, problem=alike)[0].ties == (tied,)
+
+
 @pytest.mark.parametrize(("behind", "tied"), [(59.0, ("b",)), (61.0, ())])
 def test_two_are_tied_that_another_form_of_their_equation_would_bring_near(choose, behind, tied):
     base = Said(beyond(EXCESS), 1503.0)

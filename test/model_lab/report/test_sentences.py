@@ -9,6 +9,7 @@ from model_lab.report.sentences import (
     tie_sentences,
     verdict_sentence,
 )
+from model_lab.slips.slip import Slip
 
 GENT = NamedEffect("gent_stiffening", {"jm": Estimate(8.104, 0.31, (7.5, 8.7), "")})
 LAG = NamedEffect("tube_lag", {"time_constant": Estimate(0.25, 0.0123, (0.22, 0.28), "s")})
@@ -42,6 +43,13 @@ def test_missing_effects_are_named_with_their_parameters_and_what_they_bring():
         "0.012 s): with them the held-out error falls from 5.73 deg to 0.584 deg, at a noise floor "
         "of 0.573 deg."
     )
+
+
+@pytest.mark.parametrize(("mended", "fit"), [("adequate", "fit"), ("unexplained", "fit better")])
+def test_data_fit_without_a_slip_only_where_the_rest_is_explained(mended, fit):
+    slip = Slip("unit", "pressure", "kPa", "psi", 0.8, 0.1, "columns: {pressure: {unit: psi}}")
+    told = replace(diagnosis("slip"), slips=(slip,), verdict_mended=mended)
+    assert verdict_sentence(told).startswith(f"The data {fit} if pressure is psi")
 
 
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():

@@ -220,7 +220,9 @@ def test_a_modulus_at_its_bound_is_told_with_what_frees_it():
     soft = resized({"shear_modulus": 1.3})
     diagnosis = diagnose(soft, BASE).diagnosis
     assert diagnosis.at_bound == ("modulus_scale[A]",)
-    assert "--free-modulus" in verdict_sentence(diagnosis).split("\n")[0]
+    first = verdict_sentence(diagnosis).split("\n")[0]
+    assert diagnosis.effects  # beside which the modulus lies off the bound
+    assert "at its bound without them, 0.85 times" in first and "--free-modulus" in first
     free = diagnose(replace(soft, free_modulus=True), BASE).diagnosis
     assert free.at_bound == () and "--free-modulus" not in verdict_sentence(free)
 

@@ -312,6 +312,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcom
         evidence=evidence,
         residual_tests=None if within is None else within.as_json(),
         at_bound=calibration_at_bound(base),
+        calibration_as_is=calibration_of(base),
         units=problem.data.units,
     )
     return Outcome(diagnosis, problem, selection, judged.black_boxes, odd)

@@ -172,8 +172,8 @@ class Diagnosis:
     them, and verdict_mended is the verdict on those. instead: effects that would explain the data
     as stated as well as the slips do.
 
-    at_bound: calibration parameters on a bound in the model as it is. noise_floor_as_is: the floor
-    estimated with the model as it is. floor_reasons: why `compare` prints another floor than
+    at_bound: calibration parameters on a bound in the model as it is, whose values are
+    in calibration_as_is. noise_floor_as_is: the floor estimated with that model. floor_reasons: why `compare` prints another floor than
     noise_floor, as words of FLOOR_REASONS; empty if it prints the same. residual_tests: whether the
     residual within runs is white, see `series.within_runs`. units: units of the columns as stated.
     """
@@ -211,6 +211,7 @@ class Diagnosis:
     residual_tests: Mapping[str, Any] | None = None
     instead: tuple[str, ...] = ()
     at_bound: tuple[str, ...] = ()
+    calibration_as_is: Mapping[str, Any] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     noise_floor_as_is: float | None = None
     floor_reasons: tuple[str, ...] = ()

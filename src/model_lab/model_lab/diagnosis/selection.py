@@ -19,6 +19,7 @@ from model_lab.diagnosis.criteria import (
     error_of,
     excess,
     has_few_folds,
+    is_far,
     is_noise,
     lowers,
 )
@@ -171,7 +172,9 @@ def _as_near(
     gained = criterion(without) - criterion(final)
     rules = problem.rules
     largest = rules.tie_error * max(error_of(problem, final), problem.floor.total)
-    near_enough = [s for s in others if error_of(problem, s) <= largest]
+    stands_for = problem.classes[effect].stands_for
+    forms = {s.added for s in others if s.added in stands_for and _up_to_form(problem, s, without)}
+    near_enough = [s for s in others if s.added in forms or error_of(problem, s) <= largest]
     likely = [s for s in near_enough if s.unusual - final.unusual < rules.tie_deviance]
     behind = {s.added: criterion(s) - criterion(final) for s in likely}
     most = rules.tie_deviance
@@ -182,14 +185,20 @@ def _as_near(
     of_another_form = _leaves_more_than_noise(problem, final)
     unseen = is_between_samples(problem.data, final.fit, problem.classes[effect])
     share = rules.tie_share_unresolved if unseen else rules.tie_share_other_form
-    for scored in likely:
-        near = behind[scored.added] < share * gained
+    for scored in sorted(likely, key=lambda scored: scored.added not in forms):
+        near = behind[scored.added] < share * gained or scored.added in forms
         if of_another_form and not near:
             near = excess(problem, scored) <= rules.left_share * excess(problem, without)
         free = len(tied) < rules.most_unusual_ties and scored.added not in tied
         if free and scored.plausible and near:
             tied.append(scored.added)
     return tuple(scored for scored in likely if scored.added in tied)
+
+
+def _up_to_form(problem: FitProblem, scored: Scored, without: Scored) -> bool:
+    """Whether an effect, if no other came nearer, would explain up to the form of its equation."""
+    most = problem.rules.left_share_always * excess(problem, without)
+    return excess(problem, scored) <= most and not is_far(problem, scored)
 
 
 def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:

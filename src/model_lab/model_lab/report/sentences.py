@@ -9,6 +9,7 @@ from typing import Any
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
+    UNEXPLAINED,
     Diagnosis,
     NamedEffect,
 )
@@ -40,7 +41,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     ...     0.0079, parts, "repeats", 0.008, 0.008, "rad", (), Unexplained(0.0, ())))
     'The model is adequate: its error of 0.458 deg is noise, whose floor lies at 0.453 deg.'
     """
-    bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration)
+    without = " without them" if diagnosis.effects else ""
+    bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration_as_is, without)
     return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis), bound]))
 
 
@@ -76,16 +78,18 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
     return ""
 
 
-def slip_sentences(slips: Sequence[Slip], display: Display) -> list[str]:
-    """A sentence for each slip, with its mend. display: how outputs are shown.
+def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) -> list[str]:
+    """A sentence for each slip, with its mend. display: how outputs are shown. whole: whether the
+    rest is explained.
 
     >>> slip = Slip("unit", "pressure", "kPa", "psi", 0.8, 0.01, "columns: {pressure: {unit: psi}}")
     >>> print(slip_sentences([slip], Display("deg"))[0].split(":")[0])
     The data fit if pressure is psi, not kPa as stated
     """
+    fit = "fit" if whole else "fit better"
     return [
-        f"The data fit if {slip.column} is {slip.fits}, not {slip.said} as stated{_besides(slip)}: "
-        f"the error falls from {display.shown(slip.rmse_before)} to "
+        f"The data {fit} if {slip.column} is {slip.fits}, not {slip.said} as stated"
+        f"{_besides(slip)}: the error falls from {display.shown(slip.rmse_before)} to "
         f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}{_or_else(slip)}"
         for slip in slips
     ]
@@ -100,9 +104,11 @@ def _besides(slip: Slip) -> str:
     return f", and {slip.beside} acts besides" if slip.beside else ""
 
 
-def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> str:
+def bound_sentence(
+    at_bound: Sequence[str], calibration: Mapping[str, Any], without: str = ""
+) -> str:
     """A sentence that says that the modulus lies on a bound, and which option frees it; "" if it
-    does not.
+    does not. without: words for the effects that the fit lacks.
 
     >>> bound_sentence(["modulus_scale[A]"], {"modulus_scale": {"A": 0.85}})
     'The modulus of A is at its bound, 0.85 times the stated one: --free-modulus frees it.'
@@ -110,7 +116,9 @@ def bound_sentence(at_bound: Sequence[str], calibration: Mapping[str, Any]) -> s
     scales = calibration.get("modulus_scale", {})
     names = [name.removeprefix("modulus_scale[").rstrip("]") for name in at_bound]
     shown = [
-        f"{name} is at its bound, {scales[name]:.3g} times" for name in names if name in scales
+        f"{name} is at its bound{without}, {scales[name]:.3g} times"
+        for name in names
+        if name in scales
     ]
     if not shown:
         return ""
@@ -122,7 +130,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         plain = replace(diagnosis, verdict=diagnosis.verdict_mended, verdict_mended=None)
         runs = {event["run"] for event in diagnosis.events}  # whose slips their events tell
         stated = [s for s in diagnosis.slips if not (s.name in OF_SERIES and s.column in runs)]
-        told = slip_sentences(stated, diagnosis.display)
+        told = slip_sentences(stated, diagnosis.display, plain.verdict != UNEXPLAINED)
         if diagnosis.instead:
             instead = listed(diagnosis.instead, "or")
             told.append(f"The data as stated would fit with {instead}, too.")

@@ -119,6 +119,7 @@ class Effect:
     experiments: those in which it can be seen. unseen_in: why not in others, by experiment.
     confounded_with: what acts nearly alike, by name of effect or calibration, and in what sense.
     has_memory: whether it depends on what was before, and so needs `time`.
+    stands_for: effects of which other forms than the catalogue's look like this one.
     endless: its memory does not end with the times among its parameters, but goes on as their
     logarithm does: samples that lie farther apart tell it too.
     rank: within a stage effects of lower rank act first, whatever the file's order.
@@ -146,6 +147,7 @@ class Effect:
     unseen_in: ClassVar[Mapping[str, str]] = {}
     confounded_with: ClassVar[Mapping[str, str]] = {}
     has_memory: ClassVar[bool] = False
+    stands_for: ClassVar[tuple[str, ...]] = ()
     endless: ClassVar[bool] = False
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)

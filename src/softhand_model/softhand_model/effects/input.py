@@ -168,6 +168,7 @@ class ClockOffset(InputEffect):
         "hysteresis": "alike on triangles of one rate",
     }
     has_memory = True
+    stands_for = ("tube_lag", "angle_sensor_lag")  # of second order they delay a ramp as a whole
     rank = -1
     not_simulated = "it parts two clocks of a recording, and a simulated hand has one"
 

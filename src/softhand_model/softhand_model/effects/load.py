@@ -85,6 +85,7 @@ class SectionRounding(LoadEffect):
         "thick_wall": "alike on one wall thickness: specimens of several tell them apart",
         "actuation_nonlinearity": "alike on one wall thickness",
     }
+    stands_for = ("gauge_compliance",)  # of a holder that hardens force is missing likewise
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
         """Load [-] that bends at a chamber pressure [Pa]."""
