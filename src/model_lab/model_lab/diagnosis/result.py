@@ -172,10 +172,11 @@ class Diagnosis:
     them, and verdict_mended is the verdict on those. instead: effects that would explain the data
     as stated as well as the slips do.
 
-    at_bound: calibration parameters on a bound in the model as it is, whose values are
-    in calibration_as_is. noise_floor_as_is: the floor estimated with that model. floor_reasons: why `compare` prints another floor than
-    noise_floor, as words of FLOOR_REASONS; empty if it prints the same. residual_tests: whether the
-    residual within runs is white, see `series.within_runs`. units: units of the columns as stated.
+    at_bound: calibration parameters on a bound in the model as it is, whose values are in
+    calibration_as_is. noise_floor_as_is: the floor estimated with that model. floor_reasons: why
+    `compare` prints another floor than noise_floor, as words of FLOOR_REASONS; empty if it prints
+    the same. residual_tests: whether the residual within runs is white, see `series.within_runs`.
+    units: units of the columns as stated.
     """
 
     experiment: str
