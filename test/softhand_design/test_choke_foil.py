@@ -74,7 +74,7 @@ def test_the_flow_can_be_chosen_over_two_orders_of_magnitude():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--inlet-holes", "90"], "inlet_holes: expected at most 12 of 0.2 mm in a port of 5 mm"),
+        (["--inlet-holes", "90"], "inlet_holes: expected at most 12 holes of 0.2 mm in a port"),
         (["--outlet-diameter", "6"], "outlet_diameter: expected less than the port's diameter"),
         (["--pitch", "4"], "pitch: expected more than the port's diameter, 5 mm, got 4"),
         (["--channels", "0"], "channels: expected a number above 0, got 0"),

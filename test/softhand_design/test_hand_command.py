@@ -119,7 +119,10 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
             "tip-stiffness: expected 0 to the stiffness at the base, 3.9",
         ),
         ((*WISH, "--name", "../../evil"), "name: expected a name of letters, digits, _ and -, got"),
-        ((*WISH, "--name", "P5"), "name: expected none of a shipped actuator, got P5"),
+        (
+            (*WISH, "--name", "P5"),
+            "name: expected another name than those of shipped actuators, got P5",
+        ),
         (
             (*WISH, "-o", "finger.txt"),
             "finger.txt: expected a file with the suffix .yaml or .yml, got .txt",

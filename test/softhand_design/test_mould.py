@@ -195,7 +195,12 @@ def test_a_wall_may_be_a_profile():
 @pytest.mark.parametrize(
     ("name", "changes", "split", "said"),
     [
-        ("P10.thumb", {}, 8.0, "chambers longer than wide beside plugs of 3 mm, got one from 3 to"),
+        (
+            "P10.thumb",
+            {},
+            8.0,
+            "chambers longer than wide between plugs of 3 mm, got one from 3 to",
+        ),
         ("P10.PalmInner", {"rim": 30.0}, None, "rim: expected at most 21 mm inside the arc"),
     ],
 )

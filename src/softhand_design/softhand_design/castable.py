@@ -28,5 +28,5 @@ def side_wall(wall: ArrayLike, width: ArrayLike, share: float = 1.0) -> Array:
 
 
 def rounded(value: float) -> float:
-    """A size with as many digits as are written."""
+    """A size rounded to the digits that files have."""
     return float(f"{value:.{SIZE_DIGITS}g}")

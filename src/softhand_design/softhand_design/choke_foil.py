@@ -34,7 +34,8 @@ def _size(default: float, text: str) -> float:
 
 @dataclass(frozen=True)
 class FoilParameters:
-    """Holes and layout of a foil; lengths in mm. Holes and their diameters are the thesis's.
+    """Holes and layout of a foil; lengths in mm. Numbers and diameters of holes are those of the
+    thesis.
 
     Raises ValueError, naming field, expected and got, for what cannot be pierced or cut.
     """
@@ -69,7 +70,7 @@ class FoilParameters:
         most = _most_holes(self.port, diameter)
         if count > most:
             raise ValueError(
-                f"{side}_holes: expected at most {most} of {diameter:g} mm in a port of "
+                f"{side}_holes: expected at most {most} holes of {diameter:g} mm in a port of "
                 f"{self.port:g} mm, got {count}"
             )
 
@@ -85,8 +86,8 @@ def _most_holes(port: float, diameter: float) -> int:
 
 
 def hole_places(count: int, port: float) -> Array:
-    """Centres (count, 2) [mm] of the holes in a port [mm] about its middle: one lies there, more on
-    a ring half-way out.
+    """Centres (count, 2) [mm] of the holes in a port of a diameter [mm], from its middle: one hole
+    lies in the middle, more lie on a ring half-way out.
 
     >>> hole_places(2, 4.0).round(3).tolist()
     [[1.0, 0.0], [-1.0, 0.0]]

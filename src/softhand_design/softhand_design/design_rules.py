@@ -56,8 +56,9 @@ class BrokenRule:
 
 
 def allowed(bound: float, words: str) -> float:
-    """A bound with four digits that still keeps it: rounded up where the words before it begin with
-    above or at least, down where they begin with below or at most, else to the nearest.
+    """A bound rounded to four digits so that a value at the rounded bound is allowed: up if `words`
+    begin with "above" or "at least", down if they begin with "below" or "at most", else to the
+    nearest.
 
     >>> allowed(1.94157, "at most {}"), allowed(0.28571, "above {}")
     (1.941, 0.2858)
@@ -88,7 +89,7 @@ def keeps_its_shape(height: float, width: float, tolerance: float = RULE_TOLERAN
 
 
 def wall_is_thin(height: float, wall: float) -> bool:
-    """Whether the wall spares the rubber: rule 4, d < 0.5*h."""
+    """Whether the wall is thin against the height: rule 4, d < 0.5*h."""
     return wall < LARGEST_WALL * height
 
 
@@ -98,17 +99,17 @@ def useful_stretch(max_stretch: float) -> tuple[float, float]:
 
 
 def check_actuation_ratio(reached: float, wanted: float) -> BrokenRule | None:
-    """Rule 1: the actuation ratio [1/(m Pa)] is about the wanted one."""
+    """Rule 1, if it is broken: the actuation ratio [1/(m Pa)] should be about the wanted one."""
     return _about(1, "actuation ratio", reached, wanted, "1/(m Pa)")
 
 
 def check_stiffness(reached: float, wanted: float) -> BrokenRule | None:
-    """Rule 2: the stiffness [N m2] is about the wanted one."""
+    """Rule 2, if it is broken: the stiffness [N m2] should be about the wanted one."""
     return _about(2, "stiffness", reached, wanted, "N m2")
 
 
 def check_shape(height: float, width: float) -> BrokenRule | None:
-    """Rule 3: height and width [m] are about the same."""
+    """Rule 3, if it is broken: height and width [m] should be about the same."""
     if keeps_its_shape(height, width):
         return None
     low, high = 1.0 - RULE_TOLERANCE, 1.0 / (1.0 - RULE_TOLERANCE)
@@ -116,14 +117,14 @@ def check_shape(height: float, width: float) -> BrokenRule | None:
 
 
 def check_wall(height: float, wall: float) -> BrokenRule | None:
-    """Rule 4: the wall [m] is below half the height [m]."""
+    """Rule 4, if it is broken: the wall [m] should be below half the height [m]."""
     if wall_is_thin(height, wall):
         return None
     return BrokenRule(4, "wall over height", wall / height, None, LARGEST_WALL, "-")
 
 
 def check_rubber(rubber: Rubber) -> BrokenRule | None:
-    """Rule 5: the suitability index is not far below the best of Table 3.2.
+    """Rule 5, if it is broken: the suitability index should not be far below the best of Table 3.2.
 
     >>> check_rubber(load_rubbers()["Dragon Skin 20"]) is None
     True
@@ -136,14 +137,18 @@ def check_rubber(rubber: Rubber) -> BrokenRule | None:
 
 
 def check_use(stretch: float, most: float) -> BrokenRule | None:
-    """The largest stretch in use is at most 0.3 of the rubber's, or there is no such stretch."""
+    """The rule of section 3.3.3, if it is broken: the largest `stretch` [-] in use should be at
+    most `most` [-], 0.3 of the rubber's largest. None if `most` is no stretch at all.
+    """
     if stretch <= most or most <= 1.0:
         return None
     return BrokenRule("in use", "stretch", stretch, None, most, "-")
 
 
 def check_model(stretch: float) -> BrokenRule | None:
-    """The largest stretch in use is one for which the rubber's model was chosen."""
+    """The limit of the rubber's model, if it is broken: the largest stretch [-] in use should be
+    one for which the model was chosen.
+    """
     if stretch <= MODEL_STRETCH:
         return None
     return BrokenRule("of the model", "stretch", stretch, None, MODEL_STRETCH, "-")

@@ -20,7 +20,7 @@ WIDTH = Bounds(1e-7, 0.01, "m")  # from a tenth of a micrometre on: in um or mm 
 
 @dataclass(frozen=True)
 class Thread:
-    """What is wound or laid in: its fibre, and its width [m]."""
+    """A thread that is wound around the actuator or laid into it: its fibre and its width [m]."""
 
     name: str
     fibre: str
@@ -80,7 +80,8 @@ def radial_stretch(axial_stretch: float, axial_modulus: float, radial_modulus: f
 
 
 def thinner(modulus: float, than: float) -> float:
-    """Diameter [-] of a fibre over that of another that is as stiff in tension, moduli [Pa].
+    """Ratio [-] of the diameters of two fibres that are equally stiff in tension: that of Young's
+    modulus `modulus` over that of `than`, both [Pa].
 
     ERRATUM: section 3.3.1 calls a fibre of HD-PE 40 times thinner than one of PET; 46, the ratio of
     moduli, is that of the cross sections, the diameters' is 6.8.

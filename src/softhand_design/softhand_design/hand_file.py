@@ -15,7 +15,7 @@ STAND_MASS = 0.020  # [kg]
 
 
 def actuator_entry(actuator: Actuator) -> dict[str, Any]:
-    """What stands under the actuator's name in a hand's `types`, SI units."""
+    """The entry of the actuator among the `types` of a hand's file, SI units."""
     sizes = ("height", "width", "circumference", "wall", "side_wall")
     profiles = {key: profile_entry(getattr(actuator, key)) for key in sizes}
     plain = ("shear_modulus", "mass", "max_pressure", "supply_volume")
@@ -53,7 +53,7 @@ def finger_text(actuator: Actuator, comment: str = "") -> str:
 
 
 def profile_entry(profile: Profile) -> Any:
-    """A profile as `actuator.read_profile` reads it."""
+    """A profile as plain data that `actuator.read_profile` can read."""
     if isinstance(profile, ConstantProfile):
         return profile.value
     if isinstance(profile, TableProfile):

@@ -20,8 +20,8 @@ STIFF_ENOUGH = 0.01  # share of the largest stiffness, from which on rule 2 is c
 
 
 def broken_rules(wanted: Requirements, actuator: Actuator) -> list[BrokenRule]:
-    """Rules 1 to 4 where each is broken most, and rule 5; an actuator with one wall is checked at
-    its base, without a place.
+    """The broken ones of rules 1 to 5, of rules 1 to 4 each at the place where it is broken most.
+    An actuator with one wall is checked at its base only, and no place is given.
     """
     along = wanted.base is None
     x = stations(wanted.length) if along else np.zeros(1)
@@ -70,7 +70,8 @@ def _apart(first: Array, second: Array) -> Array:
 
 def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
     """Pressure [Pa] at which the top is stretched as far as the rubber should be in use: to 0.3 of
-    its largest stretch, or to 0.5 of it where 0.3 is no stretch at all (section 3.3.3).
+    its largest stretch, or to 0.5 of it if 0.3 of it is below 1, which is no stretch at all
+    (section 3.3.3).
 
     Raises RequirementError for a rubber that may not be stretched at all.
     """
@@ -88,8 +89,8 @@ def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
 
 
 def largest_pressure(wanted: Requirements, actuator: Actuator) -> float | None:
-    """The largest pressure [Pa] in use, where the requirements give it: the one that their
-    curvature takes at the station that bends most, or else the one they name.
+    """The largest pressure [Pa] in use, or None if the requirements do not give it: the pressure
+    for their curvature at the station that bends most, else their `pressure`.
     """
     if wanted.curvature is None:
         return wanted.pressure

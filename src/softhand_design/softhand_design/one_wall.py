@@ -23,7 +23,7 @@ from softhand_model.hand.profile import ConstantProfile, Profile, TaperedProfile
 def profiles_with_one_wall(wanted: Requirements) -> dict[str, Profile]:
     """Height, width, circumference, wall and side wall [m] along the actuator.
 
-    Raises RequirementError where the walls would fill the section at the base.
+    Raises RequirementError if the walls would fill the section at the base.
     """
     ratio, stiffness = float(wanted.ratio(0.0)), float(wanted.stiffness(0.0))
     base = _Base(ratio, stiffness, wanted.modulus, wanted.base or BaseSizes())

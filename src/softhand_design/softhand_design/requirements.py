@@ -32,8 +32,9 @@ UNITS = {  # of requirements; all others are lengths [m]
 
 
 class RequirementError(ValueError):
-    """A requirement that cannot be met: its `key`; what is `expected`, with `{}` for the bound;
-    bound and value that came, in `unit`, the SI unit of the key; `place` [m] along the actuator.
+    """A requirement that cannot be met: its `key`; what is `expected`, with `{}` in the place of
+    the bound; `bound` and `got`, the value that came, in `unit`, the SI unit of the key; `place`
+    [m] along the actuator.
     """
 
     def __init__(
@@ -71,16 +72,19 @@ class Requirements:
 
     Args:
         ratio: actuation ratio [1/(m Pa)] over the position [m].
-        stiffness: in bending [N m2] over the position [m].
-        length: of the actuator [m].
-        rubber: that it is cast of.
-        aspect: width over height [-]; None: they taper as those of P10 (section 7.3).
-        side_share: side wall over wall [-]; the side wall is a third of the width at most.
-        curvature: the largest in use [1/m], if it is known.
-        pressure: the largest in use [Pa], if it is known.
-        arc_radius: of the line [m] along which the length is measured, if it is an arc.
-        base: for an actuator with one wall, which meets ratio and stiffness at its base, and whose
-            sizes taper as those of P10; None: both are met at every place, and the wall varies.
+        stiffness: bending stiffness [N m2] over the position [m].
+        length: length of the actuator [m].
+        rubber: rubber of which it is cast.
+        aspect: width over height [-]; None: width and height taper as those of P10 (section 7.3).
+        side_share: thickness of the side wall over that of the wall [-]; the side wall is at most a
+            third of the width.
+        curvature: largest curvature in use [1/m]; None if it is not known.
+        pressure: largest pressure in use [Pa]; None if it is not known.
+        arc_radius: radius [m] of the line along which the length is measured; None for a straight
+            line.
+        base: fixed sizes of an actuator with one wall, which meets ratio and stiffness at its base,
+            and whose sizes taper as those of P10; None: ratio and stiffness are met at every place,
+            and the wall varies.
 
     Raises RequirementError for numbers that are not above 0.
     """
@@ -128,14 +132,15 @@ def of_numbers(
     """Requirements of an actuator with one wall.
 
     Args:
-        actuation_ratio: at the base [1/(m Pa)].
-        stiffness: at the base [N m2], from which it falls in a straight line.
-        length: of the actuator [m].
-        rubber: that it is cast of.
-        tip_stiffness: at the tip [N m2].
-        wall, height, width: at the base [m], where a mould fixes them.
+        actuation_ratio: actuation ratio at the base [1/(m Pa)].
+        stiffness: bending stiffness at the base [N m2], from which it falls linearly.
+        length: length of the actuator [m].
+        rubber: rubber of which it is cast.
+        tip_stiffness: bending stiffness at the tip [N m2].
+        wall, height, width: sizes at the base [m] that a mould fixes; None for those that follow
+            from the rest.
 
-    Raises RequirementError for numbers that are not above 0, and a tip stiffer than the base.
+    Raises RequirementError for numbers that are not above 0, and for a tip stiffer than the base.
     """
     require_positive({"actuation_ratio": actuation_ratio, "stiffness": stiffness, "length": length})
     require_positive({"wall": wall, "height": height, "width": width})
@@ -154,7 +159,9 @@ def of_numbers(
 def require_positive(
     values: Mapping[str, float | None], expected: str = "a number above {}"
 ) -> None:
-    """Raise RequirementError for the first value that is there but not above 0, or not finite."""
+    """Raise RequirementError for the first value that is neither None nor a finite number above
+    0.
+    """
     for key, value in values.items():
         if value is not None and not 0.0 < value < np.inf:
             raise RequirementError(key, expected, 0.0, float(value))

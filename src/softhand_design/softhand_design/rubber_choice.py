@@ -18,8 +18,8 @@ LEAST_HEIGHT = 1e-6  # [m], where a rubber may not be stretched at all
 
 @dataclass(frozen=True)
 class Build:
-    """An actuator of a rubber: height [m], wall [m], and rubber over length [kg/m] of top and side
-    walls.
+    """An actuator of a rubber: height [m], wall [m], and mass of rubber per length [kg/m] of top
+    and side walls.
     """
 
     height: float
@@ -28,14 +28,15 @@ class Build:
 
     @property
     def wall_over_height(self) -> float:
-        """Wall over height [-], at most 0.5 (eq. 3.6)."""
+        """Ratio of wall and height [-], which may be at most 0.5 (eq. 3.6)."""
         return self.wall / self.height
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a rubber can do for required curvature and stiffness: its lowest and highest actuator,
-    and the one of the required height; `refused` names the bound it breaks, or is empty.
+    """The actuators of required curvature and stiffness that a rubber allows: the lowest, the
+    highest, and the one of the required height; `refused` names the bound that the rubber breaks,
+    or is empty.
     """
 
     rubber: Rubber
@@ -47,7 +48,7 @@ class Choice:
 
     @property
     def suits(self) -> bool:
-        """Whether such an actuator can be built of it."""
+        """Whether such an actuator can be built of the rubber."""
         return not self.refused
 
 
@@ -55,7 +56,7 @@ def demand(curvature: float, stiffness: float) -> float:
     """Left side of eq. 3.9 [kPa**0.25]: largest curvature [1/m] times the root 4 of the bending
     stiffness [N m2], over 1000 to suit an index in kPa.
 
-    A rubber suits where its index S (eq. 3.10) is above.
+    A rubber suits if its index S (eq. 3.10) is above this value.
 
     >>> round(demand(100.0, 4e-3), 2)
     4.47
@@ -69,7 +70,8 @@ def wall_for_stiffness(stiffness: float, height: float, shear_modulus: float) ->
 
 
 def highest(curvature: float, stretch: float) -> float:
-    """Height [m] at which the top is stretched so far [-] at the largest curvature [1/m] (eq. 3.5).
+    """Height [m] at which the top has the stretch [-] `stretch` at the largest curvature [1/m] (eq.
+    3.5).
 
     It is the largest that the rubber allows, and of all heights needs the least rubber: the wall
     falls as the cube of the height. ERRATUM: section 3.3.3 promises 3.5 times less rubber for an
@@ -84,7 +86,9 @@ def highest(curvature: float, stretch: float) -> float:
 
 
 def lowest(stiffness: float, shear_modulus: float) -> float:
-    """Height (B/G)**(1/4) [m] at which the wall for the stiffness is half of it (eq. 3.6)."""
+    """Height (B/G)**(1/4) [m] at which the wall that the stiffness needs is half the height (eq.
+    3.6).
+    """
     return float((stiffness / (2.0 * LARGEST_WALL * shear_modulus)) ** 0.25)
 
 
@@ -95,14 +99,14 @@ def choose(
     share: float = 1.0,
     rubbers: Iterable[Rubber] | None = None,
 ) -> list[Choice]:
-    """What each rubber can do, those that suit first, by falling index.
+    """The choice that each rubber gives; rubbers that suit come first, the highest index first.
 
     Args:
-        curvature: the largest [1/m].
-        stiffness: in bending [N m2].
-        height: of the section, and its width [m]; free if None.
-        share: of the largest stretch, that is used; 0.3 to 0.5 in normal operation.
-        rubbers: those of Table 3.2 if None.
+        curvature: largest curvature [1/m].
+        stiffness: bending stiffness [N m2].
+        height: height and width of the section [m]; None: free.
+        share: share of the largest stretch that is used [-]; 0.3 to 0.5 in normal operation.
+        rubbers: the rubbers; None: those of Table 3.2.
 
     >>> [found.rubber.name for found in choose(100.0, 4e-3)][:2]
     ['Dragon Skin 10', 'Elastosil M4125']

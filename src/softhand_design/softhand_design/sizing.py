@@ -39,12 +39,12 @@ class Design:
 
 
 def design_actuator(wanted: Requirements, name: str = "finger") -> Design:
-    """Size an actuator by rules 1 and 2, and list what it breaks: rules 1 to 4 where they are
-    broken most, rule 5, and the stretch in use.
+    """Size an actuator by rules 1 and 2, and list the rules and limits that it breaks: rules 1 to 4
+    where they are broken most, rule 5, and limits of the stretch in use.
 
-    Raises RequirementError with the bound that would do: the wall would fill the section or be too
-    thin to be cast, the actuator would be as high as long, its pressure too low for its curvature,
-    or the rubber stretched beyond half of what it bears.
+    Raises RequirementError that names a bound that can be met, if the wall would fill the section
+    or be too thin to be cast, the actuator would be as high as long, its pressure is too low for
+    its curvature, or the rubber would be stretched beyond half of what it bears.
 
     >>> from softhand_design.requirements import of_numbers
     >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
@@ -87,8 +87,8 @@ def _sized(wanted: Requirements, name: str) -> Actuator:
 
 
 def rank_rubbers(wanted: Requirements, rubbers: Iterable[Rubber]) -> Ranking:
-    """Designs in each rubber, or why there is none: those first that exist, by falling suitability
-    (rule 5).
+    """The design in each rubber, or the error that says why there is none. Designs come first, the
+    most suitable rubber (rule 5) first.
     """
     found = [(rubber, _tried(replace(wanted, rubber=rubber))) for rubber in rubbers]
     return sorted(

@@ -41,8 +41,8 @@ FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which a possible o
 def profiles_with_varying_wall(wanted: Requirements) -> dict[str, Profile]:
     """Height, width, wall, side wall and circumference [m] along the actuator.
 
-    Raises RequirementError with the bound that would do: walls that fill the section or are too
-    thin to be cast.
+    Raises RequirementError that names a bound that can be met, if walls would fill the section or
+    be too thin to be cast.
     """
     _refuse_walls(wanted)
     x = stations(wanted.length)

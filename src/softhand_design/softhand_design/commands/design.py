@@ -141,7 +141,9 @@ def _check_options(options: argparse.Namespace) -> None:
         if options.rubber == AUTO:
             _refuse_given(options, ("modulus", "max_stretch", "density"), "none beside rubber auto")
     if options.name in actuator_names():
-        raise ValueError(f"name: expected none of a shipped actuator, got {options.name}")
+        raise ValueError(
+            f"name: expected another name than those of shipped actuators, got {options.name}"
+        )
     if not is_name(options.name):
         raise ValueError(f"name: expected {NAME_RULE}, got {options.name!r}")
     if options.out is not None:
@@ -259,8 +261,8 @@ def _profile(option: str, text: str | float, length: float, bounds: Bounds, unit
 def chosen_rubber(
     name: str, modulus: float | None, max_stretch: float | None, density: float | None
 ) -> Rubber:
-    """A rubber of Table 3.2, or `custom` of a modulus [kPa] and largest stretch [-]; with another
-    density [kg/m3] where given. Raises ValueError with the names there are.
+    """A rubber of Table 3.2, or `custom` with a modulus [kPa] and a largest stretch [-]; a density
+    [kg/m3] that is given replaces the rubber's own. Raises ValueError with the known names.
 
     Dragon Skin 10 has the nominal modulus of the shipped actuators, not that of the table.
 
@@ -289,7 +291,9 @@ def chosen_rubber(
 
 
 def within(option: str, value: float, bounds: Bounds) -> float:
-    """A value of an option within bounds; raises ValueError naming both."""
+    """The value of an option, if it is within bounds; else raises ValueError naming option and
+    bounds.
+    """
     if not bounds.low <= value <= bounds.high:
         limits = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}".rstrip()
         raise ValueError(f"{option}: expected {limits}, got {value:g}")

@@ -31,13 +31,13 @@ Row = tuple[str, str, str, str]
 
 
 def in_options(error: RequirementError) -> str:
-    """The error with name and unit of the option."""
+    """Text of the error, with the option's name for the key and in the option's unit."""
     name = OPTIONS.get(error.key, error.key.replace("_", "-"))
     return error.message(name, *OPTION_UNITS.get(error.unit, (1.0, error.unit)))
 
 
 def in_option_units(broken: BrokenRule) -> BrokenRule:
-    """The broken rule in the unit of the options."""
+    """The broken rule in the units of the options."""
     scale, unit = OPTION_UNITS.get(broken.unit, (1.0, broken.unit))
     low, high = (None if end is None else end / scale for end in (broken.low, broken.high))
     return replace(broken, value=broken.value / scale, low=low, high=high, unit=unit)
@@ -45,8 +45,8 @@ def in_option_units(broken: BrokenRule) -> BrokenRule:
 
 # ---------------------------------------------------------------------- tables
 def table(design: Design, ranking: Ranking) -> str:
-    """What was wanted and reached, the sizes, and how far the actuator bends, with units; then how
-    the rubbers rank, if there is a ranking.
+    """Text with what was required and what is reached, the sizes, and how far the actuator bends,
+    with units; then the order of the rubbers, if there is a ranking.
     """
     if design.requirements.base is not None:
         return _table_of_one_wall(design)
@@ -143,7 +143,9 @@ def _ranking_table(ranking: Ranking) -> str:
 
 # ---------------------------------------------------------------------- JSON and file
 def record(design: Design, ranking: Ranking) -> dict[str, Any]:
-    """The design as plain data, SI units: `reached` at the base for one wall, else `stations`."""
+    """The design as plain data, SI units: with one wall it has `reached`, the values at the base,
+    else `stations` along the actuator.
+    """
     wanted, actuator = design.requirements, design.actuator
     pressures = actuator.max_pressure * np.array(SHOWN_PRESSURES)
     return {
@@ -209,7 +211,7 @@ def _ranked(ranking: Ranking) -> list[dict[str, Any]]:
 
 
 def comment(design: Design) -> str:
-    """What is said of the design at the head of its file."""
+    """The comment on the design at the head of its file."""
     wanted, rubber = design.requirements, design.requirements.rubber
     if wanted.base is None:
         return (

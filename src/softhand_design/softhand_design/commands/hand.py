@@ -10,7 +10,7 @@ from softhand_design.commands import design, mould
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; 0, or 2 when its options cannot be used."""
+    """Run a command; returns 0, or 2 when its options cannot be used."""
     return hand.main(arguments, (design.add_to, mould.add_to))
 
 

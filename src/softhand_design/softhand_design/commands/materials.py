@@ -37,7 +37,9 @@ ENERGY = Bounds(1e-3, 1e6, "J/m2")
 
 
 def rubber_table(tear_strength: float | None = None) -> str:
-    """Table 3.2 with the stretch in use; with a tear strength [Pa] the index by it (eq. 3.11)."""
+    """Table 3.2 with the stretch in use; with a tear strength [Pa] also the index that follows from
+    it (eq. 3.11).
+    """
     tear = tear_strength is not None
     head = ["rubber", "largest stretch", "in use", "shear modulus [kPa]", "index [kPa^0.25]"]
     rows = []
@@ -53,7 +55,9 @@ def rubber_table(tear_strength: float | None = None) -> str:
 
 
 def fibre_table(rubber: float, share: float, stretch: float) -> str:
-    """Table 3.1: stretch across the helix by each fibre, for a rubber's Young's modulus [Pa]."""
+    """Table 3.1: stretch across the helix for each fibre, from a rubber's Young's modulus [Pa], the
+    share [-] of fibre in the hull, and the axial stretch [-].
+    """
     fibres = {"no fibres": 0.0, **load_fibres().moduli}
     rows = []
     for name, modulus in fibres.items():
@@ -70,8 +74,9 @@ def _megapascal(modulus: float) -> str:
 
 
 def defect_table(widths: Iterable[float], modulus: float, energy: float | None) -> str:
-    """Stress that threads [m] in a rubber allow, over that of the widest; in kPa where the surface
-    energy [J/m2] is given (eq. 3.4).
+    """Largest stress that a rubber bears with threads of some widths [m] in it, as a ratio to that
+    with the widest thread; in kPa if the surface energy [J/m2] is given (eq. 3.4). `modulus` is
+    Young's modulus [Pa].
     """
     found = sorted(widths)
     rows = []
@@ -86,8 +91,8 @@ def defect_table(widths: Iterable[float], modulus: float, energy: float | None) 
 
 
 def choice_table(choices: Sequence[Choice]) -> str:
-    """A row a rubber: its lowest and highest actuator and the one of the wanted height, or why it
-    does not suit.
+    """One row per rubber: its lowest and highest actuator and the one of the wanted height, or why
+    the rubber does not suit.
     """
     wanted = choices[0].wanted is not None
     head = ["rubber", "index", "lowest", "highest", *(["of this height"] if wanted else []), ""]
@@ -157,7 +162,7 @@ def _adder(commands: Any, name: str, run: Any, words: str) -> Any:
 
 
 def rubbers(options: argparse.Namespace) -> str:
-    """The command `table`."""
+    """Output of the command `table`."""
     strength = options.tear_strength
     if strength is not None:
         strength = KILO * _within("tear-strength", strength, Bounds(1.0, 1e6, "kPa"))
@@ -165,7 +170,7 @@ def rubbers(options: argparse.Namespace) -> str:
 
 
 def fibres(options: argparse.Namespace) -> str:
-    """The command `fibres`."""
+    """Output of the command `fibres`."""
     share = load_fibres().share if options.share is None else options.share
     return fibre_table(
         MEGA * _within("modulus", options.modulus, MODULUS),
@@ -175,7 +180,7 @@ def fibres(options: argparse.Namespace) -> str:
 
 
 def defects(options: argparse.Namespace) -> str:
-    """The command `defect`."""
+    """Output of the command `defect`."""
     used = [thread.width / MICRO for thread in load_fibres().threads.values()]
     widths = [MICRO * _within("widths", width, WIDTH) for width in options.widths or used]
     energy = options.surface_energy
@@ -185,7 +190,7 @@ def defects(options: argparse.Namespace) -> str:
 
 
 def rubber_for(options: argparse.Namespace) -> str:
-    """The command `choose`; raises ValueError where no rubber suits."""
+    """Output of the command `choose`; raises ValueError if no rubber suits."""
     curvature = _within("curvature", options.curvature, FINGER_CURVATURE)
     stiffness = MILLI * _within("stiffness", options.stiffness, STIFFNESS)
     diameter = options.diameter
@@ -204,7 +209,7 @@ def rubber_for(options: argparse.Namespace) -> str:
         print(shown)
         best = choices[0]
         raise ValueError(
-            f"no rubber suits; that of the best index, {best.rubber.name}: {best.refused}"
+            f"no rubber suits; {best.rubber.name}, which has the best index: {best.refused}"
         )
     return shown
 
@@ -217,7 +222,7 @@ def _within(option: str, value: float, bounds: Bounds) -> float:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print a table; returns 0, or 2 for what cannot be used and where no rubber suits."""
+    """Print a table; returns 0, or 2 when options cannot be used or no rubber suits."""
     options = _parser().parse_args(arguments)
     try:
         print(options.run(options))

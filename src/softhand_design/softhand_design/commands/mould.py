@@ -45,7 +45,9 @@ def add_to(commands: Any) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Make, check and write; raises ValueError for what cannot be made or fails a check."""
+    """Make, check and write the moulds; raises ValueError for a mould that cannot be made or fails
+    a check.
+    """
     if find_spec("manifold3d") is None:
         raise ValueError("mould: expected the package manifold3d, got none: pip install manifold3d")
     # late: manifold3d and matplotlib are extras, PyBullet talks when it starts
@@ -56,7 +58,7 @@ def run(options: argparse.Namespace) -> None:
     actuators, hand = _actuators(options.name)
     if options.split is not None and len(actuators) > 1:
         raise ValueError(
-            f"--split: expected one kind of actuator, got {', '.join(actuators)}: give its name"
+            f"--split: expected one kind of actuator, got {', '.join(actuators)}: give one name"
         )
     used = MouldParameters(**{e.name: getattr(options, e.name) for e in fields(MouldParameters)})
     planned = [path for name in actuators for path in paths_of(name, options.out).values()]

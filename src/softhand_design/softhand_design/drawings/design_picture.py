@@ -17,8 +17,8 @@ RUBBER_COLOR, CHAMBER, WANTED, REACHED = "#f0a35a", "white", "black", "#c0392b"
 
 
 def draw_design(design: Design) -> Figure:
-    """Profiles on the left, sections seen from the side and from above below them, the bend on the
-    right.
+    """Picture with the profiles on the left, below them the sections seen from the side and from
+    above, and the bend on the right.
     """
     figure = Figure(figsize=(11.0, 7.0), dpi=120, layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.5, 1.0), height_ratios=(1.2, 1.2, 1.0, 1.0))

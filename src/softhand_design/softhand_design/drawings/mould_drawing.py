@@ -50,7 +50,9 @@ def draw_mould(made: CheckedMould) -> Figure:
 
 
 def photograph_part(part: manifold3d.Manifold, name: str) -> NDArray[np.uint8]:
-    """A picture of one part, the shell turned so that its cavity is seen."""
+    """A picture (height, width, 3) of one part; the shell is turned so that its cavity is
+    visible.
+    """
     turned = part.rotate((180.0, 0.0, 0.0)) if name == "shell" else part
     low, high = np.reshape(turned.bounding_box(), (2, 3)) * MILLI
     mesh = turned.to_mesh64()

@@ -33,7 +33,7 @@ class Bed:
     parts: dict[str, manifold3d.Manifold]
 
     def text(self) -> str:
-        """Where each part lies, and the space that is needed."""
+        """Text on where each part lies, and how much room is needed."""
         rows = [f"{'on the bed [mm]':<24}{'x':>16}{'y':>16}{'height':>9}"]
         high = np.zeros(3)
         for name, part in self.parts.items():
@@ -63,7 +63,7 @@ def lay_out(moulds: Sequence[CheckedMould], size: tuple[float, float]) -> Bed:
         if low + depth + SPACE > size[1] or width + 2.0 * SPACE > size[0]:
             raise ValueError(
                 f"bed: expected room for {len(order)} parts, got {size[0]:g} x {size[1]:g} mm, "
-                f"where {name} is the first that finds none"
+                f"where {name} is the first part without room"
             )
     return Bed(size, placed)
 

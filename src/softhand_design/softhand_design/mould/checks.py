@@ -27,7 +27,7 @@ MM3 = 1e9  # in a m3
 
 @dataclass(frozen=True)
 class Check:
-    """A measured value and its limits; None where there is none."""
+    """A measured value and its limits; None for a limit that does not exist."""
 
     name: str
     value: float
@@ -56,15 +56,16 @@ class Check:
         return "" if self.high is None else f"<= {self.high:g}"
 
     def record(self) -> dict[str, Any]:
-        """Plain data."""
+        """The check as plain data."""
         limits = {"low": self.low, "high": self.high, "passed": self.passed}
         return {"name": self.name, "value": self.value, "unit": self.unit} | limits
 
 
 @dataclass(frozen=True)
 class Volumes:
-    """Rubber [mm3]: of the model's top and side walls, what each feature adds, the sum, what was
-    measured between the parts; and the chamber [mm3], of the model and measured.
+    """Volumes of rubber [mm3]: `model` of the model's top and side walls, `corrections` that each
+    feature adds, `measured` between the parts; and of the chamber [mm3]: `chamber_model` of the
+    model, `chamber` as measured.
     """
 
     model: float

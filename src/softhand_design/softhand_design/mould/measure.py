@@ -87,7 +87,9 @@ def _hits(solid: manifold3d.Manifold, start: Array, stop: Array) -> Array:
 
 
 def plan_rays(solid: manifold3d.Manifold, count: int, seed: int = 0) -> Array:
-    """How many times (count,) rays parallel to the pull, at random places, enter the part."""
+    """How often each of `count` rays, parallel to the direction of pull and at random places,
+    enters the part (count,).
+    """
     low, high = np.reshape(solid.bounding_box(), (2, 3))
     points = np.random.default_rng(seed).uniform(low[:2], high[:2], (count, 2))
     hits = [_vertical(solid, x, y) for x, y in points]
@@ -105,8 +107,9 @@ def _vertical(solid: manifold3d.Manifold, x: float, y: float) -> Array:
 
 
 def tilted_rays(solid: manifold3d.Manifold, mould: Mould, count: int, seed: int = 1) -> Array:
-    """The deepest gap [mm] behind an overhang on each of `count` rays a degree off the pull, over
-    the cavity and a little around it; 0 where a ray enters once.
+    """The deepest gap (count,) [mm] behind an overhang on each of `count` rays that are tilted by a
+    degree against the direction of pull, over the cavity and a little around it; 0 for a ray that
+    enters the part once.
     """
     random, line = np.random.default_rng(seed), mould.line
     s = random.uniform(1.0, line.length + AROUND, count)
@@ -124,7 +127,9 @@ def tilted_rays(solid: manifold3d.Manifold, mould: Mould, count: int, seed: int 
 
 
 def track_solid(found: Finished) -> manifold3d.Manifold:
-    """The cast with s, y and z [mm] of the cured rubber for coordinates: arcs become straight."""
+    """The cast in the coordinates s, y and z [mm] of the cured rubber, in which arcs are
+    straight.
+    """
     line, scale = found.mould.line, found.mould.parameters.scale
 
     def straight(points: Array) -> Array:
@@ -184,8 +189,8 @@ def _across(solid: manifold3d.Manifold, s: float, z: float) -> Array:
 
 
 def top_across_slope(found: Finished) -> Array:
-    """Thickness (n,) [mm] of the top wall on the middle line, square to its slope, beside every
-    groove over the chambers' flat roofs.
+    """Thickness (n,) [mm] of the top wall on the middle line, perpendicular to its slope, beside
+    every groove over the chambers' flat roofs.
     """
     mould, solid = found.mould, track_solid(found)
     s = groove_places(mould.line, mould.parameters) + mould.parameters.groove_pitch / 4.0
@@ -208,8 +213,9 @@ def _end_heights(mould: Mould) -> Array:
 
 
 def end_walls(found: Finished) -> tuple[Array, Array]:
-    """Measured and wanted rubber (heights, chambers + 1) [mm] before, between and behind the
-    chambers along the middle line; no numbers where there is not a wall for each.
+    """Measured and wanted thickness of rubber (heights, chambers + 1) [mm] before, between and
+    behind the chambers along the middle line; measured values are NaN at a height where walls are
+    missing.
     """
     mould, solid = found.mould, track_solid(found)
     count = len(mould.chambers) + 1
@@ -227,9 +233,9 @@ def end_walls(found: Finished) -> tuple[Array, Array]:
 
 
 def around_ends(found: Finished) -> tuple[Array, Array]:
-    """Rubber (n,) [mm] in the plane between points of the chambers' rounded ends and what is
-    nearest outside or of another chamber; and how much [mm] is due there, the side wall without
-    the grooves or a plug, which in an arc is shorter towards the centre.
+    """Measured and wanted thickness of rubber (n,) [mm] in the plane, from points of the chambers'
+    rounded ends to the nearest point of the outside or of another chamber. Wanted are the side wall
+    without the grooves, or a plug, which in an arc is shorter towards the centre.
     """
     mould, scale = found.mould, found.mould.parameters.scale
     line, used = mould.line, mould.parameters
@@ -276,7 +282,9 @@ def groove_depths(found: Finished) -> Array:
 
 
 def nub_heights(found: Finished) -> Array:
-    """Height [mm] of the nubs on both edges of the back: corners of the cast over the model's."""
+    """Height [mm] of the nubs on both edges of the back: how far corners of the cast stand out over
+    those of the model.
+    """
     line, used = found.mould.line, found.mould.parameters
     s, y, z = np.asarray(track_solid(found).to_mesh64().vert_properties)[:, :3].T
     over = z - line.height(s)
@@ -297,9 +305,9 @@ def foot_share(found: Finished) -> float:
 
 
 def draft_angles(found: Finished) -> tuple[Array, Array]:
-    """Angle [deg] between wall and pull of every triangle of the cavity's walls, positive where the
-    part comes off, and their areas [mm2]; grooves, round edges and the brim left out. None where
-    nothing is as steep as a wall.
+    """Angle [deg] between the direction of pull and every triangle of the cavity's walls, positive
+    where the part comes off, and the areas [mm2] of the triangles; grooves, round edges and the
+    brim are left out. Both are empty if nothing is as steep as a wall.
     """
     line, used = found.mould.line, found.mould.parameters
     mesh = found.cast.to_mesh64()
@@ -336,8 +344,8 @@ def _faces_chamber(mould: Mould, points: Array, normals: Array) -> NDArray[np.bo
 
 
 def interface_gaps(found: Finished, count: int, seed: int = 3) -> tuple[Array, Array]:
-    """Vertical gap (count,) [mm] between the closed parts, at random on land, step and rim, and the
-    height [mm] of the core there.
+    """Vertical gap (count,) [mm] between the closed parts, at random places on land, step and rim,
+    and the height (count,) [mm] of the core there.
     """
     mould = found.mould
     line, used = mould.line, mould.parameters

@@ -14,7 +14,8 @@ def _size(default: float, low: float, high: float, unit: str, text: str) -> Any:
 
 @dataclass(frozen=True)
 class MouldParameters:
-    """Sizes [mm], the draft [deg] and the shrinkage [%]; raises ValueError for others than can be.
+    """Sizes [mm], the draft [deg] and the shrinkage [%]; raises ValueError for a value outside of
+    its limits.
 
     >>> MouldParameters(groove_pitch=0.0)
     Traceback (most recent call last):
@@ -47,7 +48,7 @@ class MouldParameters:
 
     @property
     def reach(self) -> float:
-        """From the cavity to the edge of the rim [mm]."""
+        """Distance [mm] from the cavity to the edge of the rim."""
         return self.shell + self.rim
 
     @property

@@ -34,8 +34,8 @@ NUB_HALF = 0.4  # half length of a nub [mm]
 
 @dataclass(frozen=True)
 class Mould:
-    """The two parts [mm], closed, as they lie together; the line and parameters they were made
-    from, the chambers' ends and the fillet that they have room for [mm].
+    """The two parts [mm] as they lie when the mould is closed; the line and parameters from which
+    they were made; the ends of the chambers and the fillet for which there is room [mm].
     """
 
     line: Line
@@ -77,7 +77,7 @@ def _room(
 
 
 def groove_places(line: Line, parameters: MouldParameters) -> Array:
-    """Where s [mm] the grooves of the thread lie."""
+    """Places s [mm] of the grooves of the thread."""
     last = line.length - nose_length(float(line.half_width(np.array(line.length)))) - 1.0
     return np.arange(parameters.plug, last, parameters.groove_pitch)
 
@@ -93,7 +93,7 @@ def _chambers(
         low = float(line.half_room(np.linspace(start, stop, 33)).min())
         if stop - start < 2.5 * min(low, 5.0) or low <= 0.0:
             raise ValueError(
-                f"plug: expected chambers longer than wide beside plugs of {used.plug:g} mm, got "
+                f"plug: expected chambers longer than wide between plugs of {used.plug:g} mm, got "
                 f"one from {start:g} to {stop:g} mm of {line.length:g}"
             )
     return found

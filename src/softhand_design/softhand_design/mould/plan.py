@@ -52,7 +52,7 @@ class Line:
         return self.width(s) / 2.0
 
     def place(self, s: ArrayLike, y: ArrayLike) -> Array:
-        """Points (..., 2) [mm] of the plane."""
+        """Points (..., 2) [mm] of the plane at s and y [mm]."""
         s, y = np.broadcast_arrays(np.asarray(s, float), np.asarray(y, float))
         if self.radius is None:
             return np.stack([s, y], axis=-1)
@@ -76,7 +76,8 @@ def _in_mm(profile: Profile) -> Along:
 @dataclass(frozen=True)
 class Outline:
     """A closed curve: points (n, 2) [mm], first the half at y > 0 from base to tip, then its mirror
-    image back; outward normals (n, 2), as long as moved edges need to stay parallel; s (n,) [mm].
+    image back; outward normals (n, 2), of such lengths that edges stay parallel when moved along
+    them; s (n,) [mm].
     """
 
     points: Array

@@ -96,16 +96,16 @@ def make_mould(
 
 
 def paths_of(name: str, folder: Path) -> dict[str, Path]:
-    """Where the files of a mould go, by their kind."""
+    """Paths of the files of a mould, by their kind."""
     endings = {part: f"{part}.stl" for part in PARTS}
     endings |= {"text": "mould.txt", "json": "mould.json", "drawing": "mould.png"}
     return {kind: folder / f"{name}_{ending}" for kind, ending in endings.items()}
 
 
 def write_mould(made: CheckedMould, folder: Path) -> None:
-    """Write report and parts into a folder; of a mould that failed a check the report alone.
+    """Write report and parts into a folder; for a mould that failed a check only the report.
 
-    Raises ValueError with what failed, or UnwritableFile.
+    Raises ValueError that names the failed checks, or UnwritableFile.
     """
     paths = paths_of(made.actuator.name, folder)
     report = {paths["text"]: made.text(), paths["json"]: json_text(made.record())}
@@ -118,7 +118,7 @@ def write_mould(made: CheckedMould, folder: Path) -> None:
 
 
 def refusal(made: CheckedMould) -> str:
-    """Why a mould was not written."""
+    """A sentence on why a mould was not written: its failed checks."""
     shown = "; ".join(
         f"{check.name} {check.value:.3g} {check.unit}".rstrip() + f" (expected {check.limits})"
         for check in made.failed

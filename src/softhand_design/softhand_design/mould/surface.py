@@ -26,8 +26,8 @@ ROUNDS = 30  # of a fixed point that halves its error at least
 
 @dataclass(frozen=True)
 class Relief:
-    """What is sunk into a dome, by the points (n,) of its outline: depth of grooves all around, and
-    height of nubs on the back [mm].
+    """Relief of a dome, at the points (n,) of its outline: depth of grooves all around, and height
+    of nubs on the back [mm].
     """
 
     groove: Array
