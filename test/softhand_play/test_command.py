@@ -33,7 +33,7 @@ def test_a_port_in_use_ends_in_one_line(capsys):
         port = taken.getsockname()[1]
         assert ended(["--port", str(port)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"expected a free one, got {port}" in line
+    assert f"expected a free port, got {port}" in line
 
 
 def ended(options):

@@ -36,7 +36,7 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
 
     Action: Box (channels + 6,), each number -1 to 1.
 
-    * Channels, in the order of the hand: air to reach, from none at -1 to full at 1. Full is the
+    * Channels, in the order of the hand: air to reach, from none at -1 to full at 1. "Full" is the
       pressure limit of the channel [Pa], or the air [kg] with which the free hand has that
       pressure. Chokes and tubes limit how fast; a channel above its limit is relieved.
     * Velocity of the wrist's target along the world's x, y, z, in units of 0.5 m/s, then its spin
@@ -60,15 +60,15 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
 
     Args:
         object, hand, scene: names or files.
-        model: name or file of the model; parameters for which it has standard errors are drawn
-            anew in each episode, unless `randomisation` says otherwise. Each such episode builds a
-            new simulation.
+        model: name or file of the model; parameters for which it has standard errors are drawn anew
+            in each episode, unless `randomisation` says otherwise. Each such episode builds a new
+            simulation.
         engine: `pybullet` or `mujoco`; None: PyBullet where it is installed.
-        step: of the physics [s].
+        step: physics step [s].
         action_time: how long an action lasts [s].
         time_limit: simulated time after which an episode is truncated [s].
-        air: what the channels are commanded, `air_mass` or `pressure`.
-        success: what counts as held.
+        air: quantity that is commanded to the channels, `air_mass` or `pressure`.
+        success: criteria by which an object counts as held.
         randomisation: what is drawn in each episode; `reset(seed=...)` repeats all of it, bit for
             bit.
         render_mode: None or `rgb_array`, which needs PyBullet.
@@ -158,10 +158,10 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
         return replace(placement, **options)
 
     def step(self, action: Array) -> tuple[dict[str, Array], float, bool, bool, dict[str, Any]]:
-        """Let an action act for `action_time`; numbers beyond -1 to 1 count as these. A simulation
-        that diverges ends the episode without an object.
+        """Let an action act for `action_time` [s]; numbers outside of -1 to 1 are clipped. A
+        simulation that diverges ends the episode without a grasp.
 
-        Raises ValueError for another shape and for what is not finite.
+        Raises ValueError for an action of another shape, and for numbers that are not finite.
         """
         given = np.asarray(action, float)
         if given.shape != (self._numbers,) or not np.isfinite(given).all():
@@ -204,7 +204,9 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
         }
 
     def render(self) -> Any:
-        """A picture (480, 640, 3) of now in the mode `rgb_array`."""
+        """A picture (480, 640, 3), height and width first, of the present state in the mode
+        `rgb_array`; else None.
+        """
         if self.render_mode is None:
             return None
         from pneuflex_sim.pictures.render import HandState, Renderer  # needs PyBullet

@@ -24,13 +24,13 @@ class HoldWatch:
     """Watches an episode from its first observation on.
 
     Attributes:
-        outcome: `gripped` once an object has been held as required, `lost` once one that was
-            carried lies without the hand, or is off the table; else `none`.
+        outcome: `gripped` once an object has been held as required, `lost` once an object that was
+            carried lies apart from the hand, or is off the table; else `none`.
         reason: one sentence on the latest hold, or on the end.
         lift_height: greatest rise of the object [m].
-        hold_time: of the hold that lasts [s]; 0 without one.
-        lifted: rise of the object over the height to be lifted to [-], 0 to 1; 0 while anything
-            but the hand touches it.
+        hold_time: duration of the present hold [s]; 0 without one.
+        lifted: rise of the object divided by the height to which it has to be lifted [-], 0 to 1; 0
+            while anything but the hand touches it.
     """
 
     def __init__(self, success: Success, hand_bodies: frozenset[str], first: Observation) -> None:

@@ -11,9 +11,10 @@ from softhand_gym.environment import GraspEnv
 
 
 def in_processes(num_envs: int = 1, **settings: Any) -> AsyncVectorEnv:
-    """So many environments with the settings of `GraspEnv`, which `gymnasium.make_vec` makes.
+    """`num_envs` environments with the arguments of `GraspEnv`, each in a process of its own;
+    `gymnasium.make_vec` uses this function.
 
-    The processes are spawned, as PyBullet does not bear a fork: a script that calls this needs
-    `if __name__ == "__main__":`.
+    The processes are spawned, as PyBullet does not work after a fork: a script that calls this
+    needs `if __name__ == "__main__":`.
     """
     return AsyncVectorEnv([partial(GraspEnv, **settings)] * num_envs, context="spawn")

@@ -31,7 +31,7 @@ class Randomisation:
             The file has no correlations: parameters are drawn independently.
 
     Raises:
-        ValueError: a range that is none.
+        ValueError: a range is negative or empty.
     """
 
     offset: float = OFFSET
@@ -61,7 +61,7 @@ class Randomisation:
         )
 
     def draws(self, model: Model) -> bool:
-        """Whether there is something in a model to draw."""
+        """Whether a model has parameters that are drawn."""
         return self.model and any(error > 0 for std in model.std.values() for error in std.values())
 
 

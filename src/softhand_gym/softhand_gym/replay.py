@@ -19,7 +19,9 @@ from softhand_gym.signals import MASS_COMMAND, PRESSURE_COMMAND, rotation_of
 
 @dataclass
 class Episode:
-    """What an episode gave: sum of the rewards [-], info of the last step, the actions taken."""
+    """The result of an episode: sum of the rewards [-], info of the last step, and the actions
+    taken.
+    """
 
     reward: float = 0.0
     info: dict[str, Any] = field(default_factory=dict)
@@ -27,14 +29,15 @@ class Episode:
 
 
 def replay(env: gymnasium.Env, strategy: Strategy | str, seed: int | None = None) -> Episode:
-    """Run a strategy, or that of a name or file, in an environment or a wrapped one, from a reset
-    to the end of the strategy or of the episode.
+    """Run a strategy, given itself or by its name or file, in an environment, which may be wrapped,
+    from a reset to the end of the strategy or of the episode.
 
     Where an action lasts as long as a control step of strategies (`action_time=0.01`), the hand
-    moves as in `softhand trials` but for the rounding of actions.
+    moves as in `softhand trials`, except for the rounding of actions.
 
     Raises:
-        ValueError: there is no such strategy, or it commands the other quantity of the air.
+        ValueError: there is no such strategy, or it commands pressures where the environment takes
+            air masses, or the other way round.
     """
     scene = _ActingScene(env, seed)
     found = strategy if isinstance(strategy, Strategy) else load_strategy(strategy)
@@ -71,7 +74,7 @@ class _ActingScene:
         self._command(MASS_COMMAND, masses)
 
     def command_pressure(self, pressures: Array) -> None:
-        """Gauge pressures [Pa]."""
+        """Command gauge pressures (channels,) [Pa]."""
         self._command(PRESSURE_COMMAND, pressures)
 
     def _command(self, quantity: str, values: Array) -> None:

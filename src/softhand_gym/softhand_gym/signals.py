@@ -21,7 +21,8 @@ STRONGEST_SEEN = 100.0  # of the observed force, along each axis [N]
 
 class AirScale:
     """Air of a hand's channels, in units of full: `full_pressure` [Pa] and `full_mass` [kg]
-    (channels,). `quantity` is what is commanded; raises ValueError for one that is none.
+    (channels,). `quantity` is the quantity that is commanded; raises ValueError unless it is one of
+    AIR_COMMANDS.
     """
 
     def __init__(self, quantity: str, hand: HandDescription) -> None:
@@ -33,7 +34,7 @@ class AirScale:
 
     @property
     def full(self) -> Array:
-        """Of the commanded quantity (channels,) [kg or Pa]."""
+        """The commanded quantity of full channels (channels,) [kg or Pa]."""
         return self.full_mass if self.quantity == MASS_COMMAND else self.full_pressure
 
     def command(self, scene: InProcessScene, numbers: Array) -> None:
@@ -50,8 +51,8 @@ class AirScale:
 
 
 class Sight:
-    """Observations as the agent gets them: a `space` and what is in it now. `touching_names` are
-    those of the bodies that may press on the object.
+    """Observations as the agent gets them, and their `space`. `touching_names` are the names of the
+    bodies that may press on the object.
     """
 
     def __init__(
@@ -75,7 +76,7 @@ class Sight:
         self.space = spaces.Dict(dict[str, spaces.Space](self._boxes))
 
     def look(self, seen: Observation) -> dict[str, Array]:
-        """The observation, cut at the bounds of the space."""
+        """The observation in the form of the space, clipped at its bounds."""
         found = {  # in the order of the boxes
             "pressure": seen.pressure / self._air.full_pressure,
             "air_mass": seen.air_mass / self._air.full_mass,

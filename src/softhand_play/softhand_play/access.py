@@ -50,7 +50,7 @@ class Access:
         return f"/{rest}" if same else None
 
     def refusal(self, request: Request) -> str:
-        """Why a request is refused; "" for an accepted one."""
+        """Why a request is refused; "" if it is accepted."""
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if len(hosts) != 1 or not self._is_own(hosts[0]):
             return f"Host: expected the address of this page, got {quoted(' '.join(hosts))}"

@@ -57,7 +57,9 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Serve the page until it is interrupted; 0, or 2 when the options cannot be used."""
+    """Serve the page until the user interrupts it; returns 0, or 2 when the options cannot be
+    used.
+    """
     options = parser().parse_args(arguments)
     try:
         page = _page(options)

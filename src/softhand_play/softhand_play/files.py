@@ -48,7 +48,9 @@ class AllowedFiles:
         self.folders = (OUT_FOLDER, *folders)
 
     def find(self) -> Openable:
-        """What there is to open below the folders; symbolic links to folders are not followed."""
+        """The paths below the folders that can be opened; symbolic links to folders are not
+        followed.
+        """
         found = [
             Path(folder) / name
             for top in self.folders
@@ -72,7 +74,7 @@ class AllowedFiles:
         return folder
 
     def results(self, path: str) -> Path:
-        """The file with results of a sweep, given by its path or by its folder."""
+        """The file with results of a sweep, from its path or its folder."""
         found = Path(path)
         return self._file(found / RESULTS if found.is_dir() else found, ".jsonl")
 

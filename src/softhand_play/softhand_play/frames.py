@@ -29,8 +29,8 @@ NO_ARROWS = np.zeros((0, 2, 3))
 @dataclass(frozen=True)
 class Frame:
     """State at one instant: time [s], joints and poses, gauge pressures [Pa], air masses [kg above
-    rest] and volumes [m3] of the channels (channels,), an arrow (k, 2, 3) [m] for the force of each
-    of k pairs of bodies in contact, and the phase of the strategy.
+    rest] and volumes [m3] of the channels (channels,), an arrow (k, 2, 3) [m], start and end, for
+    the force of each of k pairs of bodies in contact, and the phase of the strategy.
     """
 
     time: float
@@ -60,8 +60,8 @@ class StaticScene:
         return AirCoupling(self.layout).rest_volumes
 
     def volumes(self, masses: Array, pressures: Array) -> Array:
-        """Volumes (channels,) [m3] of air masses [kg above rest] at gauge pressures [Pa]; ideal
-        gas at room temperature.
+        """Volumes (channels,) [m3] that air masses (channels,) [kg above rest] fill at gauge
+        pressures (channels,) [Pa], as an ideal gas at room temperature.
         """
         above = masses * GAS_CONSTANT * ROOM_TEMPERATURE
         return (self._rest_volumes * AMBIENT_PRESSURE + above) / (pressures + AMBIENT_PRESSURE)
@@ -78,7 +78,7 @@ class World:
 
 @dataclass(frozen=True)
 class Track:
-    """A run: frames in steps of INTERVAL, the static scene, and the result in words."""
+    """A run: frames in steps of INTERVAL [s], the static scene, and the result in words."""
 
     frames: MutableSequence[Frame]
     static_scene: StaticScene

@@ -39,7 +39,7 @@ CHANNEL_COLORS = (
 
 
 class HandTab:
-    """Commands the player of a page."""
+    """The tab whose controls command the hand that the page's player simulates."""
 
     def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, self._player, gui = page, page.player, page.server.gui

@@ -12,7 +12,7 @@ Done = Callable[[int, str], None]
 
 
 class LabProcess:
-    """Runs one command at a time.
+    """Runs commands of `model-lab`, one at a time.
 
     Args:
         tell: called with each line of progress.
@@ -29,8 +29,8 @@ class LabProcess:
         return self._process is not None
 
     def start(self, words: Sequence[str], done: Done) -> None:
-        """Start `model-lab` with these words; `done` gets its return code and its output, or its
-        error. After `cancel` it is not called.
+        """Start `model-lab` with these words. `done` is called with its return code and its output
+        or error message, but not after `cancel`.
 
         Raises ValueError while another command runs.
         """

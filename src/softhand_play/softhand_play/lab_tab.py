@@ -47,7 +47,7 @@ STYLE = "margin: 0.4em 0.8em; font-size: 0.72em; overflow-x: auto; max-height: 2
 
 
 class LabTab:
-    """From dropped files to a model in the hand."""
+    """The tab that makes a model for the hand from dropped files of measurements."""
 
     def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, gui = page, page.server.gui
@@ -103,8 +103,8 @@ class LabTab:
 
     # ---------------------------------------------------------------- files
     def take(self, path: Path) -> None:
-        """Take one more file; raises ValueError for one that cannot be read, which is left out, and
-        for one that can be read in two ways, which waits for what is said of it.
+        """Take one more file. Raises ValueError for a file that cannot be read, which is left out,
+        and for one that can be read in two ways, which is kept until the user says how to read it.
         """
         if len(self._files) >= FILES_LIMIT:
             raise ValueError(f"{path.name}: expected at most {FILES_LIMIT} files, got one more")
@@ -219,7 +219,7 @@ class LabTab:
     def _run(self, words: Sequence[str], done: Callable[[str], None]) -> None:
         """Run a command; its answer is shown, or its error."""
         if not self._is_set:
-            raise ValueError("lab: expected measurements; drop files, and say what is open")
+            raise ValueError("lab: expected measurements; drop files, and answer open questions")
 
         def ended(code: int, text: str) -> None:
             if code:
@@ -250,7 +250,7 @@ class LabTab:
             self._page.report("cancelled")
 
     def close(self) -> None:
-        """End what runs."""
+        """End a running command."""
         self.work.cancel()
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class Look(Enum):
-    """How a sentence looks; a sign tells it, too, for those who see no colours."""
+    """How a sentence looks: its colour, and a sign for users who do not see colours."""
 
     PLAIN = ""
     SUCCESS = "✓ "

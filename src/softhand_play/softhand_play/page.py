@@ -46,10 +46,10 @@ class Page:
     """The page that shows and commands a `Source`.
 
     Args:
-        host, port: on which the server listens.
-        source: makes the source of the frames; gets the function that shows a sentence.
+        host, port: address and port on which the server listens.
+        source: makes the source of the frames; called with a function that shows a sentence.
         live: whether the source is running nodes, so that only the tab `Hand` is shown.
-        folders: whose files the page may open, besides `out`.
+        folders: folders whose files the page may open, besides `out`.
 
     Raises the errors of `PageServer`.
     """

@@ -11,8 +11,8 @@ from softhand_play.page_server import PageServer
 
 
 class PageContext(Protocol):
-    """Server, files that may be opened, source of the frames (`player`), whether that is running
-    nodes (`live`), and tabs that other tabs use.
+    """Server, files that may be opened, source of the frames (`player`), whether this source is
+    running nodes (`live`), and the tabs that other tabs use.
     """
 
     server: PageServer

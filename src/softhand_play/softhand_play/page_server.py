@@ -60,9 +60,9 @@ class PageServer(viser.ViserServer):
     """A viser server that accepts only requests which `Access` allows, and checks all messages.
 
     Args:
-        host, port: on which it listens; port 0: any free one.
-        label: of the panel.
-        refused: called with a sentence on what a browser sent and what was expected.
+        host, port: address and port on which it listens; port 0: any free port.
+        label: title of the panel.
+        refused: called with a sentence on what was expected and what a browser sent.
         accepted: called when a browser has set a widget to an allowed value.
 
     Raises ValueError for an address on which it cannot listen, RuntimeError for another version of
@@ -246,7 +246,7 @@ def _listen(host: str, port: int) -> socket.socket:
     except OSError as reason:
         found.close()
         if reason.errno == errno.EADDRINUSE:
-            raise ValueError(f"port: expected a free one, got {port}, which is in use") from reason
+            raise ValueError(f"port: expected a free port, got {port}, which is in use") from reason
         raise ValueError(
             f"host, port: expected an address to listen on, got {quoted(host)}, {port}: "
             f"{reason.strerror}"
@@ -275,7 +275,7 @@ def _hooked(serve: Callable[..., Any], listening: socket.socket) -> Iterator[Non
         finally:
             _infra.websockets = before
     if not called:
-        raise RuntimeError(f"viser {viser.__version__}: expected a server by websockets")
+        raise RuntimeError(f"viser {viser.__version__}: expected a server that uses websockets")
 
 
 def _check_viser() -> None:

@@ -65,19 +65,19 @@ class _Start(StartedScene):
 
 
 class Pace:
-    """Keeps simulated time behind wall time: `speed` 0.25 is slow motion."""
+    """Lets simulated time pass at most `speed` times as fast as wall time; 0.25 is slow motion."""
 
     def __init__(self) -> None:
         self.speed, self.measured = 1.0, 1.0
         self.anchor(0.0)
 
     def anchor(self, simulated: float) -> None:
-        """Start to measure here: the simulated time [s] belongs to the current wall time."""
+        """Measure from here: this simulated time [s] belongs to the present wall time."""
         self._wall, self._simulated = time.perf_counter(), simulated
         self._since = self._wall, simulated
 
     def wait(self, simulated: float) -> None:
-        """Sleep until a simulated time [s] is due."""
+        """Sleep until the wall time to which a simulated time [s] belongs."""
         now = time.perf_counter()
         ahead = (simulated - self._simulated) / self.speed - (now - self._wall)
         if ahead > 0:
@@ -99,10 +99,10 @@ class Source(ABC):
     """What a page shows and commands: a simulation or running nodes.
 
     Args:
-        report: called with a sentence on an error or a result.
+        report: function that is called with a sentence on an error or a result.
 
     Attributes:
-        keeps_pace: whether its speed can be chosen.
+        keeps_pace: whether the user can choose its speed.
     """
 
     keeps_pace = False
@@ -184,7 +184,7 @@ class Player(Source):
         self._jobs.put(lambda: self._run(world))
 
     def reset(self) -> None:
-        """Go back to the start of the world."""
+        """Go back to the start of the simulated world."""
         self._abort.set()
         self._jobs.put(self._reset)
 

@@ -39,7 +39,8 @@ LONGEST_RUN = 3600.0  # read from a bag [s]
 
 
 def film(track: Track, path: Path, progress: Callable[[str, int, int], None]) -> None:
-    """Write a run as an MP4 or GIF; `progress` gets the step, its number and the number of steps.
+    """Write a run as an MP4 or GIF; `progress` is called with the name of the step, its number and
+    the number of all steps.
 
     Raises ValueError for a path that exists or has another suffix.
     """
@@ -83,7 +84,8 @@ def _poses(states: list[HandState], what: str) -> Array:
 def read_bag(folder: Path, hand: str, object_name: str, scene: SceneDescription) -> Track:
     """Read a run from a bag that was recorded with this hand, object and scene.
 
-    Raises ValueError for a bag that cannot be read, lacks a topic or is of another hand.
+    Raises ValueError for a bag that cannot be read, lacks a topic or was recorded with another
+    hand.
     """
     with Bag(folder) as bag:
         joints, air = bag.joints(JOINTS_TOPIC), bag.joints(STATE_TOPIC)

@@ -103,11 +103,11 @@ class ResultsTab:
 
     # ---------------------------------------------------------------- maps
     def open_map(self, path: Path) -> None:
-        """Open the results of a sweep; raises ValueError for a file without any."""
+        """Open the results of a sweep; raises ValueError for a file without results."""
         records = read_results(path, RECORD_KEYS)
         mapped = all(each["key"].count("/") >= 2 for each in records)
         if not mapped or not any("outcome" in each for each in records):
-            raise ValueError(f"{path}: expected results of a sweep, got others or none")
+            raise ValueError(f"{path}: expected results of a sweep, got none")
         self._records = {record["key"]: record for record in records if "outcome" in record}
         self._object.options = tuple(sorted({_family(key) for key in self._records}))
         self._draw()

@@ -141,8 +141,8 @@ class StrategyTab:
 
 
 def tried_world(name: str, strategy: Strategy, world: World) -> World:
-    """The world in which a strategy was tried, with the object of `world` if that is one of the
-    strategy's objects, else with the first of these.
+    """The world in which a strategy was tried, with the object of `world` if it is one of the
+    strategy's objects, else with the first of them.
     """
     tried, known = strategy.tried_with, strategy.objects
     chosen = world.settings.object

@@ -35,11 +35,11 @@ class HandView:
     """The meshes of one hand and its static scene.
 
     Args:
-        server: draws them.
+        server: viser's server, which draws the meshes.
         static_scene: hand, object and surroundings.
-        name: of their node in the scene tree.
-        tint: one colour in place of those of the pressures; the hand is then translucent and
-            drawn without object and surroundings.
+        name: name of the meshes' node in the scene tree.
+        tint: None, or one colour in place of those that show pressures; the hand is then
+            translucent and drawn without object and surroundings.
     """
 
     def __init__(

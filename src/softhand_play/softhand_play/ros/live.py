@@ -45,9 +45,10 @@ POSES = {"wrist/pose": "wrist", "scene/object_pose": "object"}
 
 
 class LivePlayer(Source):
-    """Shows and commands the nodes of this ROS domain, which run with this hand, object and scene.
+    """Shows and commands the nodes of this ROS domain; hand, object and scene must be those of the
+    nodes.
 
-    A message that does not fit them is skipped and reported.
+    A message that does not fit hand or object is skipped and reported.
 
     Raises ValueError for names that do not exist.
     """
@@ -82,12 +83,12 @@ class LivePlayer(Source):
         self._jobs.put(lambda: self._wrist.publish(message))
 
     def vent_box(self) -> None:
-        """Open all outlets of the box until `reset_box`; what was commanded before is dropped."""
+        """Open all outlets of the box until `reset_box`; earlier commands are dropped."""
         self._drop_jobs()
         self._jobs.put(lambda: self._report(self._box.vent()))
 
     def reset_box(self) -> None:
-        """Have the box leave its safe state."""
+        """End the vent: the box closes its outlets and takes commands again."""
         self._jobs.put(lambda: self._report(self._box.reset()))
 
     def _drop_jobs(self) -> None:
