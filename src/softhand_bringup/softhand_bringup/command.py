@@ -95,8 +95,8 @@ def modules() -> dict[str, str]:
 
 @with_checked_output("softhand")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Hand the arguments on to a command; its exit status, or 2 for a name that is none, 74 for a
-    standard output that cannot be written.
+    """Run a command with the arguments behind its name; returns its exit status, 2 for an unknown
+    name, or 74 when the standard output cannot be written.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if "_ARGCOMPLETE" in os.environ:

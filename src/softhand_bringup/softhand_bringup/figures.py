@@ -45,8 +45,9 @@ def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time:
     command the mass is zero, the filling at rest.
 
     Args:
-        commands: in order of reception; positions in [kg].
-        channels: order of the columns; channels not named by a command keep the earlier ones.
+        commands: commands in order of reception; their positions are masses [kg].
+        channels: names of the channels, in the order of the columns; a channel that a command does
+            not name keeps its earlier command.
         time: rising times [s].
     """
     masses = np.zeros((len(time), len(channels)))
@@ -135,9 +136,10 @@ def _mark_phases(axes: Sequence[Axes], marks: Sequence[Phase]) -> None:
 
 
 def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -> Array:
-    """Times of the pictures (count,) [s]: the ends of the phases, fewer or more to get `count`.
+    """Times of the pictures (count,) [s]: the ends of the phases, from which times are left out or
+    to which times are added until there are `count`.
 
-    If there are too many, ends closest to the one before are left out; if there are too few, the
+    Of too many ends, those closest to the end before them are left out; if there are too few, the
     longest gaps are halved.
 
     >>> frame_times([Phase("a", 0.0, 1.0), Phase("b", 1.0, 4.0)], 4.0, 4).tolist()
@@ -165,10 +167,10 @@ def draw_frames(
     """Draw a contact sheet of rendered states of the grasp, each with its phase and time.
 
     Args:
-        bag: of the grasp.
-        path: of the picture.
-        hand, object_name, scene: with which it was recorded.
-        wall_inclination: of the scene's wall [deg]; None: as in the scene.
+        bag: bag of the grasp.
+        path: file of the picture.
+        hand, object_name, scene: names or files with which the grasp was recorded.
+        wall_inclination: inclination of the wall [deg]; None: that of the scene.
 
     Raises:
         ValueError: a required topic has no messages, or a name does not exist.
@@ -241,7 +243,7 @@ def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
     for segments in range(1, 16):
         if names_of(build_layout(load_hand(hand), segments, load_model(None))) == list(joint_names):
             return segments
-    raise ValueError(f"hand: expected the joints of {hand}, got {len(joint_names)} others")
+    raise ValueError(f"hand: expected the joints of {hand}, got {len(joint_names)} other joints")
 
 
 def _caption(marks: Sequence[Phase], time: float) -> str:

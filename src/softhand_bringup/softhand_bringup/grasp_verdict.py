@@ -31,15 +31,15 @@ class Verdict:
     """Outcome of one grasp in SI units.
 
     Args:
-        gripped: whether it was lifted by 100 mm and held for 1 s, touched by the hand only.
+        gripped: whether the object was lifted by 100 mm and held for 1 s, touched by the hand only.
         reason: the sequencer's sentence.
-        lift_height: of the object above its start [m].
+        lift_height: height of the object above its start [m].
         slip: translation of the object in the hand during the hold [m]; None without a hold.
-        duration: of the grasp in simulated time [s].
+        duration: duration of the grasp in simulated time [s].
         real_time_factor: simulated over wall time during the grasp.
-        seed: of the run.
+        seed: seed of the run.
         turn: rotation of the object in the hand during the hold [rad]; None without a hold.
-        phase, cause: of a failure; empty for a success.
+        phase, cause: phase and cause of a failure; empty for a success.
     """
 
     gripped: bool
@@ -78,9 +78,9 @@ def verdict_from(
     Args:
         values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan without a
             hold), `duration` [s]; optionally `turn` [rad], `phase`, `cause`.
-        success, reason: answer of the service.
+        success, reason: `success` and `message` of the service's answer.
         real_time_factor: simulated over wall time.
-        seed: of the run.
+        seed: seed of the run.
 
     Raises:
         ValueError: a value is missing or is not a number.
@@ -111,7 +111,9 @@ def _seen(number: float) -> float | None:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that affect a result; `absent` if not installed."""
+    """Versions of Python and of the packages that affect a result; `absent` for a package that is
+    not installed.
+    """
     found = {"python": platform.python_version()}
     for name in REPORTED_PACKAGES:
         try:

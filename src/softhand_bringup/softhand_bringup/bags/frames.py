@@ -38,7 +38,7 @@ class FrameMessage:
     """A TFMessage with fixed names, serialised once; only stamp and numbers are filled in.
 
     Args:
-        names: of each frame: parent and child.
+        names: names of parent and child of each frame.
     """
 
     def __init__(self, names: Sequence[tuple[str, str]]) -> None:
@@ -74,8 +74,8 @@ class Links:
     """The links of a URDF: those that are fixed to their parent, and those that turn about an axis.
 
     Args:
-        urdf: the text.
-        prefix: of the frames' names, such as `left/`.
+        urdf: text of the URDF.
+        prefix: beginning of the frames' names, such as `left/`.
 
     Raises:
         ValueError: the text is not a URDF.
@@ -85,7 +85,7 @@ class Links:
         try:
             joints = ElementTree.fromstring(urdf).findall("joint")
         except ElementTree.ParseError as error:
-            raise ValueError(f"expected a URDF, got no XML: {error}") from error
+            raise ValueError(f"expected a URDF, got text that is not XML: {error}") from error
         fixed = [joint for joint in joints if joint.get("type") == "fixed"]
         turning = [joint for joint in joints if joint.get("type") == "revolute"]
         self.fixed = FrameMessage([_names(joint, prefix) for joint in fixed])
@@ -98,7 +98,9 @@ class Links:
         self._order = {str(joint.get("name")): k for k, joint in enumerate(turning)}
 
     def poses(self, names: Sequence[str], angles: Array) -> Array:
-        """Poses (k, 7) of the turning links for angles [rad] of the named joints; 0 for others."""
+        """Poses (k, 7), position [m] and quaternion, of the turning links at angles [rad] of the
+        named joints; joints without a name here are at 0.
+        """
         half = np.zeros(len(self._order))
         for name, angle in zip(names, angles, strict=True):
             if name in self._order:
@@ -146,8 +148,8 @@ class FrameWriter:
     """Writes the frames of the hands whose topics are recorded to the same bag.
 
     Args:
-        bag: that is written.
-        offered, offered_static: QoS of `/tf` and of `/tf_static`.
+        bag: the bag that is written.
+        offered, offered_static: offered QoS of `/tf` and of `/tf_static`.
     """
 
     def __init__(
@@ -169,7 +171,9 @@ class FrameWriter:
         }
 
     def take(self, topic: str, kind: str, logged: int, published: int, data: bytes) -> None:
-        """Take a recorded message of a kind; stamps of reception and of sending [ns]."""
+        """Take a recorded message of type `kind`, with its stamps of reception (`logged`) and of
+        sending (`published`) [ns].
+        """
         if (topic, kind) not in self._endings:
             endings = (e for e in KINDS if topic.endswith(f"/{e}") and kind == KINDS[e])
             self._endings[topic, kind] = next(endings, "")

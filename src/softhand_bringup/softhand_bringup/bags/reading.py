@@ -62,8 +62,8 @@ class Bag:
         folder: the bag, with its `metadata.yaml`.
 
     Raises:
-        ValueError: the bag cannot be read; also raised later, for damaged messages. A truncated bag
-            needs `softhand_bringup.bags.repair` first.
+        ValueError: the bag cannot be read; methods raise it, too, for damaged messages. A truncated
+            bag needs `softhand_bringup.bags.repair` first.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -84,7 +84,9 @@ class Bag:
         return {name: topic.msgcount for name, topic in self._reader.topics.items()}
 
     def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
-        """(simulated time of reception [s], message) of a topic; none if it was not recorded."""
+        """Pairs (simulated time of reception [s], message) of a topic; none if the topic was not
+        recorded.
+        """
         for stamp, message in self._raw(topic):
             yield self._simulated(stamp), message
 
@@ -119,11 +121,13 @@ class Bag:
         )
 
     def texts(self, topic: str) -> list[tuple[float, str]]:
-        """(simulated time [s], text) of a topic of std_msgs/String."""
+        """Pairs (simulated time of reception [s], text) of a topic of std_msgs/String."""
         return [(time, message.data) for time, message in self.messages(topic)]
 
     def commands(self, topic: str) -> list[Command]:
-        """A topic of trajectory_msgs/JointTrajectory; stamp 0 means a start at reception."""
+        """A topic of trajectory_msgs/JointTrajectory; a command with stamp 0 starts at its
+        reception.
+        """
         commands = []
         for received, message in self.messages(topic):
             stamp = stamp_seconds(message.header.stamp)
@@ -197,8 +201,8 @@ def stamp_seconds(stamp: Any) -> float:
 
 
 def latest_index(known: Array, asked: Array) -> NDArray[np.int64]:
-    """For each time in `asked`, the index of the last of the rising times `known` that is not
-    later; at least 0.
+    """For each time in `asked`, the index of the last of the rising times `known` that is not later
+    than it; 0 if all are later.
 
     >>> latest_index(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]

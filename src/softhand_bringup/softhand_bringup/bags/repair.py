@@ -77,7 +77,7 @@ def recover(content: bytes) -> Iterator[Recovered]:
 
     Raises:
         ValueError: not an MCAP file.
-        TooLargeBag: its chunks unpack to more than a bag may.
+        TooLargeBag: the unpacked chunks are larger than a bag may be.
     """
     if not content.startswith(MAGIC):
         raise ValueError(f"expected the magic {MAGIC!r}, got {content[:8]!r}")
@@ -156,11 +156,13 @@ def repair(folder: Path, out: Path | None = None) -> int:
     Raises:
         ValueError: the folder holds no MCAP file, or one that cannot be read or unpacks to more
             than a bag may.
-        OSError, UnwritableBag: it cannot be written; then the broken bag is as it was.
+        OSError, UnwritableBag: the new bag cannot be written; the broken bag is unchanged then.
         rosbags.rosbag2.WriterError: `out` exists.
     """
     if (folder / "metadata.yaml").exists():
-        raise ValueError(f"{folder}: nothing to repair, it has its metadata.yaml")
+        raise ValueError(
+            f"{folder}: expected a bag without metadata.yaml, got one that needs no repair"
+        )
     files = sorted(folder.glob("*.mcap"))
     if len(files) != 1:
         raise ValueError(f"{folder}: expected one .mcap file, got {len(files)}")

@@ -33,7 +33,8 @@ class HandStates:
 
     Joint angles (k, 3 n) [rad] with the names of the joints, air masses [kg above rest] and gauge
     pressures [Pa] (k, channels) with the names of the channels, poses (k, 7) [m, -] of the wrist
-    and of the object (None without one), and the phase of each state, "" for none.
+    and of the object (None without one), and the phase of the strategy at each state, "" outside of
+    phases.
     """
 
     time: Array

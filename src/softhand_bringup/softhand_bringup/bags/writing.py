@@ -87,11 +87,11 @@ class BagWriter:
     """Writes a rosbag2 folder: `<folder>/<folder's name>_0.mcap`, and `metadata.yaml` on close.
 
     Args:
-        folder: the bag; must not exist yet. Missing parents are made.
+        folder: the bag; must not exist yet. Missing parents are created.
 
     Raises:
-        OSError: the folder cannot be made.
-        UnwritableBag: it cannot be written; also raised by the methods. The bag is then closed.
+        OSError: the folder cannot be created.
+        UnwritableBag: the bag cannot be written, and is closed then; methods raise it, too.
         rosbags.rosbag2.WriterError: the folder exists.
     """
 
@@ -127,7 +127,9 @@ class BagWriter:
         )
 
     def write(self, topic: Connection, logged: int, published: int, data: bytes) -> None:
-        """Append one serialised message (CDR); stamps of reception and of sending in [ns]."""
+        """Append one serialised message (CDR); `logged` and `published` are the stamps of reception
+        and of sending [ns].
+        """
         writer = self._writer
         self._storage.write_message(topic.id, logged, published, data)
         writer.counts[topic.id] += 1
@@ -169,7 +171,7 @@ class Part:
     """A part to cut out of a bag.
 
     Args:
-        folder: of the new bag; must not exist yet.
+        folder: folder of the new bag; must not exist yet.
         keeps: whether the part gets a message, given its topic and the stamp of its header [ns].
     """
 
@@ -182,8 +184,8 @@ def cut_bag(source: Path, parts: Sequence[Part], topics: Collection[str]) -> Non
 
     Args:
         source: the bag; it is read once and not changed.
-        parts: may overlap.
-        topics: to copy; their messages must have a header.
+        parts: the parts, which may overlap.
+        topics: topics to copy; their messages must have a header.
 
     Raises:
         ValueError: a topic is not in the bag.

@@ -166,11 +166,12 @@ def draw(
 
     Args:
         recording: the states and their renderer.
-        film: gets the frames.
-        size: of a frame, width and height [pixels].
+        film: the film to which the frames are appended.
+        size: (width, height) of a frame [pixels].
         camera: the view.
         by_pressure: whether actuators are coloured by their pressure.
-        progress: called with the step, the number of drawn frames and of all frames.
+        progress: called with the name of the step, the number of drawn frames and the number of all
+            frames.
     """
     renderer = recording.renderer
     for done, state in enumerate(recording.states, start=1):

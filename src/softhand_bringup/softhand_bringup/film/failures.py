@@ -41,8 +41,8 @@ FAILURES_PER_OBJECT = 3  # failures an object
 
 @dataclass(frozen=True)
 class Replay:
-    """A failed trial that was run again: its states, their times [s] since the start, and its new
-    result.
+    """A failed trial that was run again: its states, the times [s] of the states since the start,
+    and the new result.
     """
 
     recording: Recording
@@ -57,7 +57,7 @@ def typical(records: Iterable[Record], count: int = FAILURES_PER_OBJECT) -> list
     place of this cause; then the trials that are farthest from the places chosen so far.
 
     Args:
-        records: of trials of one object, as `softhand sweep` writes them.
+        records: records of trials of one object, as `softhand sweep` writes them.
         count: largest number of failures.
     """
     failed = [record for record in records if record.get("failed_at") is not None]
@@ -85,11 +85,12 @@ def replay(record: Record, around: Sequence[float] = FRAME_OFFSETS) -> Replay:
     """Run a failed trial again, up to the time of its last picture.
 
     Args:
-        record: with the changed `settings`, `placement` and `failed_at` [s].
-        around: times of the pictures relative to the failure [s]; times before the start show it.
+        record: record of the trial, with `settings`, `placement` and `failed_at` [s].
+        around: times of the pictures relative to the failure [s]; for times before the start, the
+            start is shown.
 
     Raises:
-        ValueError: the settings have a name that does not exist.
+        ValueError: a name in the settings does not exist.
     """
     settings, placement = trial_of(record)
     started = started_scene(settings)
@@ -117,8 +118,8 @@ def replay(record: Record, around: Sequence[float] = FRAME_OFFSETS) -> Replay:
 
 
 def draw_failures(records: Sequence[Record], path: Path, view: str = "oblique") -> list[str]:
-    """Draw failures into a PNG file, one per row; returns a sentence for each trial that now ends
-    otherwise than in its record.
+    """Draw failures into a PNG file, one per row; returns a sentence for each trial whose result
+    now differs from its record.
 
     Raises:
         ValueError: there are no failures, or one cannot be run.

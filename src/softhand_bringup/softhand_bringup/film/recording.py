@@ -92,8 +92,8 @@ def film_trial(settings: TrialSettings, placement: Placement, interval: float) -
     """Run a trial and record its states every `interval` [s].
 
     Args:
-        settings: of the trial.
-        placement: of its object.
+        settings: settings of the trial.
+        placement: placement of the trial's object.
         interval: simulated time between states [s], at least a physics step.
 
     Raises:
@@ -119,10 +119,10 @@ def film_bag(
     folder: Path, interval: float, hand: str, object_name: str, scene: str | SceneDescription
 ) -> Recording:
     """Read states every `interval` [s] from the first to the last phase of a grasp, or of the whole
-    bag without phases. Hand, object and scene must be those of the recording.
+    bag if it has no phases. Hand, object and scene must be those of the recording.
 
     Raises:
-        ValueError: there is no such bag, it lacks a topic, or it is of another hand.
+        ValueError: there is no such bag, it lacks a topic, or another hand was recorded.
     """
     if not (folder / "metadata.yaml").exists():
         raise ValueError(f"{folder}: expected a bag with its metadata.yaml, got none")

@@ -25,9 +25,9 @@ NO_ROOM = "ffmpeg could not write it: is there room on the disk?"
 
 
 class Film(Protocol):
-    """A film that is written frame by frame; a context manager. When the block ends it replaces an
-    earlier film; if the block raises, the earlier one is kept. Raises ValueError when it cannot be
-    written.
+    """A film that is written frame by frame; a context manager. When the block ends, the film
+    replaces an earlier one; if the block raises, the earlier film is kept. Raises ValueError when
+    it cannot be written.
     """
 
     def add(self, picture: Picture) -> None:
@@ -40,6 +40,7 @@ class Film(Protocol):
 
 def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False) -> Film:
     """A film in the format of its path's suffix: `.gif`, `.mp4`, or none for a folder of PNG files.
+    `size` is (width, height) [pixels].
 
     Nothing is left on the disk before the first frame.
 
@@ -83,7 +84,9 @@ def _try_to_write(path: Path, folder: Path) -> None:
 
 
 class PngFolder:
-    """A PNG file for each frame, `frame_0000.png` and so on; earlier ones are replaced."""
+    """A PNG file for each frame, `frame_0000.png` and so on; files of an earlier film are
+    replaced.
+    """
 
     def __init__(self, path: Path, fps: float, size: tuple[int, int]) -> None:
         self._image = _pillow(path)
@@ -118,7 +121,9 @@ class PngFolder:
 
 
 class Gif:
-    """An endless GIF with one palette for all frames; with separate ones, still parts flicker."""
+    """An endless GIF with one palette for all frames; with a palette for each frame, parts that do
+    not move would flicker.
+    """
 
     def __init__(self, path: Path, fps: float, size: tuple[int, int]) -> None:
         self._image = _pillow(path)
@@ -128,7 +133,7 @@ class Gif:
         self._pictures: list[Picture] = []
 
     def add(self, picture: Picture) -> None:
-        """Keep a frame until all are known."""
+        """Keep a frame until all frames are known."""
         self._pictures.append(picture)
 
     def __enter__(self) -> Gif:
@@ -227,7 +232,9 @@ def _pillow(path: Path) -> ModuleType:
     try:
         from PIL import Image
     except ImportError as error:
-        raise ValueError(f"{path}: needs Pillow: pip install pillow") from error
+        raise ValueError(
+            f"{path}: expected the package Pillow, got none: pip install pillow"
+        ) from error
     return Image
 
 
@@ -236,6 +243,7 @@ def _ffmpeg(path: Path) -> ModuleType:
         import imageio_ffmpeg
     except ImportError as error:
         raise ValueError(
-            f"{path}: needs imageio-ffmpeg: pip install imageio-ffmpeg; a .gif does not"
+            f"{path}: expected the package imageio-ffmpeg, got none: "
+            "pip install imageio-ffmpeg, or write a .gif"
         ) from error
     return imageio_ffmpeg

@@ -67,8 +67,8 @@ class Fingers:
     length: float
 
     def measured_line(self, number: int) -> Array:
-        """Center line (16, 3) [m] of a finger of constant curvature with the measured tip angle
-        of a pressure, given its index.
+        """Center line (16, 3) [m] of a finger of constant curvature with the measured tip angle at
+        the pressure of index `number`.
         """
         angle, share = self.measured[number], np.linspace(0.0, 1.0, 16)
         curved = share * (angle if abs(angle) > 1e-3 else 1e-3)
@@ -77,7 +77,7 @@ class Fingers:
 
 
 def fingers_of(diagnosis: Path, measured: Path) -> Fingers:
-    """Fingers of a diagnosis (JSON) of free bending and of its measurement set.
+    """Fingers from the JSON file of a diagnosis of free bending and from its measurement set.
 
     Raises ValueError for other files, and for effects that the simulator does not support.
     """
@@ -104,7 +104,7 @@ def fingers_of(diagnosis: Path, measured: Path) -> Fingers:
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:
-    """Effects and calibration of what `model-lab diagnose --json` wrote, checked.
+    """Effects and calibration in a file of `model-lab diagnose --json`, checked.
 
     Raises DocumentError for another file.
     """

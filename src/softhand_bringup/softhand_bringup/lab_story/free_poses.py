@@ -19,8 +19,9 @@ POSE_REPEATS = 2
 
 
 def free_poses(hand: HandDescription, name: str) -> str:
-    """Text of a strategy of the hand, which is stated as `name`: all channels together, one after
-    the other, and each alone, with the wrist in another attitude each, and all of it repeated.
+    """Text of a strategy file for a hand, which the file calls `name`. The channels are filled all
+    together, then one after the other, then each alone, with the wrist in another orientation each
+    time, and all of this is repeated.
     """
     peak = POSE_PEAK * hand.max_pressures()
     runs = [
@@ -37,7 +38,7 @@ def free_poses(hand: HandDescription, name: str) -> str:
 
 
 def pose_shares(protocol: str, channels: int) -> list[Array]:
-    """Pressures (channels,) of each pose of a protocol, over the highest.
+    """Pressures (channels,) [-] of each pose of a protocol, as shares of the highest pressure.
 
     >>> [shares.tolist() for shares in pose_shares("in_turn", 2)]
     [[1.0, 0.0], [1.0, 1.0]]

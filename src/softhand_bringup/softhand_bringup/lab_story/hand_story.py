@@ -50,13 +50,13 @@ class HandStory:
     simulator with the new model.
 
     Args:
-        rig: plays a strategy into a folder with a model file in the simulator: (folder, strategy,
-            model); returns the bag.
-        folder: gets hidden.yaml, poses.yaml, measured/, set/, diagnosis.json, report.html,
+        rig: function of (folder, strategy, model) that runs a strategy with a model file in the
+            simulator, records it into the folder, and returns the bag.
+        folder: folder for hidden.yaml, poses.yaml, measured/, set/, diagnosis.json, report.html,
             model.yaml, mended/, hand.png and result.json.
-        hand: name or file.
+        hand: name or file of the hand.
         hidden: a key of HIDDEN_SIZES.
-        seed: of the place and the size of what is hidden.
+        seed: seed of the place and the size of the hidden effect.
         say: prints one line.
         stopped: set when the user wants to end.
     """
@@ -156,29 +156,31 @@ class HandStory:
 
 
 def hidden_effect(hand: HandDescription, kind: str, random: np.random.Generator) -> HandEffect:
-    """An effect of a kind, of a size and in a place that are drawn."""
+    """An effect of a kind, with a size and a place that are drawn from `random`."""
     effect = HIDDEN_KINDS[kind]
     places = effect.places(hand)
     return effect.at(**places[int(random.integers(len(places)))])(**HIDDEN_SIZES[kind](random))
 
 
 def is_right(hidden: HandEffect, found: Mapping[str, Any]) -> bool:
-    """Whether a diagnosis (its JSON) names what was hidden, there, and nothing else."""
+    """Whether a diagnosis (`found`, its JSON) names the hidden effect at its place, and nothing
+    else.
+    """
     truth = hidden.kind, dict(hidden.where)
     return [(entry["name"], entry.get("where", {})) for entry in found["effects"]] == [truth]
 
 
 def distance(one: Path, other: Path) -> float:
-    """Distance [m] of the markers of two sets in the same poses, root mean square over all
-    coordinates. A pose of the one without its like in the other is left out, as a recording may
-    miss a pose that was not at rest. Raises ValueError for sets without poses that are alike.
+    """Distance [m] between the markers of two measurement sets in the same poses, root mean square
+    over all coordinates. Poses of `one` that are not in `other` are left out, as a recording may
+    miss a pose that was not at rest. Raises ValueError for sets without a common pose.
     """
     (inputs, places), (others, other_places) = _poses(one), _poses(other)
     off = np.abs(inputs[:, None] - others).max(axis=2)
     nearest = off.argmin(axis=1)
     alike = off.min(axis=1) < SAME_POSE
     if not alike.any():
-        raise ValueError(f"{other}: expected poses as in {one}, got none that are alike")
+        raise ValueError(f"{other}: expected poses as in {one}, got no common pose")
     return float(np.sqrt(np.mean((places[alike] - other_places[nearest[alike]]) ** 2)))
 
 

@@ -23,7 +23,7 @@ class Measurement:
 
     Plateaus are used in place of ramps: the simulated finger lags its pressure by 10 ms and swings
     after each valve pulse, which the lab's model does not describe. At constant pressure neither
-    matters, but effects with memory are still seen: a finger creeps while it is held.
+    matters, but effects with memory are still seen, as a finger creeps at constant pressure.
     """
 
     protocol: str
@@ -53,8 +53,8 @@ def finger() -> Actuator:
 
 @dataclass(frozen=True)
 class Plan:
-    """Measurements of a session, in turn and `repeats` times, each after a `rest` [s] with open
-    outlets.
+    """Measurements of a session, carried out one after the other, all of them `repeats` times, each
+    after a `rest` [s] with open outlets.
     """
 
     measurements: Sequence[Measurement]
@@ -76,10 +76,10 @@ CHECK_PLAN = Plan((STAIRCASE, LOOPS), repeats=1)
 
 
 def air_mass_setpoints(actuator: Actuator, measurement: Measurement) -> list[tuple[float, float]]:
-    """Times [s] and air masses [kg above rest] of a measurement, to be interpolated linearly.
+    """Pairs of time [s] and air mass [kg above rest] of a measurement, to be interpolated linearly.
 
     The masses are those of the base model in free bending; further effects change the pressure a
-    little, which is measured.
+    little, but the pressure is measured.
     """
     points, before = [], 0.0
     for index, level in enumerate(measurement.levels):

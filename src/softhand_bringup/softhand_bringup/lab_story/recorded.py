@@ -27,7 +27,8 @@ ANGLE_SPACING = 100_000_000  # [ns]
 
 
 def still_stamps(bag: Path) -> list[int]:
-    """Rising stamps [ns] of tip angles with a constant pressure for STILL_TIME before and after.
+    """Rising stamps [ns] of the tip angles at which the pressure was constant for STILL_TIME before
+    and after.
 
     The same time is left out before and after a change of pressure: the lab interpolates linearly
     between the samples on both sides, and the integral of the pressure over time stays the same.
@@ -54,7 +55,7 @@ def still_stamps(bag: Path) -> list[int]:
 def spaced(stamps: Sequence[int]) -> list[int]:
     """Selection of rising stamps [ns] that are at least ANGLE_SPACING apart.
 
-    With closer ones the lab would diagnose a lag of some milliseconds: such a lag averages the
+    With closer stamps the lab would diagnose a lag of some milliseconds: such a lag averages the
     noise of the pressure, which is the only noise of the simulated rig.
 
     >>> spaced([0, 60_000_000, 120_000_000, 180_000_000, 240_000_000])
@@ -68,7 +69,8 @@ def spaced(stamps: Sequence[int]) -> list[int]:
 
 
 def live_residual(bag: Path, runs: Sequence[PlayedRun], still: Collection[int]) -> float:
-    """Rms [rad] of the monitor's residual in the runs, at the stamps [ns] of `still_stamps`.
+    """RMS [rad] of the monitor's residual in the runs, at the stamps `still` [ns] from
+    `still_stamps`.
 
     Raises:
         ValueError: there is no residual at these stamps.
@@ -83,7 +85,7 @@ def live_residual(bag: Path, runs: Sequence[PlayedRun], still: Collection[int]) 
     ]
     if not counted:
         raise ValueError(
-            f"{bag}: expected the monitor's residuals where the pressure stands, got none"
+            f"{bag}: expected the monitor's residuals where the pressure is constant, got none"
         )
     return float(np.sqrt(np.mean(np.square(counted))))
 
@@ -97,9 +99,9 @@ def write_set(
     swinging after a valve pulse would be diagnosed as an effect.
 
     Args:
-        folder: of the set; must not exist yet.
-        bag: of the session.
-        runs: of the session.
+        folder: folder of the set; must not exist yet.
+        bag: bag of the session.
+        runs: runs of the session.
         still: stamps [ns] from `still_stamps`.
         actuator: the specimen.
     """

@@ -47,14 +47,14 @@ class HiddenEffectRun:
     """Measures, diagnoses, adds the diagnosed effects, and measures again.
 
     Args:
-        rig: runs a plan and records into a folder, given the model files of the simulator and of
-            the monitor.
-        folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/,
-            result.json and live.png.
+        rig: function that runs a plan and records into a folder, with the model files of the
+            simulator and of the monitor.
+        folder: folder for hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml,
+            mended/, result.json and live.png.
         hidden: name of the hidden effect, a key of HIDDEN_EFFECTS.
         say: prints one line.
         stopped: set when the user wants to end.
-        plan, check: measurements for the diagnosis, and with the improved model.
+        plan, check: measurements for the diagnosis, and measurements with the improved model.
         report: whether the lab also writes its HTML report.
     """
 

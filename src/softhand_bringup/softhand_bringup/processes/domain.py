@@ -14,7 +14,9 @@ SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
 
 
 class DomainTaken(RuntimeError):
-    """The domain has nodes of somebody else; the message names them and says what to do."""
+    """The ROS domain has nodes that this run did not start; the message names them and says what to
+    do.
+    """
 
 
 @contextlib.contextmanager
@@ -36,7 +38,7 @@ def held_domain() -> Iterator[int]:
                 continue
             yield number
             return
-    raise RuntimeError("no free ROS domain")
+    raise RuntimeError("ROS_DOMAIN_ID: expected a free domain on this machine, got none")
 
 
 def is_used(domain: int) -> bool:

@@ -31,7 +31,7 @@ class NodeCommand:
     """The command of a node.
 
     Args:
-        name: of the process, in messages and of its log file.
+        name: name of the process in messages, and of its log file.
         module: run as `python -m <module>`.
         parameters: ROS parameters, passed as `-p name:=value`.
         arguments: further command line arguments, before the ROS arguments.
@@ -68,10 +68,10 @@ class NodeProcess:
     """One running node; its output goes to a log file.
 
     Args:
-        command: of the node.
+        command: command of the node.
         environment: variables of the process.
         log: file for its output.
-        guard: ends the node when this process has died.
+        guard: guard that ends the node when this process has died.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Launcher:
     """The processes of one run; a context manager that stops them at its end.
 
     Args:
-        log_folder: gets `<name>.log` of every process; made if missing.
+        log_folder: folder for `<name>.log` of every process; created if missing.
         environment: variables of the processes, see `suite.node_environment`.
     """
 
@@ -144,11 +144,11 @@ class Launcher:
         """Start one process.
 
         Raises:
-            ValueError: a process of that name has been started already and runs.
-            NodeDied: nobody would end it if this process died.
+            ValueError: a process of that name is running already.
+            NodeDied: the guard has ended, which would end the node if this process died.
         """
         if any(p.name == command.name and p.exit_code is None for p in self._processes):
-            raise ValueError(f"name: expected one that is not running, got {command.name}")
+            raise ValueError(f"name: expected a process that is not running, got {command.name}")
         self._guard.check()
         log = self._log_folder / f"{command.name}.log"
         process = self.process(command, self._environment, log, self._guard)
@@ -165,7 +165,9 @@ class Launcher:
                 )
 
     def stop(self) -> dict[str, int | None]:
-        """Stop all, the last started first, with all that they have started; exit codes by name."""
+        """Stop all processes and the processes that they have started, the last one first; returns
+        exit codes by name.
+        """
         for process in reversed(self._processes):
             if process.exit_code is None:
                 stop_process(process)
@@ -181,10 +183,12 @@ class Launcher:
 
 
 class Guard:
-    """Ends processes when this one has died, even by SIGKILL, by a process that runs `warden`.
+    """Ends processes when this one has died, even by SIGKILL, by means of a process that runs the
+    module `warden`.
 
     A signal at the death of the parent (prctl) would already be sent when the thread that started
-    the process ends, could be missed while the process starts, and cannot be followed by others.
+    the process ends, could be missed while the process starts, and cannot be followed by other
+    signals.
     """
 
     def __init__(self) -> None:
@@ -203,9 +207,10 @@ class Guard:
             raise NodeDied(f"the process that ends nodes after a crash ended with code {code}")
 
     def enrol(self) -> None:
-        """Register the calling process; runs in the child between fork and exec, so none is missed.
+        """Register the calling process; runs in the child between fork and exec, so that no process
+        is missed.
 
-        Also restores signals: `make demo &` in a script passes on an ignored SIGINT.
+        Also restores signals: a script that runs `make demo &` passes on an ignored SIGINT.
         """
         os.write(self._ids, b"%d\n" % os.getpid())
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -43,13 +43,13 @@ def _point(link: Path, target: str) -> None:
 
 
 def run_command(name: str, out: Path, play: Callable[[Path, Say, Event], bool]) -> int:
-    """Call `play` with a new folder `out/<name>-<time>`.
+    """Call `play` with a new folder `out/<name>-<time>`, and print errors.
 
     Args:
-        name: of the command; begins every line that it prints.
+        name: name of the command, which begins every line that it prints.
         out: folder of all runs.
-        play: gets the folder, a function that prints a line, and an event that is set at SIGINT or
-            SIGTERM; returns whether the run succeeded.
+        play: called with the folder, a function that prints a line, and an event that is set at
+            SIGINT or SIGTERM; returns whether the run succeeded.
 
     Returns:
         Exit status: 0 success; 1 no success, or an error; 2 nothing could be started; 130

@@ -20,8 +20,8 @@ def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, s
     """Environment variables for a node; those that the user has set are kept.
 
     Args:
-        log_folder: for the log files of ROS.
-        domain: ROS_DOMAIN_ID; None keeps that of the user.
+        log_folder: folder for the log files of ROS.
+        domain: ROS_DOMAIN_ID; None: that of the user.
 
     >>> node_environment(Path("log"), domain=7)["ROS_DOMAIN_ID"]
     '7'
@@ -44,27 +44,28 @@ class SuiteOptions:
 
     Args:
         hand, object, scene: names of shipped descriptions, or paths of files.
-        strategy: of `grasp/surface_constrained`, by name or by the path of its file.
+        strategy: strategy of the service `grasp/surface_constrained`, by name or by the path of its
+            file.
         model: model file of the physics; empty: the simulator's default.
         allow_effect_files: whether the Python files that the model names are run.
-        friction: file with pairs of materials in addition to the shipped table; empty for none.
-        wall_inclination: of the scene's wall [deg]; None: as in the scene.
+        friction: file with pairs of materials in addition to the shipped table; empty: no file.
+        wall_inclination: inclination of the wall [deg]; None: that of the scene.
         object_offset: shift of the object from its place, x and y [m].
         object_upright: whether the object stands upright, its axes parallel to those of the world.
         object_mass_scale: factor on the object's mass [-].
-        seed: of the sensors' noise and the valves' delays.
+        seed: seed of the sensors' noise and of the scatter of the valves' delays.
         step: physics step [s].
-        segments: of each actuator.
+        segments: number of segments per actuator.
         finger_contact: whether contacts between fingers are simulated.
-        engine: of the physics; empty: the simulator's default.
+        engine: physics engine; empty: the simulator's default.
         real_time_factor: upper bound of simulated over wall time; 0: as fast as possible.
         gui: whether PyBullet's window is opened.
         publish_clock: whether the simulator publishes /clock; otherwise it follows another clock.
-        namespace: of the nodes; empty: the root.
+        namespace: namespace of the nodes; empty: the root.
         await_commander: whether the simulation waits at its start until a strategy runs, which
             makes runs reproducible.
         enclave: ROS enclave of the nodes, by which the run recognizes them; empty: none.
-        state_rate: of the driver's states [Hz]; 0: every sample, for a bag.
+        state_rate: rate of the driver's states [Hz]; 0: every sample, for a bag.
         driver: `composed`: in the simulator's process; `topic`: in a process of its own.
     """
 
@@ -95,7 +96,7 @@ class SuiteOptions:
 
 
 def simulator(options: SuiteOptions) -> NodeCommand:
-    """The node `hand_sim`."""
+    """Command of the node `hand_sim`."""
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
         "object": options.object,
@@ -124,8 +125,8 @@ def simulator(options: SuiteOptions) -> NodeCommand:
 
 
 def driver(options: SuiteOptions, command_timeout: float | None = None) -> NodeCommand:
-    """The node `pneumaticbox` with the simulated plant; `command_timeout` in [s], 0 for none, None
-    for the node's default.
+    """Command of the node `pneumaticbox` with the simulated plant; `command_timeout` [s]; 0: no
+    time-out, None: the node's default.
     """
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
@@ -140,7 +141,7 @@ def driver(options: SuiteOptions, command_timeout: float | None = None) -> NodeC
 
 
 def sequencer(options: SuiteOptions) -> NodeCommand:
-    """The node `grasp_sequencer`."""
+    """Command of the node `grasp_sequencer`."""
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
         "strategy.surface_constrained": options.strategy,
@@ -154,8 +155,8 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
 def monitor(
     options: SuiteOptions, further: Mapping[str, ParameterValue] | None = None
 ) -> NodeCommand:
-    """The node `monitor` with the model of the options, which may differ from the simulator's, and
-    with further parameters.
+    """Command of the node `monitor` with the model of the options, which may differ from the
+    simulator's, and with `further` parameters.
     """
     parameters: dict[str, ParameterValue] = {"hand": options.hand, SIM_TIME: True}
     parameters.update(further or {})
@@ -166,13 +167,17 @@ def monitor(
 
 
 def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
-    """The recorder; writes all topics, or only these, to a bag folder that does not exist yet."""
+    """Command of the recorder, which writes all topics, or only `topics` if there are any, to a bag
+    folder that must not exist yet.
+    """
     chosen = ("--topics", *topics) if topics else ()
     return NodeCommand(RECORDER, "softhand_bringup.ros.recorder", arguments=(str(folder), *chosen))
 
 
 def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
-    """Draws the pictures of a bag; in its own process, as PyBullet prints to the terminal."""
+    """Command that draws the pictures of a bag into a folder; a process of its own, as PyBullet
+    prints to the terminal.
+    """
     names = ["--hand", options.hand, "--object", options.object, "--scene", options.scene]
     if options.wall_inclination is not None:
         names += ["--wall-inclination", str(options.wall_inclination)]
@@ -182,8 +187,8 @@ def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
 
 
 def hand_with_box(options: SuiteOptions, command_timeout: float | None = None) -> list[NodeCommand]:
-    """The nodes `hand_sim` and `pneumaticbox`: in one process or in two, as `options.driver` says;
-    `command_timeout` as of `driver`.
+    """Commands of the nodes `hand_sim` and `pneumaticbox`, in one process or in two, as
+    `options.driver` says; `command_timeout` as in `driver`.
 
     Raises:
         ValueError: `options.driver` is none of DRIVERS.
@@ -200,15 +205,15 @@ def hand_with_box(options: SuiteOptions, command_timeout: float | None = None) -
 
 
 def suite_nodes(options: SuiteOptions) -> list[NodeCommand]:
-    """Simulator, driver and sequencer, in the order of their start, simulator and driver in one
-    process or in two, as `options.driver` says. Names of their processes begin with the namespace,
-    if there is one.
+    """Commands of simulator, driver and sequencer in the order of their start; simulator and driver
+    run in one process or in two, as `options.driver` says. Names of the processes begin with the
+    namespace, if there is one.
     """
     return _in_namespace([*hand_with_box(options), sequencer(options)], options)
 
 
 def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
-    """As `suite_nodes`, in three processes whatever the options say."""
+    """As `suite_nodes`, in three processes whatever `options.driver` says."""
     return suite_nodes(replace(options, driver=TOPIC))
 
 

@@ -22,7 +22,7 @@ class RunFailed(RuntimeError):
 
 
 class Interrupted(Exception):
-    """The user has asked for the end of the run."""
+    """The user has asked to end the run."""
 
 
 class Listener(Protocol):
@@ -57,7 +57,9 @@ class Progress:
         self._time, self._since = -1.0, time.monotonic()
 
     def check(self, simulated_time: float) -> None:
-        """Raise RunFailed when the simulated time [s] has not changed for STALL_LIMIT."""
+        """Raise RunFailed when the simulated time [s] has not changed for STALL_LIMIT [s] of wall
+        time.
+        """
         if simulated_time != self._time:
             self._time, self._since = simulated_time, time.monotonic()
         if time.monotonic() - self._since > STALL_LIMIT:
@@ -69,7 +71,7 @@ class Waits:
     """Waits while nodes run; every method also raises the errors of `check`.
 
     Args:
-        launcher: of the nodes.
+        launcher: launcher of the nodes.
         listener: receives the simulated clock.
         stopped: set when the user wants to end.
     """
@@ -90,7 +92,9 @@ class Waits:
             raise Interrupted
 
     def wait_for_nodes(self) -> None:
-        """Wait until nothing is missing; raises RunFailed after SUITE_START_LIMIT."""
+        """Wait until no node and no topic is missing; raises RunFailed after SUITE_START_LIMIT
+        [s].
+        """
         end = time.monotonic() + SUITE_START_LIMIT
         while missing := self.listener.missing():
             self.check()
@@ -98,8 +102,8 @@ class Waits:
                 raise RunFailed(f"not there after {SUITE_START_LIMIT:.0f} s: {', '.join(missing)}")
 
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:
-        """Receive messages until a condition holds; raises RunFailed with `what` after
-        STALL_LIMIT of wall time.
+        """Receive messages until a condition holds; raises RunFailed after STALL_LIMIT [s] of wall
+        time, with `what` as the name of what is missing.
         """
         end = time.monotonic() + STALL_LIMIT
         while not condition():

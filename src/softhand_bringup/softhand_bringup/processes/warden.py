@@ -19,10 +19,11 @@ START_LIMIT = 2.0  # after the launcher's death, for children that are being sta
 
 
 def watch(launcher: int | None) -> dict[int, int | None]:
-    """Wait until the launcher (a file descriptor of its process) has died or closed the pipe; the
-    processes that it has started, file descriptors by ids, None for one that ended at once.
+    """Wait until the launcher, given by a file descriptor of its process, has died or closed the
+    pipe. Returns the processes that it has started: their file descriptors by process id, None for
+    a process that ended at once.
 
-    A child that it has just forked holds the pipe open until it runs its program.
+    A child that the launcher has just forked holds the pipe open until it runs its program.
     """
     kept: dict[int, int | None] = {}
     pipe, rest = sys.stdin.fileno(), b""
@@ -41,7 +42,9 @@ def watch(launcher: int | None) -> dict[int, int | None]:
 
 
 def end(kept: dict[int, int | None]) -> None:
-    """End what still runs; at last with all that it has started, as each leads a group."""
+    """End the processes that still run, and at last all processes that they have started: each
+    leads a process group.
+    """
     left = running([opened for opened in kept.values() if opened is not None], 0.0)
     for number, patience in LADDER:
         for each in left:
@@ -57,8 +60,8 @@ def end(kept: dict[int, int | None]) -> None:
 def end_group(leader: int) -> None:
     """Kill what is left of the process group of a process that has ended.
 
-    Its id is given to another process only once its group is empty: where a process with that id
-    runs, the group is not its own any more.
+    The system gives the id of the leader to another process only once its group is empty. So if a
+    process with that id runs, the group is not the old one.
     """
     if _runs(leader):
         return
@@ -75,7 +78,9 @@ def _runs(pid: int) -> bool:
 
 
 def running(opened: list[int], patience: float) -> list[int]:
-    """What still runs after `patience` [s], or less if nothing does any more."""
+    """File descriptors of the processes that still run after `patience` [s]; returns sooner if none
+    does.
+    """
     left, until = opened, time.monotonic() + patience
     while left:
         ended, _, _ = select.select(left, [], [], max(0.0, until - time.monotonic()))

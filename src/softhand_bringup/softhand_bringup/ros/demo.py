@@ -60,12 +60,12 @@ class Demo:
     """One run in a folder of its own.
 
     Args:
-        options: of the simulation.
-        folder: gets bag/, log/, the pictures and result.json.
+        options: options of the simulation.
+        folder: folder for bag/, log/, the pictures and result.json.
         say: prints one line.
         stopped: set when the user wants to end.
         record: whether a bag is written (and pictures are drawn from it).
-        service: of the grasp.
+        service: service of the sequencer that grasps.
     """
 
     options: SuiteOptions
@@ -207,7 +207,7 @@ class GraspClient(ClientLink):
         return missing
 
     def call(self) -> None:
-        """Call the service."""
+        """Call the grasp service without waiting for its answer."""
         self.result = {}
         self._future = self._grasp.call_async(Trigger.Request())
 

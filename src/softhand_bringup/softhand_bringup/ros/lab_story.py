@@ -47,11 +47,11 @@ class Session:
     """A session with a simulated finger and a monitor that may have another model.
 
     Args:
-        folder: gets bag/ and log/.
-        plan: of the measurements.
+        folder: folder for bag/ and log/.
+        plan: plan of the measurements.
         truth: model file of the simulator.
         model: model file, or shipped name, of the monitor.
-        seed: of the sensors' noise and the valves' jitter.
+        seed: seed of the sensors' noise and of the scatter of the valves' delays.
         say: prints one line.
         stopped: set when the user wants to end.
         allow_effect_files: whether the Python files that the models name are run.

@@ -79,7 +79,7 @@ def _as_time(nanoseconds: int) -> QosTime:
 
 class Recorder(Node):
     """Subscribes to all topics of the domain except bulky ones, or to chosen ones, and writes their
-    messages to a bag, and the frames of the hands where tf2_msgs is not installed.
+    messages to a bag. If tf2_msgs is not installed, it also writes the frames of the hands.
     """
 
     def __init__(self, bag: BagWriter, chosen: Collection[str] = ()) -> None:

@@ -31,8 +31,8 @@ class RigLink(ClientLink):
     """Commands the pneumatic box. A context manager, for use from a single thread.
 
     Args:
-        name: of its node.
-        channel: to command.
+        name: name of its node.
+        channel: channel that is commanded.
         recorded: topics to which the recorder must subscribe before the first command.
         domain, enclave: ROS domain and enclave of the nodes.
     """
@@ -71,7 +71,7 @@ class RigLink(ClientLink):
         return int(self.node.count_publishers("/clock"))
 
     def command(self, setpoints: Sequence[tuple[float, float]]) -> None:
-        """Command (time from now [s], air mass [kg above rest]), interpolated linearly."""
+        """Command pairs of (time from now [s], air mass [kg above rest]), interpolated linearly."""
         points = []
         for after, mass in setpoints:
             point = JointTrajectoryPoint(positions=[mass])

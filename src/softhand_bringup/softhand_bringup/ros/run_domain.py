@@ -19,8 +19,9 @@ MOST_NAMED = 3  # nodes named in a message
 def run_domain(say: Say) -> Iterator[int]:
     """Number of the ROS domain in which a run's nodes meet, as a context manager.
 
-    If ROS_DOMAIN_ID is set, it is that number. Otherwise a free one is reserved until the context
-    ends, and told to `say`. Sets ROS_AUTOMATIC_DISCOVERY_RANGE to this machine if it is not set.
+    If ROS_DOMAIN_ID is set, it is that number. Otherwise a free domain is reserved until the
+    context ends, and `say` prints its number. Sets ROS_AUTOMATIC_DISCOVERY_RANGE to this machine if
+    it is not set.
 
     Raises:
         DomainTaken: other nodes of the suite already run in that domain.
@@ -51,7 +52,7 @@ def refuse_strangers(link: ClientLink) -> None:
     """Check that all nodes of the suite in the domain belong to the enclave of `link`.
 
     Raises:
-        DomainTaken: there are others.
+        DomainTaken: there are nodes that do not.
     """
     if others := link.strangers():
         named = ", ".join(others[:MOST_NAMED]) + (", ..." if len(others) > MOST_NAMED else "")
@@ -62,5 +63,5 @@ def refuse_strangers(link: ClientLink) -> None:
 
 
 def run_enclave(domain: int) -> str:
-    """ROS enclave of the nodes of a run, which distinguishes them from others."""
+    """ROS enclave of the nodes of a run, which distinguishes them from other nodes."""
     return f"/softhand_run_{domain}_{os.getpid()}"

@@ -28,7 +28,7 @@ class CallLink:
     """The simulator's `DriverLink` to a driver in its process.
 
     Args:
-        node: the simulator.
+        node: the simulator's node.
         obey: applies a message of valves.
         stopped: unused; a call needs no waiting.
     """
@@ -48,7 +48,7 @@ class CallLink:
             self._sensors.publish(sample)
 
     def await_answer(self, wait: bool, commanded: bool) -> None:
-        """Have the driver answer the sample; it commands the valves."""
+        """Have the driver answer the sample; the driver commands the valves."""
         sample = self._sample
         self._box.keep_serving("sample", lambda _: self._box.answer_sample(sample, commanded), 0.0)
 
@@ -74,7 +74,7 @@ def make() -> simulator.HandSim:
 
 
 def run(node: simulator.HandSim, stop: threading.Event) -> None:
-    """Step, control and serve until `stop`."""
+    """Step the simulation, control the box and serve ROS until `stop` is set."""
     driver.prepare_process()
     simulator.run(node, stop)
 
