@@ -12,6 +12,7 @@ from bench.hands_press.cases import CONTROL, Hidden
 from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, hand_press_set
 from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from pneuflex_sim.engines.mujoco.compliance import rigid_skin
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL, load_friction
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -21,7 +22,6 @@ from softhand_model.effects.hand import effects_of_hand
 from softhand_model.effects.load import Gravity
 from softhand_model.model_file import Model
 
-CONTACT_TIME = 0.002  # [s] of a contact; by default 0.02, with which a fingertip sinks in by 2 mm
 SETTLED = 0.4  # [s] before the first sample
 FORCE_NOISE, TORQUE_NOISE = 0.01, 0.001  # one sigma [N], [N m]
 AVERAGED = 0.5  # share of the time between samples over which the gauge averages
@@ -69,7 +69,7 @@ def pressed(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tu
         engine=ENGINE,
     )
     simulation = Simulation(config)
-    simulation.engine.model.geom_solref[:, 0] = CONTACT_TIME
+    rigid_skin(simulation.engine.model)
     pressures = np.array([run.columns[name] for name in empty.pressures])[:, 0]
     for _ in range(round(SETTLED / STEP)):
         impose(simulation, pressures)

@@ -23,6 +23,7 @@ from grasp_strategies.strategy import load_strategy
 from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.engines import MUJOCO as MUJOCO_ENGINE
 from pneuflex_sim.engines import PYBULLET
+from pneuflex_sim.engines.mujoco.world import IMPEDANCE_RATIO
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_trials.trials import draw_placement
 
@@ -41,13 +42,13 @@ class Settings:
 
     integrator: str = "discrete"
     cone: str = "elliptic"
-    impedance_ratio: float = 10.0
+    impedance_ratio: float = IMPEDANCE_RATIO
 
 
 MUJOCO = {
-    "MuJoCo, discrete, elliptic": Settings("discrete", "elliptic", 10.0),
+    "MuJoCo, discrete, elliptic": Settings("discrete", "elliptic", IMPEDANCE_RATIO),
     "MuJoCo, discrete, pyramidal": Settings("discrete", "pyramidal", 100.0),
-    "MuJoCo, implicitfast, elliptic": Settings("implicitfast", "elliptic", 10.0),
+    "MuJoCo, implicitfast, elliptic": Settings("implicitfast", "elliptic", IMPEDANCE_RATIO),
 }
 
 

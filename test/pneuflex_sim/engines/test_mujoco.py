@@ -13,7 +13,7 @@ from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
 from pneuflex_sim.engines import MUJOCO
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.objects import load_objects
+from pneuflex_sim.scene.objects import load_object, load_objects
 from pneuflex_sim.scene.scenes import SceneDescription, Table, load_scene
 from pneuflex_sim.world import solver_settings
 from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
@@ -243,12 +243,14 @@ def test_a_grasp_runs_where_pybullet_cannot_be_imported():
 @pytest.mark.parametrize("name", ["surface_constrained", "rbo_hand_1_surface"])
 def test_a_hand_grasps(mujoco, name):
     strategy = load_strategy(name)
-    tried = strategy.tried_with
+    tried, name = strategy.tried_with, strategy.objects[0] if strategy.objects else "cylinder"
+    corner = load_object(name).corner_place  # where the strategy was tuned, if it tells no place
     simulation = mujoco(
         hand=strategy.hand,
         step=0.002,
         segments=tried.segments,
         model=tried.model or None,
-        object=strategy.objects[0] if strategy.objects else "cylinder",
+        object=name,
+        object_offset=tried.place or corner,
     )
     assert Sequencer(InProcessScene(simulation), strategy).run().gripped

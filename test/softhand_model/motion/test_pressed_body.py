@@ -117,6 +117,7 @@ def test_a_step_that_the_rounds_do_not_bring_to_rest_has_no_result():
 
 def test_mujoco_feels_about_the_same():
     pytest.importorskip("mujoco")
+    from pneuflex_sim.engines.mujoco.compliance import rigid_skin
     from pneuflex_sim.scene.scenes import load_scene
     from pneuflex_sim.simulation import Simulation, SimulationConfig
     from softhand_model.effects.load import Gravity
@@ -138,7 +139,7 @@ def test_mujoco_feels_about_the_same():
             engine="mujoco",
         )
     )
-    simulation.engine.model.geom_solref[:, 0] = 0.002  # [s]; contacts are soft by default
+    rigid_skin(simulation.engine.model)
     friction = 0.1  # of the scene's plate
     for step in range(6000):
         height = np.interp(step * 5e-4 - 0.5, TIME, np.interp(TIME, [0.0, 1.0], [0.09, 0.04]))

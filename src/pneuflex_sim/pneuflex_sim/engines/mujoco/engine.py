@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.engines.contract import Surroundings
+from pneuflex_sim.engines.mujoco.compliance import set_compliance
 from pneuflex_sim.engines.mujoco.springs import Places, State, read_joints, set_springs
 from pneuflex_sim.engines.mujoco.thing import MujocoObject
 from pneuflex_sim.engines.mujoco.touches import Touches
@@ -95,6 +96,7 @@ class MujocoEngine:
     def __init__(self, around: Surroundings) -> None:
         _check(around)
         self.model = mujoco.MjModel.from_xml_string(document(around))
+        set_compliance(self.model, around.layout.names)
         self.data = mujoco.MjData(self.model)
         layout = self._layout = around.layout
         self._air, self._wrist = around.air, around.wrist

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.engines.mujoco.compliance import update_constants
 from pneuflex_sim.engines.mujoco.mjcf import wxyz, xyzw
 from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.scene.object_body import Sheet
@@ -54,7 +55,7 @@ class MujocoObject:
         kind = mujoco.mjtState.mjSTATE_INTEGRATION
         state = np.empty(mujoco.mj_stateSize(model, kind))
         mujoco.mj_getState(model, data, state, kind)
-        mujoco.mj_setConst(model, data)
+        update_constants(model, data)
         mujoco.mj_setState(model, data, state, kind)
         self._alone = self._diagonal()
 

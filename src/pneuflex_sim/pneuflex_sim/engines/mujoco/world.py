@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 WRIST, PALM_PAD, PLATE_OF_PALM = "wrist", "palm_plate", "plate"
 HINGES = {"y": (0.0, 1.0, 0.0), "x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0)}
-IMPEDANCE_RATIO = 10.0  # of friction over normal; without it what is held creeps out of the hand
+IMPEDANCE_RATIO = 1000.0  # of friction over normal; so what is held creeps by 0.1 mm a second
 PAD_DENSITY = 1070.0  # [kg/m3] of the palm sheet
 
 
