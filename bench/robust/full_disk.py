@@ -133,6 +133,11 @@ class Writer:
 
 
 MOULD = tuple(f"P10.thumb_{end}" for end in ("shell_1.stl", "mould.txt", "mould.json", "mould.png"))
+KIT = (
+    *(f"P10.finger_{end}" for end in ("cast.stl", "layer.stl", "layer_tray.stl", "layer_mesh.svg")),
+    *(f"single_finger_{end}" for end in ("scaffold.stl", "parts.txt", "parts.json", "bill.csv")),
+    "single_finger_assembled.png",
+)
 FAST = "--points 60 --outlets 1"
 LAB = f"--data {SET} --model base"
 WRITERS: Mapping[str, Writer] = {
@@ -165,6 +170,7 @@ WRITERS: Mapping[str, Writer] = {
         ("f.png",),
     ),
     "hand mould": Writer("hand mould P10.thumb -o {} --force", MOULD),
+    "hand parts": Writer("hand parts single_finger -o {} --force", KIT),
     "hand show": Writer("hand show single_finger --segments 3 -o {}/h.png --force", ("h.png",)),
     "hand urdf": Writer("hand urdf single_finger -o {}/h.urdf --force", ("h.urdf",)),
     **{

@@ -31,7 +31,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "build": {
         "hand": (
             "softhand_design.commands.hand",
-            "design an actuator, its mould; draw a hand, URDF",
+            "design, moulds, parts, picture, URDF of a hand",
         ),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),

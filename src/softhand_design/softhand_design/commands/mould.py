@@ -67,8 +67,8 @@ def run(options: argparse.Namespace) -> None:
         check_new(path, options.force)
     made, older = [], set(planned)
     try:
-        for name, actuator in actuators.items():
-            made.append(make_mould(actuator, used, options.split))
+        for name, (actuator, turn) in actuators.items():
+            made.append(make_mould(actuator, used, options.split, turn))
             paths = paths_of(name, options.out)
             older -= set(paths.values())
             write_mould(made[-1], options.out)
@@ -87,13 +87,17 @@ def run(options: argparse.Namespace) -> None:
     print("\n".join(str(path) for path in planned))
 
 
-def _actuators(name: str) -> tuple[dict[str, Actuator], str | None]:
-    """The chosen kinds of actuator by name, and the name of the hand if one was chosen."""
+def _actuators(name: str) -> tuple[dict[str, tuple[Actuator, int]], str | None]:
+    """The chosen kinds of actuator by the names of their moulds, with the turn of arcs in a hand,
+    and the name of the hand if one was chosen.
+    """
+    from softhand_design.mould.parts import kind_name
+
     if name in actuator_names():
-        return {name: load_actuator(name)}, None
+        return {name: (load_actuator(name), 0)}, None
     if name not in hand_names() and not Path(name).exists():
         known = ", ".join([*actuator_names(), *hand_names()])
         raise ValueError(f"name: expected one of {known}, or a hand's YAML file, got {name}")
     hand = load_hand(name)
-    parts = [part for chain in hand.chains for part in chain.actuators.values()]
-    return {part.name: part for part in parts}, hand.name
+    parts = [(part, chain.turn) for chain in hand.chains for part in chain.actuators.values()]
+    return {kind_name(*part): part for part in parts}, hand.name

@@ -32,7 +32,7 @@ def draw_mould(made: CheckedMould) -> Figure:
     grid = figure.add_gridspec(3, 6, height_ratios=(1.6, 0.9, 1.1), hspace=0.15, wspace=0.1)
     for place, name in ((grid[0, :3], "core"), (grid[0, 3:], "shell")):
         axes = figure.add_subplot(place)
-        axes.imshow(photograph_part(getattr(made.found, name), name))
+        axes.imshow(photograph_part(made.part(name), name))
         axes.set_axis_off()
         axes.set_title(f"{name}, seen into the cavity" if name == "shell" else name)
     straight = _straightened(made)
@@ -43,7 +43,7 @@ def draw_mould(made: CheckedMould) -> Figure:
     figure.subplots_adjust(0.02, 0.02, 0.98, 0.92)
     verdict = "all checks passed" if not made.failed else f"{len(made.failed)} checks FAIL"
     figure.suptitle(
-        f"Mould of {made.actuator.name}: {verdict}; rubber {made.volumes.measured / 1e3:.2f} cm3, "
+        f"Mould of {made.name}: {verdict}; rubber {made.volumes.measured / 1e3:.2f} cm3, "
         f"chamber {made.volumes.chamber / 1e3:.2f} cm3; lengths in mm"
     )
     return figure

@@ -47,9 +47,7 @@ class Bed:
 
 def lay_out(moulds: Sequence[CheckedMould], size: tuple[float, float]) -> Bed:
     """Place all parts in rows, the deepest first; raises ValueError for too small a bed."""
-    upright = {
-        f"{made.actuator.name}_{name}": _as_printed(made, name) for made in moulds for name in PARTS
-    }
+    upright = {f"{made.name}_{name}": _as_printed(made, name) for made in moulds for name in PARTS}
     turned = {name: _turned(part, size) for name, part in upright.items()}
     order = sorted(turned, key=lambda name: -_extent(turned[name])[1])
     left, low, depth = SPACE, SPACE, 0.0
@@ -69,7 +67,7 @@ def lay_out(moulds: Sequence[CheckedMould], size: tuple[float, float]) -> Bed:
 
 
 def _as_printed(made: CheckedMould, name: str) -> manifold3d.Manifold:
-    part = getattr(made.found, name)
+    part = made.part(name)
     if name == "shell":
         stands = made.mould.line.radius is None
         part = part.rotate((0.0, 90.0, 0.0) if stands else (180.0, 0.0, 0.0))

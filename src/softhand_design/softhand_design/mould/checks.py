@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +59,28 @@ class Check:
         """The check as plain data."""
         limits = {"low": self.low, "high": self.high, "passed": self.passed}
         return {"name": self.name, "value": self.value, "unit": self.unit} | limits
+
+
+def table_row(name: str, value: str, unit: str, limit: str, verdict: str) -> str:
+    """A row of a table of checks."""
+    return f"{name:<62}{value:>10} {unit:<5}{limit:<14}{verdict}".rstrip()
+
+
+def check_lines(checks: Sequence[Check]) -> list[str]:
+    """Checks as rows of text, below a head."""
+    rows = [table_row("check", "value", "", "limit", "")]
+    for check in checks:
+        verdict = "" if check.passed else "FAILS"
+        rows.append(table_row(check.name, f"{check.value:.4g}", check.unit, check.limits, verdict))
+    return rows
+
+
+def shown_failures(checks: Sequence[Check]) -> str:
+    """Name, value and limits of checks that were not passed."""
+    return "; ".join(
+        f"{check.name} {check.value:.3g} {check.unit}".rstrip() + f" (expected {check.limits})"
+        for check in checks
+    )
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,13 @@ STEEP = np.sin(np.radians(6.0))  # what is steeper counts as a wall, no facet of
 
 
 def stl_of(part: manifold3d.Manifold) -> bytes:
-    """The part as a binary STL file [mm]."""
+    """The part as a binary STL file [mm], without triangles whose corners its numbers join."""
     mesh = part.to_mesh64()
-    vertices = np.asarray(mesh.vert_properties)[:, :3]
-    found = trimesh.Trimesh(vertices, np.asarray(mesh.tri_verts), process=False)
+    rounded = np.asarray(mesh.vert_properties)[:, :3].astype(np.float32)
+    vertices, place = np.unique(rounded, axis=0, return_inverse=True)
+    faces = place.reshape(-1)[np.asarray(mesh.tri_verts)]
+    distinct = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    found = trimesh.Trimesh(vertices, faces[distinct], process=False)
     return trimesh.exchange.stl.export_stl(found)
 
 
@@ -74,12 +77,12 @@ def _cavity(
     middle = mould.parameters.plug * mould.parameters.scale / 2.0
     point = np.append(mould.line.place(middle, 0.0), float(mould.line.height(np.zeros(1))[0]) / 2.0)
     for part in (box - (shell + core)).decompose():
-        if len(_hits(part, point, point + [0.0, 0.0, OUTSIDE])) % 2:
+        if len(hits_of(part, point, point + [0.0, 0.0, OUTSIDE])) % 2:
             return part
     raise ValueError("mould: expected an air chamber at the base of the actuator, got solid rubber")
 
 
-def _hits(solid: manifold3d.Manifold, start: Array, stop: Array) -> Array:
+def hits_of(solid: manifold3d.Manifold, start: Array, stop: Array) -> Array:
     """Distances [mm] along a ray from start at which it meets a surface."""
     length = float(np.sqrt(np.sum((stop - start) ** 2)))
     hits = solid.ray_cast(start.tolist(), stop.tolist())
@@ -103,7 +106,7 @@ def _gaps(hits: Array) -> Array:
 
 
 def _vertical(solid: manifold3d.Manifold, x: float, y: float) -> Array:
-    return _hits(solid, np.array([x, y, -OUTSIDE]), np.array([x, y, OUTSIDE])) - OUTSIDE
+    return hits_of(solid, np.array([x, y, -OUTSIDE]), np.array([x, y, OUTSIDE])) - OUTSIDE
 
 
 def tilted_rays(solid: manifold3d.Manifold, mould: Mould, count: int, seed: int = 1) -> Array:
@@ -122,7 +125,7 @@ def tilted_rays(solid: manifold3d.Manifold, mould: Mould, count: int, seed: int 
     for i, (place, height, tilt) in enumerate(zip(places, heights, lean, strict=True)):
         way = np.append(tilt, 1.0)
         point = np.append(place, height)
-        found[i] = _gaps(_hits(solid, point - reach * way, point + reach * way)).max(initial=0.0)
+        found[i] = _gaps(hits_of(solid, point - reach * way, point + reach * way)).max(initial=0.0)
     return found
 
 
@@ -185,7 +188,7 @@ def walls(found: Finished, count: int, seed: int = 2) -> tuple[Array, Array]:
 
 
 def _across(solid: manifold3d.Manifold, s: float, z: float) -> Array:
-    return _hits(solid, np.array([s, -OUTSIDE, z]), np.array([s, OUTSIDE, z])) - OUTSIDE
+    return hits_of(solid, np.array([s, -OUTSIDE, z]), np.array([s, OUTSIDE, z])) - OUTSIDE
 
 
 def top_across_slope(found: Finished) -> Array:
@@ -226,7 +229,7 @@ def end_walls(found: Finished) -> tuple[Array, Array]:
     )
     measured = np.full_like(wanted, np.nan)
     for row, z in zip(measured, heights, strict=True):
-        hits = _hits(solid, np.array([-OUTSIDE, 0.0, z]), np.array([OUTSIDE, 0.0, z]))
+        hits = hits_of(solid, np.array([-OUTSIDE, 0.0, z]), np.array([OUTSIDE, 0.0, z]))
         if len(hits) == 2 * count:
             row[:] = hits[1::2] - hits[::2]
     return measured, wanted

@@ -15,7 +15,7 @@ import numpy as np
 
 from softhand_design.mould.parameters import MouldParameters
 from softhand_design.mould.plan import Array, Line, Outline, nose_length, outline
-from softhand_design.mould.surface import Relief, closed, dome, lid_points
+from softhand_design.mould.surface import Dome, Relief, closed, dome, lid_points
 from softhand_model.hand.actuator import Actuator
 
 FLAT = 0.1  # half the flat part of a roof, at least [mm]
@@ -46,6 +46,16 @@ class Mould:
     core: manifold3d.Manifold
 
 
+def kind_name(actuator: Actuator, turn: int) -> str:
+    """The name of an actuator's kind; an arc that turns towards -y has a mirrored mould."""
+    return f"{actuator.name}_mirrored" if turn < 0 else actuator.name
+
+
+def sided(solid: manifold3d.Manifold, turn: int) -> manifold3d.Manifold:
+    """The solid, mirrored for an arc that turns towards -y."""
+    return solid.mirror((0.0, 1.0, 0.0)) if turn < 0 else solid
+
+
 def build_mould(
     actuator: Actuator, parameters: MouldParameters | None = None, split: float | None = None
 ) -> Mould:
@@ -59,6 +69,23 @@ def build_mould(
     grow = [used.scale] * 3
     shell, core = _shell(line, used, outside), _core(line, used, outside, chambers, fillet)
     return Mould(line, used, chambers, fillet, shell.scale(grow), core.scale(grow))
+
+
+def build_cast(
+    actuator: Actuator, parameters: MouldParameters | None = None
+) -> tuple[manifold3d.Manifold, manifold3d.Manifold]:
+    """The cured rubber [mm] of an actuator's mould as it lies there, first with its chamber filled,
+    then as it is.
+
+    Raises ValueError as `build_mould` does.
+    """
+    line, used = Line(actuator), parameters or MouldParameters()
+    chambers, fillet = _room(line, used, None)
+    outside = _outside(line, used)
+    inner = _inner(line, used, outside)
+    whole = closed(list(inner.rings), lid_points(inner.rings[0]), inner.lid)
+    filled = whole.trim_by_plane((1.0, 0.0, 0.0), 0.0)
+    return filled, filled - _core(line, used, outside, chambers, fillet)
 
 
 def check_room(actuator: Actuator, parameters: MouldParameters | None = None) -> None:
@@ -173,11 +200,16 @@ def _interface(used: MouldParameters, outside: Outline, clearance: float) -> lis
     ]
 
 
+def _inner(line: Line, used: MouldParameters, outside: Outline) -> Dome:
+    """The outside of the rubber, with grooves and nubs."""
+    relief = _relief(line, used, outside.s)
+    draft = np.radians(used.draft)
+    return dome(line, outside, line.height, draft, used.edge, 0.0, 0.0, relief)
+
+
 def _shell(line: Line, used: MouldParameters, outside: Outline) -> manifold3d.Manifold:
     draft = np.radians(used.draft)
-    inner = dome(
-        line, outside, line.height, draft, used.edge, 0.0, 0.0, _relief(line, used, outside.s)
-    )
+    inner = _inner(line, used, outside)
     outer = dome(
         line,
         outside,

@@ -7,25 +7,38 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import manifold3d
+
 from softhand_common.documents.output_file import json_text, write_files
-from softhand_design.mould.checks import Check, Volumes, check_mould, rubber_volumes
+from softhand_design.mould.checks import (
+    Check,
+    Volumes,
+    check_lines,
+    check_mould,
+    rubber_volumes,
+    shown_failures,
+    table_row,
+)
 from softhand_design.mould.measure import Finished, finished, stl_of
 from softhand_design.mould.parameters import MouldParameters
-from softhand_design.mould.parts import Mould, build_mould
+from softhand_design.mould.parts import Mould, build_mould, kind_name, sided
 from softhand_model.hand.actuator import Actuator
 
 FORMAT = "softhand-mould/1"
 PARTS = ("shell", "core")
 CHAMBER_P5 = 1.6  # stated in section 7.2 [cm3]
 NOTE = (
-    "Not covered: the passive layer (1 to 2 mm of rubber with mesh) and the tube, which are later "
-    "steps of the work. The mould was measured as a mesh; no printed one was tried."
+    "Passive layer (1 to 2 mm of rubber with mesh) and tube are later steps of the work. The mould "
+    "was measured as a mesh; no printed one was tried."
 )
 
 
 @dataclass(frozen=True)
 class CheckedMould:
-    """A mould, the content of its files, and what was measured on them."""
+    """A mould, the content of its files, and what was measured on them.
+
+    turn is -1 for an arc that turns towards -y: its files are mirrored after they were checked.
+    """
 
     actuator: Actuator
     mould: Mould
@@ -33,6 +46,16 @@ class CheckedMould:
     found: Finished
     volumes: Volumes
     checks: list[Check]
+    turn: int = 0
+
+    @property
+    def name(self) -> str:
+        """The name of its files."""
+        return kind_name(self.actuator, self.turn)
+
+    def part(self, name: str) -> manifold3d.Manifold:
+        """Shell or core as in its file."""
+        return sided(getattr(self.found, name), self.turn)
 
     @cached_property
     def failed(self) -> list[Check]:
@@ -44,6 +67,7 @@ class CheckedMould:
         return {
             "format": FORMAT,
             "actuator": self.actuator.name,
+            "turn": self.turn,
             "parameters": asdict(self.mould.parameters),
             "chambers": [list(ends) for ends in self.mould.chambers],
             "passed": not self.failed,
@@ -53,24 +77,16 @@ class CheckedMould:
 
     def text(self) -> str:
         """The report as text."""
-        rows = [f"Mould of {self.actuator.name}", "", _row("check", "value", "", "limit", "")]
-        rows += [
-            _row(c.name, f"{c.value:.4g}", c.unit, c.limits, "" if c.passed else "FAILS")
-            for c in self.checks
-        ]
+        rows = [f"Mould of {self.name}", "", *check_lines(self.checks)]
         rows += ["", "Rubber [cm3]", *_volume_rows(self.volumes)]
         rows += ["", "Chamber [cm3]", *_chamber_rows(self.actuator, self.volumes), "", NOTE]
         return "\n".join(rows) + "\n"
 
 
-def _row(name: str, value: str, unit: str, limit: str, verdict: str) -> str:
-    return f"{name:<50}{value:>10} {unit:<5}{limit:<14}{verdict}".rstrip()
-
-
 def _volume_rows(volumes: Volumes) -> list[str]:
     named = {"top and side walls of the model": volumes.model, **volumes.corrections}
     named |= {"sum": volumes.expected, "measured between the closed parts": volumes.measured}
-    return [_row(name, f"{volume / 1e3:.3f}", "", "", "") for name, volume in named.items()]
+    return [table_row(name, f"{volume / 1e3:.3f}", "", "", "") for name, volume in named.items()]
 
 
 def _chamber_rows(actuator: Actuator, volumes: Volumes) -> list[str]:
@@ -78,13 +94,17 @@ def _chamber_rows(actuator: Actuator, volumes: Volumes) -> list[str]:
     named["with plugs, draft and round edges, measured"] = volumes.chamber / 1e3
     if actuator.name == "P5":
         named["stated in section 7.2"] = CHAMBER_P5
-    return [_row(name, f"{volume:.3f}", "", "", "") for name, volume in named.items()]
+    return [table_row(name, f"{volume:.3f}", "", "", "") for name, volume in named.items()]
 
 
 def make_mould(
-    actuator: Actuator, parameters: MouldParameters | None = None, split: float | None = None
+    actuator: Actuator,
+    parameters: MouldParameters | None = None,
+    split: float | None = None,
+    turn: int = 0,
 ) -> CheckedMould:
-    """Build and check the mould of an actuator; `split` [mm] is where its chamber is parted.
+    """Build and check the mould of an actuator; `split` [mm] is where its chamber is parted, `turn`
+    -1 asks for an arc that turns towards -y.
 
     Raises ValueError for actuators that leave no room for chamber, edges or rim.
     """
@@ -92,7 +112,9 @@ def make_mould(
     files = {name: stl_of(getattr(mould, name)) for name in PARTS}
     found = finished(mould, files)
     volumes = rubber_volumes(found, actuator)
-    return CheckedMould(actuator, mould, files, found, volumes, check_mould(found, volumes))
+    if turn < 0:
+        files = {name: stl_of(sided(getattr(found, name), turn)) for name in PARTS}
+    return CheckedMould(actuator, mould, files, found, volumes, check_mould(found, volumes), turn)
 
 
 def paths_of(name: str, folder: Path) -> dict[str, Path]:
@@ -107,7 +129,7 @@ def write_mould(made: CheckedMould, folder: Path) -> None:
 
     Raises ValueError that names the failed checks, or UnwritableFile.
     """
-    paths = paths_of(made.actuator.name, folder)
+    paths = paths_of(made.name, folder)
     report = {paths["text"]: made.text(), paths["json"]: json_text(made.record())}
     if made.failed:
         write_files(report)
@@ -119,8 +141,4 @@ def write_mould(made: CheckedMould, folder: Path) -> None:
 
 def refusal(made: CheckedMould) -> str:
     """A sentence on why a mould was not written: its failed checks."""
-    shown = "; ".join(
-        f"{check.name} {check.value:.3g} {check.unit}".rstrip() + f" (expected {check.limits})"
-        for check in made.failed
-    )
-    return f"mould of {made.actuator.name}: {shown}"
+    return f"mould of {made.name}: {shown_failures(made.failed)}"

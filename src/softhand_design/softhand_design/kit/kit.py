@@ -1,0 +1,113 @@
+"""The kit of a hand: its parts with their copies in the hand, trays, and cuts of mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softhand_design.kit.palm_sheet import bend, flat, volume
+from softhand_design.kit.parameters import KitParameters
+from softhand_design.kit.part import POLYAMIDE, SILICONE, Part
+from softhand_design.kit.rubber import LAYER, casts, layers
+from softhand_design.kit.saddle import build_saddles
+from softhand_design.kit.scaffold import Scaffold, build_scaffold, plate_of
+from softhand_design.kit.trays import mesh_cut, tray
+from softhand_design.mould.plan import MILLI
+from softhand_model.hand.actuator import nominal_rubber
+from softhand_model.hand.hand import WRIST, HandDescription, Strut
+
+IN_PLACE = np.eye(3, 4)
+
+
+@dataclass(frozen=True)
+class Kit:
+    """Parts of a hand, lengths in mm: what is cast in the moulds of its actuators, passive layers,
+    scaffold, saddles and sheet; trays by what is cast in them; outlines of mesh as SVG, and their
+    areas [mm2]; how far the sheet was lifted.
+    """
+
+    hand: HandDescription
+    used: KitParameters
+    casts: list[Part]
+    layers: list[Part]
+    structure: list[Part]
+    sheet: Part | None
+    trays: dict[str, Part]
+    cuts: dict[str, str]
+    mesh_areas: dict[str, float]
+    scaffold: Scaffold
+    lift: float
+
+    @property
+    def in_hand(self) -> list[Part]:
+        """All parts that the hand consists of."""
+        return [*self.casts, *self.layers, *self.structure, *([self.sheet] if self.sheet else [])]
+
+
+def build_kit(hand: HandDescription, used: KitParameters | None = None) -> Kit:
+    """The parts of a hand beside the moulds of its actuators.
+
+    Raises ValueError, naming field, expected and got, for a hand whose parts find no room.
+    """
+    used = used or KitParameters()
+    plate_of(hand)
+    _refuse_continued(hand)
+    rubber = casts(hand)
+    flats = layers(hand, used)
+    soft = [*rubber, *(part for part, _ in flats)]
+    rooms = [room for part in soft for room in part.room().values()]
+    clear = [room for part in soft for room in part.room(used.gap).values()]
+    parents = {chain.mount.parent for chain in hand.chains} - {WRIST}
+    ends = {name for parent in parents for name in hand.chain(parent).actuators}
+    held = [part for part in soft if {name.removesuffix(LAYER) for name in part.copies} & ends]
+    glued = {name: room for part in held for name, room in part.room(used.glue).items()}
+    bent = bend(hand.sheet, rooms) if hand.sheet else None
+    scaffold = build_scaffold(hand, rooms, clear, bent, used)
+    plastic = next((chain.strut.density for chain in hand.chains if chain.strut), Strut.density)
+    name = f"{hand.name}_scaffold"
+    structure = [Part(name, POLYAMIDE, plastic, scaffold.solid, {"scaffold": IN_PLACE})]
+    for chain, solid in build_saddles(hand, glued, used).items():
+        title = f"saddle of {chain}"
+        structure.append(
+            Part(f"{hand.name}_{chain}_saddle", POLYAMIDE, plastic, solid, {title: IN_PLACE})
+        )
+    shapes = {part.name: (shape, used.layer) for part, shape in flats}
+    sheet = None
+    if hand.sheet and bent:
+        sheet = Part(
+            f"{hand.name}_sheet",
+            SILICONE,
+            nominal_rubber()[1],
+            bent.solid,
+            {"sheet": IN_PLACE},
+            volume(hand.sheet),
+        )
+        shapes[sheet.name] = flat(hand.sheet), hand.sheet.thickness / MILLI
+    return Kit(
+        hand,
+        used,
+        rubber,
+        [part for part, _ in flats],
+        structure,
+        sheet,
+        {
+            key: Part(f"{key}_tray", POLYAMIDE, plastic, tray(shape, depth, used))
+            for key, (shape, depth) in shapes.items()
+        },
+        {key: mesh_cut(shape) for key, (shape, _) in shapes.items()},
+        {key: shape.area() for key, (shape, _) in shapes.items()},
+        scaffold,
+        bent.lift if bent else 0.0,
+    )
+
+
+def _refuse_continued(hand: HandDescription) -> None:
+    """Refuse a chain that is the second half of one casting."""
+    for chain in hand.chains:
+        straight = not (chain.mount.parent == WRIST or hand.chain(chain.mount.parent).turn)
+        if straight and not np.any([*chain.mount.position, *chain.mount.rpy]):
+            raise ValueError(
+                f"mount of {chain.name}: expected actuators that are whole castings, got one that "
+                f"continues {chain.mount.parent}: make the parts of a hand where both are one"
+            )

@@ -1,0 +1,41 @@
+"""Saddles: what holds the base of a chain on the rounded end of the chain that it is mounted on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from softhand_design.kit.frames import base_height, mount_poses
+from softhand_design.kit.parameters import KitParameters
+from softhand_design.kit.rubber import LAYER
+from softhand_design.kit.scaffold import base_section
+from softhand_design.kit.solids import Solid, box, joined
+from softhand_design.mould.plan import MILLI, nose_length
+from softhand_model.hand.hand import WRIST, HandDescription
+
+SMOOTHED_EDGE = 0.02  # [mm] below which edges are no form, and would not survive the file
+
+
+def build_saddles(
+    hand: HandDescription, clear: Mapping[str, Solid], used: KitParameters
+) -> dict[str, Solid]:
+    """Saddles [mm] in the wrist frame by the chains that are mounted on others: prisms under their
+    bases, with the others' ends cut out.
+
+    `clear` is the room [mm] of casts and layers with what the adhesive takes, in the wrist frame,
+    by their names.
+    """
+    found, frames = {}, mount_poses(hand)
+    for chain in hand.chains:
+        if chain.mount.parent == WRIST:
+            continue
+        ends = hand.chain(chain.mount.parent).actuators
+        depth = max(
+            nose_length(float(part.width(part.length)) / MILLI / 2.0) for part in ends.values()
+        )
+        held = joined(room for name, room in clear.items() if name.removesuffix(LAYER) in ends)
+        low, high = base_section(chain, used.layer)
+        top = base_height(chain)
+        prism = box([*low, top - depth], [*high, top]).transform(frames[chain.name])
+        pieces = (prism - held).decompose()
+        found[chain.name] = max(pieces, key=lambda piece: piece.volume()).simplify(SMOOTHED_EDGE)
+    return found
