@@ -101,7 +101,7 @@ BROKEN = {
     "leaves": (
         "name, experiments = 'odd', frozenset({'free_bending'})\n"
         "    def modulus_factor(self, t): raise SystemExit(7)",
-        "Odd.modulus_factor: expected it to return, got sys.exit(7)",
+        "Odd.modulus_factor: expected the code to return, got sys.exit(7)",
     ),
     "no bounds": ("name, parameters = 'odd', (Parameter('x', 'm'),)", "'low' and 'high'"),
 }

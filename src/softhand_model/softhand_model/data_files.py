@@ -15,14 +15,15 @@ def data_file(*parts: str) -> Path:
 
 
 def shipped_names(folder: str) -> list[str]:
-    """Names of the YAML files shipped in a folder of data/."""
+    """Names of the shipped YAML files in a folder of data/."""
     return sorted(path.stem for path in data_file(folder).glob("*.yaml"))
 
 
 def find_document(name: str | Path, folder: str, kind: str) -> Path:
     """The shipped file of that name in data/<folder>, or else the file at that path.
 
-    Raises ValueError with the names that exist.
+    kind: what the file describes, for the message. Raises ValueError if there is no such file; the
+    message has the names that exist.
     """
     if str(name) in shipped_names(folder):
         return data_file(folder, f"{name}.yaml")

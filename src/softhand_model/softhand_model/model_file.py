@@ -40,14 +40,15 @@ CALIBRATION_BOUNDS = {
 
 @dataclass(frozen=True)
 class Model:
-    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction),
-    effects by stage order, and the springs of simulated joints.
+    """A model: base, calibration, effects, and springs of simulated joints.
 
-    `calibration.modulus` is the shear modulus [Pa] of the rubber itself, as a test of it has shown,
-    in place of what actuators and specimens state; `modulus_scale` is a factor on either.
-    free_modulus: whether the lab fits the modulus without bounds (`modulus: free`).
-    `std` holds the standard errors of the effects' parameters by effect name, as far as the file
-    has them; `files` the Python files of effects that are not built in.
+    base: name of the base model. calibration: numbers by name, or numbers by batch, specimen or
+    direction below the name. `modulus` in it is the measured shear modulus [Pa] of the rubber,
+    which takes the place of what actuators and specimens state; `modulus_scale` is a factor on
+    either. effects: in the order of the file. std: standard errors of effect parameters, by effect
+    name, as far as they are known. files: Python files of effects that are not built in, by effect
+    name. springs: of the joints of simulated chains. free_modulus: whether the lab fits the modulus
+    without bounds (`modulus: free`).
     """
 
     base: str = "pneuflex"
@@ -62,13 +63,14 @@ class Model:
         object.__setattr__(self, "effects", in_order(self.effects))
 
     def stage(self, name: str) -> tuple[Effect, ...]:
-        """Effects of one stage, in the order of the file."""
+        """The effects of one stage, in the order of the file."""
         return tuple(effect for effect in self.effects if effect.stage == name)
 
     def modulus_scale(self, batch: str | None = None) -> float:
-        """Factor on the shear modulus of a material batch; without a batch the only one there is.
+        """Factor [-] on the shear modulus of a batch; batch None: of the only batch.
 
-        Raises ValueError when the batch is not in the file or several are and none is asked for.
+        Raises ValueError for a batch that is not in the file, and for None if there are several
+        batches.
         """
         scale = self.calibration.get("modulus_scale", 1.0)
         if not isinstance(scale, Mapping):
@@ -83,7 +85,8 @@ class Model:
         return scale[batch]
 
     def shear_modulus(self, stated: float, batch: str | None = None) -> float:
-        """Shear modulus [Pa] of a part for which so much is stated, but for `modulus_scale`.
+        """Shear modulus [Pa] of a part whose description states `stated` [Pa]: that of the
+        calibration if it has one. `modulus_scale` is not applied.
 
         >>> Model(calibration={"modulus": 50e3}).shear_modulus(67e3)
         50000.0
@@ -96,7 +99,7 @@ class Model:
         return own.get(batch or "", stated)
 
     def stiffened(self, factor: float) -> Model:
-        """The model of a rubber whose shear modulus is `factor` [-] times as large.
+        """The model for a rubber with `factor` [-] times the shear modulus.
 
         >>> Model(calibration={"modulus_scale": 1.5}).stiffened(2.0).modulus_scale()
         3.0
@@ -128,11 +131,17 @@ def load_model(
     own: Mapping[str, type[Effect]] | None = None,
     allow_effect_files: bool = False,
 ) -> Model:
-    """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship
-    with. own: effects by name that the file may name beside the built-in ones, with their file or
-    without. allow_effect_files: run the Python files that the model names, in its folder.
+    """Load a model by the path of its file or by the name of a shipped one; None: `gravity`, the
+    one that the hands use.
 
-    Raises ValueError naming file, key, expected and got.
+    Args:
+        path: path, name or None.
+        own: effect classes by name that the file may use besides the built-in ones.
+        allow_effect_files: whether to run Python files that the model names; they must lie in its
+            folder.
+
+    Raises ValueError for a file that is not valid; the message names file, key, what was expected
+    and what came.
 
     >>> load_model().gravity_scale, load_model("base").gravity_scale
     (1.0, 0.0)
@@ -220,7 +229,7 @@ def _place(
     effect = known.get(fields["name"].text())
     if effect is None or not issubclass(effect, HandEffect):
         if "where" in fields:
-            raise fields["where"].error("no place but of an effect of a hand")
+            raise fields["where"].error("no key `where`, as only effects of a hand have a place")
         return None
     stated = fields["where"].mapping() if "where" in fields else {}
     try:

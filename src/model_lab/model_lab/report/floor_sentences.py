@@ -17,15 +17,14 @@ def floor_sentence(diagnosis: Diagnosis) -> str:
     """A sentence on why `compare` prints another noise floor than a diagnosis; "" if it prints the
     same.
 
-        >>> from types import SimpleNamespace as Made
-        >>> from model_lab.measurements.units import display_of
-        >>> made = {"display": display_of("N"), "noise_floor": 0.02, "noise_floor_as_is": 0.05}
-        >>> floor_sentence(Made(floor_reasons=("lowered",), **made))
-        'The noise floor is 0.02 N; `compare` has 0.05 N: repeats differ by what the better model \
-    explains.'
-        >>> floor_sentence(Made(floor_reasons=(), **made))
-        ''
-
+    >>> from types import SimpleNamespace as Made
+    >>> from model_lab.measurements.units import display_of
+    >>> made = {"display": display_of("N"), "noise_floor": 0.02, "noise_floor_as_is": 0.05}
+    >>> floor_sentence(Made(floor_reasons=("lowered",), **made))
+    'The noise floor is 0.02 N; `compare` has 0.05 N: repeats differ by what the better model \
+explains.'
+    >>> floor_sentence(Made(floor_reasons=(), **made))
+    ''
     """
     reasons = diagnosis.floor_reasons
     if not reasons:

@@ -17,15 +17,16 @@ from softhand_model.effects.stages import Memory
 
 
 def smooth_curve(knots: Sequence[float], values: Mapping[str, Any], place: Array | float) -> Array:
-    """The curve (lanes, rows, sections) at places, smooth between knots and constant beyond them.
+    """Values (lanes, rows, sections) of a curve that is smooth between its knots and constant
+    beyond them.
 
-    Between neighbours it is a cubic, with the slope of a parabola through three knots at each; so
-    it is linear in the values, and a change of one moves it nearby alone.
+    Between two knots it is a cubic; its slope at a knot is that of the parabola through three
+    knots. So the curve is linear in its values, and each value changes it only nearby.
 
     Args:
-        knots: rising places (k,), at least two.
-        values: at the knots, in their order; numbers, or arrays (lanes, 1, 1).
-        place: where the curve is wanted.
+        knots: rising abscissas (k,) of the knots, at least two.
+        values: ordinates at the knots, in their order; numbers, or arrays (lanes, 1, 1).
+        place: abscissas at which the curve is evaluated.
 
     >>> smooth_curve((0.0, 1.0, 2.0), {"a": 0.0, "b": 1.0, "c": 2.0}, np.array([0.5, 9.0])).tolist()
     [0.5, 2.0]
@@ -59,8 +60,8 @@ def _in_lanes(values: Mapping[str, Any]) -> Array:
 def levels(
     names: Sequence[str], values: Mapping[str, Any], given: Array | None, neutral: float
 ) -> Array:
-    """The value (lanes, rows, 1) that belongs to each name given (1, rows, 1); neutral for others,
-    and where no names are known.
+    """Value (lanes, rows, 1) for each of the `given` names (1, rows, 1); `neutral` for a name
+    without a value, and if no names are given.
     """
     total = np.asarray(neutral)
     if given is None:
@@ -72,8 +73,10 @@ def levels(
 
 @dataclass(frozen=True)
 class Course:
-    """What a value has done up to now: rate [1/s], direction from -1 (falls) through 0 (rests) to 1
-    (rises), since [s] it last moved (0 while it does), time [s] in the run.
+    """How a value has changed up to now.
+
+    rate [1/s]: smoothed rate. direction: from -1 (falls) over 0 (rests) to 1 (rises). since [s]:
+    time since it last moved; 0 while it moves. time [s]: since the start of the run.
     """
 
     rate: Array
@@ -83,9 +86,10 @@ class Course:
 
 
 def course(value: Array, memory: Memory, dt: Array | float, over: float, slow: float) -> Course:
-    """The course of a value after a step of dt [s]; to be asked once a step.
+    """The course of a value after a step of dt [s]; to be called once per step.
 
-    over: time [s] over which the rate is smoothed; slow: rate below which the value rests.
+    over: time [s] over which the rate is smoothed. slow: rate below which the value counts as at
+    rest.
     """
     before, rate, since, time = memory.get("course", (value, 0.0 * value, 0.0 * value, 0.0))
     step = np.asarray(dt, float)

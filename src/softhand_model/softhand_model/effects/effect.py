@@ -41,7 +41,9 @@ AXES = (
 
 
 def unseen_when_stretched(reason: str) -> dict[str, str]:
-    """The reason why an effect does not show in tests of the rubber alone, for each of them."""
+    """The reason why an effect does not show in tests of the rubber alone, by the name of each of
+    these tests.
+    """
     return dict.fromkeys(sorted(STRETCHED), reason)
 
 
@@ -52,13 +54,15 @@ OF_KERNEL = ("stress", "remember", "wall_stress")  # methods whose work a kernel
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: unit ("" for none) and the bounds within which it makes sense.
+    """One number of an effect.
 
-    typical: values (low, high) between which the effect is usually found, where a search starts
-    (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
-    effect does nothing, if there is one. relative: the same range (low, high) over the largest
-    measured pressure or output of a set, whichever is named; the lab searches there, wherever the
-    set lies. Raises ValueError for bounds, a usual range or a neutral value that make no sense.
+    unit: "" for none. low, high: bounds within which the number makes sense. typical: range (low,
+    high) in which it usually lies, where a search starts; None: the bounds. logarithmic: whether it
+    spans decades. neutral: value at which the effect does nothing; None if there is none. relative:
+    (`pressure` or `output`, low, high), the usual range over the largest measured pressure or
+    output of a set, in which the lab then searches.
+
+    Raises ValueError for bounds, a usual range or a neutral value that make no sense.
     """
 
     name: str
@@ -78,7 +82,7 @@ class Parameter:
             raise ValueError(f"parameter {self.name}: expected two numbers as bounds, got {bounds}")
         if self.logarithmic and self.low <= 0.0:
             raise ValueError(
-                f"parameter {self.name}: expected bounds above 0 of what spans decades, "
+                f"parameter {self.name}: expected bounds above 0, as it is logarithmic, "
                 f"got {bounds}"
             )
         for key, value in self._within():
@@ -89,7 +93,8 @@ class Parameter:
                 )
 
     def usual(self, share: float = 0.5) -> float:
-        """The value at a share [-] of its usual range, by decades where it spans them.
+        """The value at a share [-] of the usual range, on a logarithmic scale if the parameter
+        spans decades.
 
         >>> Parameter("x", "", 1.0, 1e4, typical=(1.0, 100.0), logarithmic=True).usual()
         10.0
@@ -112,32 +117,47 @@ def _is_number(value: object) -> TypeGuard[float]:
 class Effect:
     """Base class of all effects; a subclass sets the class attributes and the method of its stage.
 
-    `values` of an instance holds the parameters by name: numbers, or in the lab arrays
-    (lanes, 1, 1) of many trial values at once (`in_lanes`), so methods calculate with numpy.
-    Raises ValueError for a parameter that is unknown, missing or out of bounds.
+    `values` of an instance holds the parameters by name: numbers, or in the lab arrays (lanes, 1,
+    1) of many trial values at once (`in_lanes`), so methods calculate with numpy. Raises ValueError
+    for a parameter that is unknown, missing or out of bounds.
 
-    experiments: those in which it can be seen. unseen_in: why not in others, by experiment.
-    confounded_with: what acts nearly alike, by name of effect or calibration, and in what sense.
-    has_memory: whether it depends on what was before, and so needs `time`.
-    stands_for: effects of which other forms than the catalogue's look like this one.
-    endless: its memory does not end with the times among its parameters, but goes on as their
-    logarithm does: samples that lie farther apart tell it too.
-    rank: within a stage effects of lower rank act first, whatever the file's order.
-    bases: base models beside which it has a meaning.
-    physical: false for a generic term, which the lab adds on request but never names as a cause.
-    axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
-    `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
-    arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
-    refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
-    searches it only where a stretch is imposed and only after these have fallen short.
-    fewest_runs: of a set in which it can be told from what the input does.
-    not_simulated: why the simulator refuses it; empty where it acts.
-    kernel: the compiled form of an elastic effect or a wall, with which the lab is fast; a subclass
-    with methods of its own needs one of its own, too (`matching_kernel`).
-    origin: file and class of a user's own effect, for messages; empty of a built-in one.
-    cause: the class of causes it belongs to, such as "lag",
-    and member: which of them it is, such as "tube". Effects of one class often explain a set alike,
-    and the lab then names the class. Empty: a class of its own.
+    experiments: those in which it can be seen. unseen_in: by other experiments, why it is not seen
+    there.
+
+    confounded_with: by name of an effect or calibration that acts nearly alike, in what sense.
+    stands_for: names of effects that look like this one if they have another form than in the
+    catalogue.
+
+    has_memory: whether it depends on earlier inputs, and so needs `time`. endless: whether its
+    memory fades with the logarithm of time, without an end given by its parameters, so that samples
+    far apart show it too.
+
+    rank: within a stage, effects of lower rank act first, whatever the order in the file.
+
+    bases: base models with which it has a meaning.
+
+    physical: False for a generic term, which the lab adds on request but never names as a cause.
+
+    axes: what of a run it depends on besides its arguments, as names of AXES. In
+    `chamber_pressure`, `modulus_factor` and `reading`, `around` has their values, or names, for the
+    rows of the call, as arrays (1, rows, 1). Without runs, as in the simulator, they may be missing
+    from `around`.
+
+    refines: names of the simpler effects of which it is a finer form. The lab adds it on request,
+    but searches it only where a stretch is imposed and these have not sufficed.
+
+    fewest_runs: number of runs of a set from which on it can be told from the course of the input.
+
+    not_simulated: why the simulator refuses it; "" if it simulates it.
+
+    kernel: compiled form of an elastic effect or a wall, with which the lab is fast. A subclass
+    with other methods needs a kernel of its own (`matching_kernel`).
+
+    origin: file and class of a user's own effect, for messages; "" for a built-in one.
+
+    cause, member: the class of causes it belongs to, such as "lag", and its name in that class,
+    such as "tube". Effects of one class often explain a set equally well, and the lab then names
+    the class. "" for an effect that is a class of its own.
     """
 
     name: ClassVar[str] = ""
@@ -182,7 +202,9 @@ class Effect:
 
     @classmethod
     def in_lanes(cls, values: Mapping[str, ArrayLike]) -> Self:
-        """The effect with many trial values (lanes,) of each parameter at once, unchecked."""
+        """The effect with many trial values (lanes,) of each parameter at once; bounds are not
+        checked.
+        """
         effect = cls.__new__(cls)
         effect.values = {
             parameter.name: np.asarray(values[parameter.name], float).reshape(-1, 1, 1)
@@ -193,7 +215,9 @@ class Effect:
 
     @property
     def matching_kernel(self) -> Kernel | None:
-        """The kernel, if it does what the methods do: it is of their class, or of one below."""
+        """The kernel, if it belongs to the class that defines the methods, or to one derived from
+        that; else None.
+        """
         for owner in type(self).__mro__:
             if "kernel" in vars(owner):
                 return self.kernel
@@ -202,7 +226,9 @@ class Effect:
         return None
 
     def kernel_values(self) -> list[Array]:
-        """Rows of values for the kernel, arrays (lanes or 1,): the parameters in their order."""
+        """Rows of values for the kernel, arrays (lanes or 1,): by default the parameters in their
+        order.
+        """
         return [np.ravel(np.asarray(value, float)) for value in self.values.values()]
 
     def __init_subclass__(cls) -> None:

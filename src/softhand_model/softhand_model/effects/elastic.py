@@ -27,7 +27,9 @@ LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 @compiled
 def locking_factor(share: Any) -> Any:
-    """Gent's factor [-] at a share of the invariant at which the rubber locks."""
+    """Gent's factor [-] 1/(1 - share), where share [-] is J1 over the J1 at which the
+    rubber locks.
+    """
     below = 1.0 / (1.0 - np.minimum(share, ALMOST))
     return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2
 
@@ -68,7 +70,7 @@ class GentStiffening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         return stress * locking_factor.py_func(strain.invariant / self.values["jm"])
 
 
@@ -106,7 +108,7 @@ class YeohStiffening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         return stress * (1.0 + 2.0 * self.values["c2"] * strain.invariant)
 
 
@@ -141,17 +143,17 @@ class YeohThirdOrder(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] with the third term."""
+        """Stress [-] (over the shear modulus) with the third term added."""
         return stress + 3.0 * self.values["c3"] * strain.invariant**2 * strain.elastic_term
 
 
 class ArrudaBoyce(ElasticEffect):
-    """Eight chains of finite length: factor L(x)/x over L(x0)/x0, x = sqrt((J1 + 3)/(3*links)),
-    x0 = 1/sqrt(links), with the inverse Langevin function L.
+    """Rubber as eight chains of finite length: factor L(x)/x over L(x0)/x0, x = sqrt((J1 +
+    3)/(3*links)), x0 = 1/sqrt(links), with the inverse Langevin function L.
 
     (E. M. Arruda, M. C. Boyce, J. Mech. Phys. Solids 41, 1993.) The chains are straight at J1 =
-    3*(links - 1); G is the modulus at no strain. L as M. Kroeger has it (J. Non-Newtonian Fluid
-    Mech. 223, 2015), within 0.3 %.
+    3*(links - 1); G is the modulus at zero strain. L is approximated within 0.3 % (M. Kroeger, J.
+    Non-Newtonian Fluid Mech. 223, 2015).
     """
 
     name = "arruda_boyce"
@@ -176,7 +178,7 @@ class ArrudaBoyce(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         rest = 1.0 / self.values["links"]
         share = (1.0 + strain.invariant / 3.0) * rest  # x**2
         below = np.minimum(share, ALMOST)
@@ -197,8 +199,8 @@ CHAIN_SLOPE = float((chain_force(np.array(ALMOST)) - chain_force(np.array(ALMOST
 
 
 class Ogden(ElasticEffect):
-    """One term of Ogden's energy: (2*G/a**2)*(sum of the principal stretches**a - 3), a the
-    exponent; 2 is the base.
+    """One term of Ogden's energy: (2*G/a**2)*(sum of the principal stretches**a - 3) with the
+    exponent a; a = 2 is the base model.
 
     (R. W. Ogden, Proc. R. Soc. Lond. A 326, 1972.) Stress (2*G/a)*(lambda**(a - 1) - lambda**(-c -
     1)) with c = a/2 in uniaxial tension, a in pure shear, 2*a in equibiaxial tension.
@@ -218,7 +220,7 @@ class Ogden(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         return stress * power_stress(strain, self.values["exponent"])
 
 
@@ -227,7 +229,8 @@ ACROSS = {"uniaxial": 0.5, "pure_shear": 1.0, "equibiaxial": 2.0}
 
 
 def power_stress(strain: Strain, exponent: Array | float) -> Array:
-    """Stress [-] of one term of Ogden's energy over the base's, also at no strain.
+    """Stress of one term of Ogden's energy over that of the base model [-], also in the limit of
+    zero strain.
 
     >>> [float(power_stress(Strain(np.array(x)), a)) for x, a in ((1.0, 3.0), (2.0, 2.0))]
     [1.0, 1.0]
@@ -246,8 +249,8 @@ def _mean_growth(total: Array) -> Array:
 
 
 class MooneyRivlin(ElasticEffect):
-    """Second term of Mooney and Rivlin: energy (G/2)*(J1 + b*J2)/(1 + b), b = C01/C10; the shear
-    modulus is that of both terms together (section 3.4.6).
+    """Second term of Mooney and Rivlin: energy (G/2)*(J1 + b*J2)/(1 + b) with b = C01/C10; G is the
+    shear modulus of both terms together (section 3.4.6).
 
     Factor (1 + b/lambda)/(1 + b) in uniaxial, (1 + b*lambda**2)/(1 + b) in equibiaxial tension. In
     bending the rubber is in pure shear, where J1 = J2 (eq. 3.18): the factor is 1.
@@ -269,7 +272,7 @@ class MooneyRivlin(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         ratio = self.values["c01_ratio"]
         return stress * ((1.0 + ratio * strain.second) / (1.0 + ratio))
 
@@ -307,20 +310,22 @@ class SecondInvariant(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         ratio = self.values["ratio"]
         return stress * ((1.0 + ratio * power_stress(strain, 0.0)) / (1.0 + ratio))
 
 
 @compiled
 def thickness(wall: Any, height: Any) -> Any:
-    """Square of the wall's share of half the height [-], at most 1."""
+    """min(2*wall/height, 1)**2 [-]."""
     return np.minimum(2.0 * wall / height, 1.0) ** 2
 
 
 @compiled
 def fading(stretch: Any) -> Any:
-    """Share [-] of a thick wall's excess that is left at a stretch."""
+    """Share [-] of the excess stiffness of a thick wall that is left at a stretch [-]: exp(-(lambda
+    - 1)/0.25).
+    """
     return np.exp((1.0 - stretch) / STRETCH_SCALE)
 
 
@@ -334,8 +339,9 @@ def _thick_wall(stress: Array, trial: Trial, values: Array, state: Array) -> Non
 class ThickWall(ElasticEffect):
     """Empirical: factor 1 + gain*min(2*d/h, 1)**2*exp(-(lambda - 1)/0.25).
 
-    A thick wall is stiffer at small bending than the membrane of eq. 3.21; a guess at the finger of
-    section 5.2.2, as `section_rounding` is. gain*(2*d/h)**2 must not exceed 3.
+    A thick wall is stiffer at small bending than the membrane of eq. 3.21. The form is a guess at
+    why the finger of section 5.2.2 deviates, like `section_rounding`. gain*(2*d/h)**2 must not
+    exceed 3.
     """
 
     name = "thick_wall"
@@ -364,11 +370,11 @@ class ThickWall(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor of this effect."""
         return stress * (1.0 + self._excess(shape) * fading.py_func(strain.stretch))
 
     def allows(self, shape: SectionShape) -> Flags | bool:
-        """Whether the excess is within its limit."""
+        """Whether gain*(2*d/h)**2 is at most 3 at the sections."""
         return self._excess(shape) <= LARGEST_EXCESS
 
     def _excess(self, shape: SectionShape) -> Array:

@@ -22,7 +22,9 @@ WEIGHTS = np.exp(-RATES) * np.log(RATES[1] / RATES[0])
 
 @compiled
 def softened(below: Any, softening: Any, scale: Any) -> Any:
-    """Factor [-] so far below the largest stretch."""
+    """Factor [-] 1 - softening*(1 - exp(-below/scale)) at a stretch that is `below` [-] under the
+    largest one so far.
+    """
     return 1.0 + softening * np.expm1(-below / scale)
 
 
@@ -41,8 +43,8 @@ def _soften(stress: Array, trial: Trial, values: Array, state: Array) -> None:
 
 
 class MullinsSoftening(ElasticEffect):
-    """Below the largest stretch so far: factor 1 - softening*(1 - exp(-(lam_max -
-    lambda)/stretch_scale)).
+    """Softening below the largest stretch so far (Mullins effect): factor 1 - softening*(1 -
+    exp(-(lam_max - lambda)/stretch_scale)).
 
     The largest stretch belongs to the specimen, not to the run. (L. Mullins.)
     """
@@ -79,7 +81,7 @@ class MullinsSoftening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor."""
         below = np.maximum(memory.get("largest_stretch", 1.0) - strain.stretch, 0.0)
         values = self.values
         return stress * softened.py_func(below, values["softening"], values["stretch_scale"])
@@ -87,16 +89,18 @@ class MullinsSoftening(ElasticEffect):
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Keep the largest stretch."""
+        """Store the largest stretch."""
         before = memory.get("largest_stretch", 1.0)
         memory["largest_stretch"] = np.maximum(strain.stretch, before)
 
 
 class Viscoelasticity(ElasticEffect):
-    """Standard linear solid: nu' = -nu/tau + g*Q', added to the elastic stress Q.
+    """Standard linear solid (Zener): nu' = -nu/tau + g*Q', where nu is added to the elastic stress
+    Q.
 
-    The shear modulus is the relaxed one; at once the rubber is 1 + g times as stiff. Q is the
-    stress after the stiffening factors. Exact for a stress that is linear over a step. (Zener.)
+    The shear modulus is the relaxed one; under sudden stretch the rubber is 1 + g times as stiff. Q
+    is the stress after the stiffening factors. The solution is exact for a stress that is linear
+    over a step.
     """
 
     name = "viscoelasticity"
@@ -132,20 +136,22 @@ class Viscoelasticity(ElasticEffect):
     _decay: tuple[Array | float, Array, Array] | None = None
 
     def kernel_values(self) -> list[Array]:
-        """What counts at once, weight and time constant [s] of the lag."""
+        """Rows for `lags.lags_kernel`: share of the stress that acts at once, weight and time
+        constant [s] of the lag.
+        """
         modulus, time = super().kernel_values()
         return [np.ones(1), modulus, time]
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] with the part that has not relaxed yet."""
+        """Stress [-] (over the shear modulus) plus the part that has not relaxed yet."""
         return stress + self._overstress(stress, memory, dt)
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Keep the part that has not relaxed, and the stress."""
+        """Store the part that has not relaxed, and the stress."""
         memory["state"] = self._overstress(stress, memory, dt), stress
 
     def _overstress(self, stress: Array, memory: Memory, dt: Array | float) -> Array:
@@ -159,10 +165,11 @@ class Viscoelasticity(ElasticEffect):
 class Creep(ElasticEffect):
     """Logarithmic creep: the modulus falls by `rate` of itself with every decade of time.
 
-    The stress is Q(t) - rate*int(log10(1 + (t - u)/onset_time)*dQ(u)), Boltzmann's superposition;
-    Q is that after the stiffening factors, G the modulus at once. log(1 + x), the integral over v
-    of (1 - exp(-x*v))*exp(-v)/v, is computed as a sum of MODES lags over DECADES of time. Under a
-    constant load the stretch grows without end, where `viscoelasticity` comes to rest.
+    The stress is Q(t) - rate*int(log10(1 + (t - u)/onset_time)*dQ(u)), Boltzmann's superposition; Q
+    is the stress after the stiffening factors, G the modulus under sudden stretch. log(1 + x), the
+    integral over v of (1 - exp(-x*v))*exp(-v)/v, is computed as a sum of MODES lags over DECADES of
+    time. Under a constant load the stretch grows without end, while with `viscoelasticity` it comes
+    to rest.
     """
 
     name = "creep"
@@ -201,7 +208,9 @@ class Creep(ElasticEffect):
     _decay: tuple[Array | float, Array, Array] | None = None
 
     def kernel_values(self) -> list[Array]:
-        """Share of the stress that does not lag; weights and time constants [s] of the lags."""
+        """Rows for `lags.lags_kernel`: share of the stress that acts at once, weights and time
+        constants [s] of the lags.
+        """
         rate, onset = super().kernel_values()
         share = rate / np.log(10.0)
         weights = [share * weight for weight in WEIGHTS]
@@ -210,14 +219,14 @@ class Creep(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] less what has crept away."""
+        """Stress [-] (over the shear modulus) less the part that has crept away."""
         rate = self.values["rate"] / np.log(10.0)
         return stress - rate * np.sum(self._crept(stress, memory, dt) * WEIGHTS, axis=-1)
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Keep the lagging stresses, and the stress."""
+        """Store the lagging stresses, and the stress."""
         memory["state"] = self._crept(stress, memory, dt), stress
 
     def _crept(self, stress: Array, memory: Memory, dt: Array | float) -> Array:
@@ -253,10 +262,11 @@ def _rub(stress: Array, trial: Trial, values: Array, state: Array) -> None:
 
 
 class Hysteresis(ElasticEffect):
-    """Rate-independent: s_c*w added, dw = (sign(dlambda) - w)*abs(dlambda)/stretch_scale.
+    """Rate-independent friction: s_c*w is added to the stress, with dw = (sign(dlambda) -
+    w)*abs(dlambda)/stretch_scale.
 
-    The model of Duhem and Dahl, exact for any step in one direction. Section 5.2.4 sees 1 to 2 mm
-    of it at the tip.
+    This is the model of Duhem and Dahl, exact for any step in one direction. In section 5.2.4 it
+    amounts to 1 to 2 mm at the tip.
     """
 
     name = "hysteresis"
@@ -294,13 +304,13 @@ class Hysteresis(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] with the friction."""
+        """Stress [-] (over the shear modulus) plus the friction s_c*w."""
         return stress + self.values["relative_pressure"] * self._turned(strain.stretch, memory)
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Keep w and the stretch."""
+        """Store w and the stretch."""
         memory["state"] = self._turned(strain.stretch, memory), strain.stretch
 
     def _turned(self, stretch: Array, memory: Memory) -> Array:

@@ -79,7 +79,7 @@ class LineFriction(FlowEffect):
 
 
 class SwitchingVolume(FlowEffect):
-    """What a pulse moves by being switched: c3*p_in(t_on) + c4*p_out(t_on) (eq. 4.1).
+    """Air that a pulse moves by switching alone: c3*p_in(t_on) + c4*p_out(t_on) (eq. 4.1).
 
     c3 and c4 [kg/Pa]; a dead volume V between valve and choke gives c3 = V/(R_s*T) = -c4 while
     inflating (1.8e-12 kg/Pa for 0.15 cm3). ERRATUM: while deflating p_out is ambient and constant,
@@ -116,7 +116,7 @@ class SwitchingVolume(FlowEffect):
 
 
 class PulseBias(FlowEffect):
-    """The bias c0 [kg] of a pulse, a value a direction: what the other terms get wrong on average
+    """The bias c0 [kg] of a pulse, with one value per direction: the mean error of the other terms
     (eq. 4.1).
     """
 
@@ -164,7 +164,7 @@ class ValveDelay(FlowEffect):
     rank = -1
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
-        """The pulse with the time that the valve is open."""
+        """The pulse with the time for which the valve is open."""
         return pulse.lasting(np.maximum(pulse.duration - self.of("delay"), 0.0))
 
 
@@ -198,12 +198,13 @@ class Leakage(FlowEffect):
         return mass - self.leak(channel) * pulse.duration
 
     def leak(self, pressure_abs: Array) -> Array:
-        """Air [kg/s] that leaks at an absolute pressure [Pa] of the channel."""
+        """Air [kg/s] that leaks from a channel at an absolute pressure [Pa]."""
         return self.of("conductance") * (pressure_abs - AMBIENT_PRESSURE)
 
 
 class SupplyDroop(FlowEffect):
-    """Inflating, the supply falls with the mean flow: p_in -> p_in - resistance*mass/duration.
+    """While inflating, the supply pressure falls with the mean flow: p_in -> p_in -
+    resistance*mass/duration.
 
     The mass [kg] is the pulse's own, so the equation is implicit. The integrals are measured, with
     the supply as it was, and are not changed.
@@ -227,7 +228,7 @@ class SupplyDroop(FlowEffect):
     }
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
-        """The pulse with the supply pressure that is left to it."""
+        """The pulse with the lowered supply pressure."""
         lasting = np.where(pulse.duration > 0.0, pulse.duration, np.inf)
         loss = np.where(pulse.inflating, self.of("resistance") * mass / lasting, 0.0)
         return pulse.fed_at(pulse.p_in - loss)
@@ -251,5 +252,5 @@ class PolytropicGas(FlowEffect):
     rank = 1
 
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
-        """Mass [kg] as read by who takes the air to be isothermal."""
+        """Mass [kg] as measured by someone who assumes isothermal air."""
         return mass * self.of("exponent")

@@ -1,8 +1,8 @@
-"""Effects of a whole hand: most act in one place of it, which the lab finds as well.
+"""Effects of a whole hand. Most act at one place of it, which the lab finds along with the effect.
 
 A class such as `ActuatorScatter` says what happens; `at` gives the class of one place, named
-`actuator_scatter[index]`. The places of one effect are effects of their own to a search, and a
-model file may hold several of them. More of them are in `hand_parts`.
+`actuator_scatter[index]`. For a search, each place of an effect is an effect of its own, and a
+model file may hold several of them. More effects of a hand are in `hand_parts`.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each 
 class HandEffect(Effect):
     """Base class of the effects of a hand.
 
-    place_keys: what names a place, such as `actuator`; empty of an effect that acts in the whole
-    hand. where: the place, names by key; empty of a class whose place is not known yet, which is
-    `kind` of all its places. of_measurement: whether it is no change of the hand, but of how its
-    markers were measured: a simulated hand does not change with it.
+    place_keys: what names a place, such as `actuator`; empty for an effect of the whole hand.
+    where: the place, as names by key; empty for a class without a place. kind: name of the effect
+    without its place. of_measurement: whether it changes how markers were measured, and not the
+    hand, so that a simulated hand does not change with it.
     """
 
     stage = "hand"
@@ -53,7 +53,7 @@ class HandEffect(Effect):
 
     @classmethod
     def at(cls, **where: str) -> type[Self]:
-        """The class of one place; raises ValueError for other keys than `place_keys`.
+        """The class of the effect at one place; raises ValueError for other keys than `place_keys`.
 
         >>> ActuatorScatter.at(actuator="index").name
         'actuator_scatter[index]'
@@ -75,12 +75,12 @@ class HandEffect(Effect):
 
     @classmethod
     def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
-        """All places at which it may act, of a hand and of the markers on it, by name."""
+        """All places, as names by key, at which the effect may act in a hand with these markers."""
         raise NotImplementedError(f"{cls.__name__}.places")
 
     @classmethod
     def check_place(cls, hand: HandDescription, markers: Collection[str] = ()) -> None:
-        """Raise ValueError unless a hand, or its markers, have the place of this class."""
+        """Raise ValueError unless the hand, or its markers, have the place of this class."""
         places = cls.places(hand, markers)
         if dict(cls.where) not in places:
             known = listed(" to ".join(place.values()) for place in places)
@@ -94,11 +94,13 @@ class HandEffect(Effect):
         return 1.0
 
     def tilt_of(self, chain: str) -> Array:
-        """Turn (3,) [rad], roll, pitch, yaw, of a chain's base about its own axes."""
+        """Rotation of the base of a chain about its own axes, as roll, pitch and yaw (3,) [rad]."""
         return np.zeros(3)
 
     def share_between(self, source: str, target: str) -> float:
-        """Share [-] of the pressure of one channel that acts in the actuators of another."""
+        """Share [-] of the pressure of channel `source` that acts in the actuators of channel
+        `target`.
+        """
         return 0.0
 
     def strut_factor(self) -> float:
@@ -106,19 +108,19 @@ class HandEffect(Effect):
         return 1.0
 
     def palm_factor(self) -> float:
-        """Factor [-] on the stiffness of the palm: of its arcs' springs and of its sheet."""
+        """Factor [-] on the stiffness of the palm: on the springs of its arcs and on its sheet."""
         return 1.0
 
     def tip_mass_of(self, chain: str) -> float:
-        """Mass [kg] at the tip of a chain beyond that of its rubber."""
+        """Mass [kg] at the tip of a chain in addition to its rubber."""
         return 0.0
 
     def friction_factor(self) -> float:
-        """Factor [-] on the friction of the hand's rubber with anything else."""
+        """Factor [-] on the friction of the rubber of the hand with other things."""
         return 1.0
 
     def damping_time(self) -> float | None:
-        """Damping of all joints over their stiffness [s]; None: that of the base model."""
+        """Damping of all joints over their stiffness [s]; None: as in the base model."""
         return None
 
     def lag_of(self, channel: str) -> float:
@@ -126,24 +128,32 @@ class HandEffect(Effect):
         return 0.0
 
     def marker_offset_of(self, marker: str) -> Array:
-        """Way (3,) [m] from where a marker is said to be, in the frame of the curve there."""
+        """Displacement (3,) [m] of a marker from its stated place, in the frame of the centre line
+        there.
+        """
         return np.zeros(3)
 
     def frame_turn(self) -> Array:
-        """Turn (3,) [rad], roll, pitch, yaw, of the frame of the markers in that of the wrist."""
+        """Rotation of the frame of the markers relative to that of the wrist, as roll, pitch and
+        yaw (3,) [rad].
+        """
         return np.zeros(3)
 
     def wrench_gain(self) -> float:
-        """Factor [-] on the wrench at the wrist as it is read."""
+        """Factor [-] on the measured wrench at the wrist."""
         return 1.0
 
     def wrench_bias(self) -> Array:
-        """What is added (6,) [N] and [N m] to the wrench as it is read, in the wrist's axes."""
+        """Force (3) [N] and torque (3) [N m], (6,), added to the measured wrench, in the axes of
+        the wrist.
+        """
         return np.zeros(6)
 
 
 def turn_parameters(about: str) -> tuple[Parameter, ...]:
-    """Roll, pitch and yaw [rad] of an effect that turns something, described as `about` an axis."""
+    """Parameters roll, pitch and yaw [rad] of an effect that rotates something. about: words before
+    the axis in their descriptions, as in `turn about its x`.
+    """
     return tuple(
         Parameter(
             name,
@@ -161,8 +171,8 @@ def turn_parameters(about: str) -> tuple[Parameter, ...]:
 class ActuatorScatter(HandEffect):
     """One actuator is softer or stiffer than the others: its shear modulus times a factor.
 
-    Silicone of another batch, or of another age. A channel feeds it as before, so it bends more and
-    carries less where it is soft.
+    It may be of silicone of another batch or age. Its channel has the same pressure, so a softer
+    actuator bends more and carries less.
     """
 
     name = "actuator_scatter"
@@ -195,8 +205,8 @@ class ActuatorScatter(HandEffect):
 
 
 class MountTilt(HandEffect):
-    """A chain sits askew: its base is turned in its mount by roll, pitch and yaw about its own x,
-    y and z; chains on its tip turn along.
+    """A chain is mounted askew: its base is rotated in its mount by roll, pitch and yaw about its
+    own x, y and z. Chains on its tip rotate with it.
     """
 
     name = "mount_tilt"
@@ -212,17 +222,18 @@ class MountTilt(HandEffect):
         return [{"chain": chain.name} for chain in hand.chains]
 
     def tilt_of(self, chain: str) -> Array:
-        """Turn (3,) [rad], roll, pitch, yaw, of a chain's base about its own axes."""
+        """Rotation of the base of a chain about its own axes, as roll, pitch and yaw (3,) [rad]."""
         if chain != self.where["chain"]:
             return np.zeros(3)
         return np.array([self.values[name] for name in ("roll", "pitch", "yaw")], float)
 
 
 class Crosstalk(HandEffect):
-    """A channel's pressure acts in another: actuators of `to` feel p_to + share*p_from, gauge.
+    """The pressure of one channel acts in another: in the actuators of `to` the gauge pressure is
+    p_to + share*p_from.
 
-    A leak between two tubes that a regulator keeps at their pressures, or a gauge on the wrong
-    side of it. The air of each channel is counted as before.
+    The cause may be a leak between two tubes whose pressures a regulator maintains, or a pressure
+    sensor on the wrong side of such a leak. The air mass of each channel is counted without it.
     """
 
     name = "crosstalk"
@@ -248,22 +259,24 @@ class Crosstalk(HandEffect):
         return [{"from": one, "to": other} for one, other in permutations(hand.channels, 2)]
 
     def share_between(self, source: str, target: str) -> float:
-        """Share [-] of the pressure of one channel that acts in the actuators of another."""
+        """Share [-] of the pressure of channel `source` that acts in the actuators of channel
+        `target`.
+        """
         here = (source, target) == (self.where["from"], self.where["to"])
         return float(self.values["share"]) if here else 0.0
 
 
 # ---------------------------------------------------------------------- on a hand
 def effects_of_hand(effects: Iterable[Effect]) -> list[HandEffect]:
-    """Those of the effects that act on a whole hand."""
+    """The effects that act on a whole hand."""
     return [effect for effect in effects if isinstance(effect, HandEffect)]
 
 
 def check_places(
     hand: HandDescription, effects: Iterable[Effect], markers: Collection[str] | None = None
 ) -> None:
-    """Raise ValueError for an effect that acts where a hand has no place, or, with the names of
-    markers, where it has no marker.
+    """Raise ValueError for an effect at a place that the hand does not have, or at a marker that is
+    not among `markers`; markers None: markers are not checked.
     """
     for effect in effects_of_hand(effects):
         if markers is not None or not effect.of_measurement:
@@ -271,40 +284,44 @@ def check_places(
 
 
 def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
-    """Factor [-] on the shear modulus of an actuator under all the effects."""
+    """Factor [-] of all effects on the shear modulus of an actuator."""
     return float(np.prod([effect.modulus_of(actuator) for effect in effects_of_hand(effects)]))
 
 
 def palm_factor(effects: Iterable[Effect]) -> float:
-    """Factor [-] on the stiffness of the palm under all the effects."""
+    """Factor [-] of all effects on the stiffness of the palm."""
     return float(np.prod([effect.palm_factor() for effect in effects_of_hand(effects)]))
 
 
 def friction_factor(effects: Iterable[Effect]) -> float:
-    """Factor [-] on the friction of the hand's rubber with anything else, under all the effects."""
+    """Factor [-] of all effects on the friction of the rubber of the hand with other things."""
     return float(np.prod([effect.friction_factor() for effect in effects_of_hand(effects)]))
 
 
 def damping_time(effects: Iterable[Effect]) -> float:
-    """Damping of all joints over their stiffness [s] under all the effects."""
+    """Damping of all joints over their stiffness [s]: that of an effect, or else of the
+    base model.
+    """
     stated = [effect.damping_time() for effect in effects_of_hand(effects)]
     return next((time for time in reversed(stated) if time is not None), DAMPING_TIME)
 
 
 def channel_lags(hand: HandDescription, effects: Iterable[Effect]) -> Array:
-    """Time constants (channels,) [s] with which the actuators follow the channels' pressures."""
+    """Time constants (channels,) [s] with which the actuators follow the pressures of their
+    channels.
+    """
     acting = effects_of_hand(effects)
     return np.array([sum(e.lag_of(name) for e in acting) for name in hand.channels], float)
 
 
 def tip_mass(chain: str, effects: Iterable[Effect]) -> float:
-    """Mass [kg] that the effects put on the tip of a chain."""
+    """Mass [kg] that the effects add to the tip of a chain."""
     return float(sum(effect.tip_mass_of(chain) for effect in effects_of_hand(effects)))
 
 
 def altered(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription:
-    """The hand with its chains mounted, and its struts and sheet as stiff, as the effects have it;
-    raises as `check_places`.
+    """The hand with mounts, struts and palm sheet changed by the effects; raises ValueError as
+    `check_places` does.
     """
     acting = effects_of_hand(effects)
     check_places(hand, acting)
@@ -327,7 +344,9 @@ def altered(hand: HandDescription, effects: Iterable[Effect]) -> HandDescription
 
 
 def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
-    """Share (actuators, channels) [-] of each channel's pressure that acts in each actuator."""
+    """Share (actuators, channels) [-] of the pressure of each channel that acts in each
+    actuator.
+    """
     acting = effects_of_hand(effects)
     between = np.array(
         [
@@ -344,8 +363,8 @@ def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
 def at_places(
     hand: HandDescription, classes: Mapping[str, type[Effect]], markers: Collection[str] = ()
 ) -> dict[str, type[Effect]]:
-    """The classes by name, with one for each place of a hand, or of the markers on it, in place of
-    those without a place.
+    """Effect classes by name, in which each class without a place is replaced by one class for each
+    place of the hand, or of the markers on it.
     """
     found: dict[str, type[Effect]] = {}
     for name, effect in classes.items():

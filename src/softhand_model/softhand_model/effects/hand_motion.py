@@ -1,4 +1,4 @@
-"""Effects of a hand that only its motion shows."""
+"""Effects of a hand that only show when it moves."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ UNSEEN_AT_REST: Mapping[str, str] = {"hand_pose": "a hand at rest shows nothing 
 
 
 class JointDamping(HandEffect):
-    """The rubber of all joints damps more or less: a Kelvin-Voigt damper beside each spring, of
-    `time` times its stiffness, in place of the base model's.
+    """The rubber of all joints damps more or less: each spring has a Kelvin-Voigt damper of `time`
+    times its stiffness, in place of that of the base model.
     """
 
     name = "joint_damping"
@@ -51,8 +51,8 @@ class JointDamping(HandEffect):
 class ChannelLag(HandEffect):
     """A channel's pressure reaches its actuators through a tube: time_constant*p' = p_read - p.
 
-    First order, exact for readings that go straight between samples. The air of the channel is
-    counted as if its pressure were everywhere the one that is read.
+    It is of first order, and exact for readings that are linear between samples. The air mass of
+    the channel is counted as if the measured pressure were everywhere.
     """
 
     name = "channel_lag"

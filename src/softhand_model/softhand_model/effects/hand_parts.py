@@ -46,8 +46,8 @@ class StrutStiffness(HandEffect):
 
 
 class PalmStiffness(HandEffect):
-    """The palm yields more or less: the springs of its arcs, and its sheet, times a factor. How far
-    pressure bends it freely stays as it is.
+    """The palm yields more or less: the stiffness of its arcs and of its sheet is multiplied by a
+    factor. Its free bending under pressure does not change.
     """
 
     name = "palm_stiffness"
@@ -105,8 +105,8 @@ class TipMass(HandEffect):
 
 
 class Friction(HandEffect):
-    """The hand's rubber rubs more or less: its Coulomb friction with anything else times a factor,
-    as of dusty, wet or powdered skin. Rubber on rubber stays as it is.
+    """The rubber of the hand has more or less friction: its Coulomb friction with other things is
+    multiplied by a factor, as for dusty, wet or powdered skin. Rubber on rubber does not change.
     """
 
     name = "friction"
@@ -131,13 +131,13 @@ class Friction(HandEffect):
         return [{}]
 
     def friction_factor(self) -> float:
-        """Factor [-] on the friction of the hand's rubber with anything else."""
+        """Factor [-] on the friction of the rubber of the hand with other things."""
         return float(self.values["factor"])
 
 
 class MarkerOffset(HandEffect):
-    """A marker sits elsewhere than stated: away by x, y, z in the frame of the smooth curve there
-    (z along it, x to the bending side). The simulated hand does not change with it.
+    """A marker is not where it is stated: it is displaced by x, y, z in the frame of the centre
+    line there (z along it, x to the bending side). The simulated hand does not change with it.
     """
 
     name = "marker_offset"
@@ -167,15 +167,17 @@ class MarkerOffset(HandEffect):
         return [{"marker": name} for name in markers]
 
     def marker_offset_of(self, marker: str) -> Array:
-        """Way (3,) [m] from where a marker is said to be."""
+        """Displacement (3,) [m] of a marker from its stated place, in the frame of the centre line
+        there.
+        """
         if marker != self.where["marker"]:
             return np.zeros(3)
         return np.array([self.values[axis] for axis in "xyz"], float)
 
 
 class FrameTilt(HandEffect):
-    """The frame of the markers is turned against that of the wrist by roll, pitch, yaw about the
-    wrist's x, y, z. The simulated hand does not change with it.
+    """The frame of the markers is rotated relative to that of the wrist by roll, pitch and yaw
+    about the x, y and z of the wrist. The simulated hand does not change with it.
     """
 
     name = "frame_tilt"
@@ -189,5 +191,7 @@ class FrameTilt(HandEffect):
         return [{}] if markers else []
 
     def frame_turn(self) -> Array:
-        """Turn (3,) [rad], roll, pitch, yaw, of the markers in the frame of the wrist."""
+        """Rotation of the frame of the markers relative to that of the wrist, as roll, pitch and
+        yaw (3,) [rad].
+        """
         return np.array([self.values[name] for name in ("roll", "pitch", "yaw")], float)

@@ -1,4 +1,4 @@
-"""Effects of the gauge at the wrist of a hand: what it reads, not what the hand does."""
+"""Effects of the force-torque sensor at the wrist of a hand: on what it reads, not on the hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TORQUE_BIAS, USUAL_TORQUE_BIAS = 0.5, 0.03  # [N m]
 
 
 class OfGauge(HandEffect):
-    """Base class of what a gauge of force and torque adds, in presses."""
+    """Base class of the errors of the force-torque sensor at the wrist, in presses."""
 
     experiments = frozenset({"press"})
     of_measurement = True
@@ -32,8 +32,8 @@ class OfGauge(HandEffect):
 
 
 class WrenchGain(OfGauge):
-    """The gauge at the wrist reads a factor too much, alike in all forces and torques. The
-    simulated hand does not change with it.
+    """The force-torque sensor at the wrist has a wrong scale: it reads all forces and torques times
+    the same factor. The simulated hand does not change with it.
     """
 
     name = "wrench_gain"
@@ -51,13 +51,13 @@ class WrenchGain(OfGauge):
     )
 
     def wrench_gain(self) -> float:
-        """Factor [-] on the wrench at the wrist as it is read."""
+        """Factor [-] on the measured wrench at the wrist."""
         return float(self.values["factor"])
 
 
 class WrenchBias(OfGauge):
-    """The gauge at the wrist reads something where nothing acts: the same force and torque all the
-    time, along the wrist's axes. The simulated hand does not change with it.
+    """The force-torque sensor at the wrist has a wrong zero: the same force and torque, along the
+    axes of the wrist, are added to all readings. The simulated hand does not change with it.
     """
 
     name = "wrench_bias"
@@ -72,5 +72,7 @@ class WrenchBias(OfGauge):
     )
 
     def wrench_bias(self) -> Array:
-        """What is added (6,) [N] and [N m] to the wrench as it is read, in the wrist's axes."""
+        """Force (3) [N] and torque (3) [N m], (6,), added to the measured wrench, in the axes of
+        the wrist.
+        """
         return np.array([self.values[parameter.name] for parameter in self.parameters], float)

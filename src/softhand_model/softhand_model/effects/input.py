@@ -1,4 +1,4 @@
-"""Input effects: what pressure acts in the chamber."""
+"""Input effects: which pressure acts in the chamber, given the reading of the pressure sensor."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from softhand_model.effects.whole_runs import RunTimes, lagged_in_runs
 class PressureOffset(InputEffect):
     """The pressure sensor's zero is off: p_read = p + offset.
 
-    With `pressure_gain`: p_read = gain*p + offset, so the offset is taken off first.
+    With `pressure_gain`: p_read = gain*p + offset, so the offset is subtracted from the reading
+    first.
     """
 
     name = "pressure_offset"
@@ -47,8 +48,8 @@ class PressureOffset(InputEffect):
 class PressureGain(InputEffect):
     """The pressure sensor's scale is off: p_read = gain*p (after `pressure_offset`).
 
-    Bending depends on p/G, so there it shows only beyond what the calibration of G can take up, or
-    in forces against a gauge.
+    Bending depends on p/G. So there it only shows as far as the calibration of G cannot imitate it;
+    in forces of a blocked tip it always shows.
     """
 
     name = "pressure_gain"
@@ -73,8 +74,8 @@ class PressureGain(InputEffect):
 class TubeLag(InputEffect):
     """The chamber follows the sensor through the tube: time_constant*p' = p_read - p.
 
-    First order, in place of the flow itself (`pneumatics.plant`); exact for readings that are
-    linear between samples.
+    It is of first order, a simple form of the flow (`pneumatics.plant`), and exact for readings
+    that are linear between samples.
     """
 
     name = "tube_lag"
@@ -105,12 +106,14 @@ class TubeLag(InputEffect):
         return lagged(pressure, memory, dt, self.values["time_constant"])
 
     def in_runs(self, pressure: Array, times: RunTimes) -> Array:
-        """The same [Pa] (lanes, rows, 1) through whole runs."""
+        """Pressure (lanes, rows, 1) [Pa] in the chamber through whole runs, as `chamber_pressure`
+        gives it step by step.
+        """
         return lagged_in_runs(pressure, times, self.values["time_constant"])
 
 
 class DeadZone(InputEffect):
-    """The first pressure does nothing: p -> max(0, p - threshold)."""
+    """Pressure up to a threshold has no effect: p -> max(0, p - threshold)."""
 
     name = "dead_zone"
     cause, member = "offset", "dead zone"
@@ -134,13 +137,13 @@ class DeadZone(InputEffect):
     rank = 3
 
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
-        """Pressure [Pa] that acts."""
+        """Pressure [Pa] that has an effect."""
         return np.maximum(pressure - self.values["threshold"], 0.0)
 
 
 class ClockOffset(InputEffect):
-    """Output and pressure were recorded by two clocks: what shows at t is what p(t - delay) does,
-    delay = offset + drift*(t - start of the run).
+    """Output and pressure were recorded by two clocks: the output at time t belongs to the pressure
+    p(t - delay), with delay = offset + drift*(t - start of the run).
 
     A video that runs 0.3 s late has an offset of 0.3 s. Between samples the pressure is
     interpolated; a run that does not start steady is taken to have been at 0 before.
@@ -173,5 +176,5 @@ class ClockOffset(InputEffect):
     not_simulated = "it parts two clocks of a recording, and a simulated hand has one"
 
     def delay(self, elapsed: Array) -> Array | float:
-        """Delay [s] of what shows so long [s] after the run began."""
+        """Delay [s] of the output at times `elapsed` [s] since the start of the run."""
         return self.values["offset"] + self.values["drift"] * elapsed

@@ -32,10 +32,10 @@ SIZES = 5
 class Trial(NamedTuple):
     """A stretch that is tried as the one at the end of a time step.
 
-    stretch (lanes,) [-]; dt [s]: duration of the step, 0 at a run's first sample; accepted: whether
-    the step ends with this stretch, so that the state has to be taken over; mode: PURE_SHEAR,
-    UNIAXIAL, EQUIBIAXIAL or LINEAR, see `stages.Strain`; sizes (5, lanes) of the sections: HEIGHT,
-    WIDTH, WALL, SIDE_WALL [m] and RATIO [-].
+    stretch (lanes,) [-]. dt [s]: duration of the step; 0 at the first sample of a run. accepted:
+    whether the step ends with this stretch, so that the state has to be updated. mode: PURE_SHEAR,
+    UNIAXIAL, EQUIBIAXIAL or LINEAR, see `stages.Strain`. sizes (5, lanes): HEIGHT, WIDTH, WALL,
+    SIDE_WALL [m] and RATIO [-] of the sections.
     """
 
     stretch: Array
@@ -56,16 +56,17 @@ call_act, call_begin_step = call_with(ACT), call_with(BEGIN_STEP)
 class Kernel:
     """The compiled form of an effect: functions decorated with `numerics.compiled.compiled`.
 
-    act(stress, trial, values, state): changes stress (lanes,) [-] in place from that without the
-    effect to that with it. values (k, lanes): of `Effect.kernel_values`. state (m, lanes): at the
-    start of the step; to be changed if `trial.accepted`, and only then.
+    act(stress, trial, values, state): changes stress (lanes,) [-] in place, from that without the
+    effect to that with it. values (k, lanes): from `Effect.kernel_values`. state (m, lanes): at the
+    start of the step; to be changed if `trial.accepted` is true, and only then.
 
-    begin_step(dt, values, state): called before a step, for what depends on its duration [s] alone.
+    begin_step(dt, values, state): called before each step, for what depends only on its duration
+    [s].
 
-    rest: the state of a section that has rested for long, a number for each row. Before these come
-    the rows of what belongs to the specimen, `ElasticEffect.largest`, in its order.
+    rest: the state of a section that has rested for long, one number for each row. In `state`, the
+    rows of `ElasticEffect.largest`, which belong to the specimen, come before these, in its order.
 
-    Raises TypeError for functions that are not decorated.
+    Raises TypeError for functions without the decorator.
     """
 
     act: Callable[..., None]
@@ -84,7 +85,7 @@ class Kernel:
 
     @cached_property
     def addresses(self) -> tuple[int, int]:
-        """Addresses of act and begin_step, compiled; 0 for none."""
+        """Addresses of the compiled act and begin_step; 0 for a function that is None."""
         begin = 0 if self.begin_step is None else address_of(self.begin_step, BEGIN_STEP)
         return address_of(self.act, ACT), begin
 
@@ -92,7 +93,7 @@ class Kernel:
 # ---------------------------------------------------------------------- for use in kernels
 @compiled
 def base_stress(stretch: Any, mode: Any) -> Any:
-    """Stress of the base [-], as `stages.Strain.elastic_term` has it."""
+    """Stress of the base model over the shear modulus [-], as in `stages.Strain.elastic_term`."""
     inverse = 1.0 / stretch
     if mode == PURE_SHEAR:
         return stretch - inverse * inverse * inverse
@@ -105,7 +106,7 @@ def base_stress(stretch: Any, mode: Any) -> Any:
 
 @compiled
 def invariant(stretch: Any, mode: Any) -> Any:
-    """Invariant J1 [-], as `stages.Strain.invariant` has it."""
+    """Invariant J1 [-], as in `stages.Strain.invariant`."""
     inverse = 1.0 / stretch
     if mode == PURE_SHEAR:
         return (stretch - inverse) ** 2

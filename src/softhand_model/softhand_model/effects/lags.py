@@ -1,8 +1,8 @@
-"""Kernel of what relaxes or creeps: a sum of lags.
+"""Kernel of effects that relax or creep: a sum of lags.
 
-Each lag keeps what the stress is ahead of what follows it with a time constant tau,
-d' = -d/tau + Q', and adds its weight times d. So over a step such an effect is a straight line over
-the stress, known before the stretch is sought.
+Each lag stores the difference d between the stress Q and a value that follows Q with the time
+constant tau: d' = -d/tau + Q'. Its weight times d is added to the stress. So over a step the result
+of such an effect is linear in the stress, and known before the stretch is sought.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ SAME_STEP = 1e-9  # relative difference of two durations that are one
 
 
 def lags_kernel(lags: int) -> Kernel:
-    """The kernel for so many lags: values are 1, or what counts at once, weights and times."""
+    """The kernel for a number of lags. Its rows of values are the share of the stress that acts at
+    once, then the weights, then the time constants [s].
+    """
     return Kernel(_act, _begin_step, rest=(0.0, 0.0, -1.0, 0.0, *(3 * lags * [0.0])))
 
 

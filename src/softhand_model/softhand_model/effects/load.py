@@ -1,4 +1,4 @@
-"""Load effects: what changes the load or the modulus."""
+"""Load effects: what changes the load of a section, or the shear modulus in it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 class TemperatureModulus(LoadEffect):
-    """G*(1 + coefficient*(T - 293.15 K)).
+    """The shear modulus depends on temperature: G*(1 + coefficient*(T - 293.15 K)).
 
-    An ideal rubber has +1/293 per kelvin (its modulus is entropic); filled ones soften instead.
+    An ideal rubber has +1/293 per kelvin (its modulus is entropic); filled rubbers soften when
+    warm.
     """
 
     name = "temperature_modulus"
@@ -53,8 +54,8 @@ class TemperatureModulus(LoadEffect):
 class SectionRounding(LoadEffect):
     """Empirical: load s*(1 - gain*exp(-max(p, 0)/pressure_scale)).
 
-    At low pressure the section rounds instead of bending the finger; a guess at why the thesis's
-    actuator with a wall of 5.5 mm is stiffer at low pressure (section 5.2.2).
+    At low pressure the section gets round instead of bending the finger. This is a guess at why the
+    actuator of the thesis with a wall of 5.5 mm is stiffer at low pressure (section 5.2.2).
     """
 
     name = "section_rounding"
@@ -88,7 +89,7 @@ class SectionRounding(LoadEffect):
     stands_for = ("gauge_compliance",)  # of a holder that hardens force is missing likewise
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] that bends at a chamber pressure [Pa]."""
+        """Load [-] that bends, at a chamber pressure [Pa], from that of the base model."""
         gone = np.exp(-np.maximum(pressure, 0.0) / self.values["pressure_scale"])
         return load * (1.0 - self.values["gain"] * gone)
 
@@ -132,17 +133,17 @@ class ChamberContact(LoadEffect):
     rank = 1
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] with that of the chambers on one another, at a chamber pressure [Pa]."""
+        """Load [-] with the push between chambers, at a chamber pressure [Pa]."""
         above = np.maximum(pressure / self.values["onset"] - 1.0, 0.0)
         return load * (1.0 + self.values["gain"] * above)
 
 
 class Ballooning(LoadEffect):
-    """Chambers swell at a pressure: s*(1 + gain*r**n/(1 + r**n)), r = max(p, 0)/onset.
+    """Chambers swell about a pressure: s*(1 + gain*r**n/(1 + r**n)), r = max(p, 0)/onset.
 
     Empirical: a thin wall yields near a pressure, as a balloon does, and stops at its neighbour or
     its fibres. The load rises from s to (1 + gain)*s about the onset, with sharpness n. It has no
-    memory: walls that return at a lower pressure than they snapped through are not covered.
+    memory: walls that snap back at a lower pressure than they snapped through are not modelled.
     """
 
     name = "ballooning"
@@ -178,7 +179,7 @@ class Ballooning(LoadEffect):
     }
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] of the swollen chambers at a pressure [Pa]."""
+        """Load [-] of the swollen chambers, at a chamber pressure [Pa]."""
         logarithm = np.log(np.maximum(pressure, 1e-9) / self.values["onset"])
         come = 0.5 * (1.0 + np.tanh(0.5 * self.values["sharpness"] * logarithm))
         return load * (1.0 + self.values["gain"] * come)
@@ -187,8 +188,8 @@ class Ballooning(LoadEffect):
 class Ageing(LoadEffect):
     """The rubber ages from run to run: G*(1 + per_run*n) in a specimen's n-th run, from 0.
 
-    Runs count in the order of the set, for each specimen; `virgin: true` starts at 0 again. Never
-    below a hundredth of G. Simulator and monitor are at the first run.
+    Runs are counted in the order of the set, for each specimen; a run with `virgin: true` counts as
+    0 again. The modulus never falls below a hundredth of G. In simulator and monitor, n is 0.
     """
 
     name = "ageing"
@@ -223,8 +224,9 @@ class Ageing(LoadEffect):
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
-    In the simulator the physics engine pulls at the segments; free bending takes the moment of what
-    lies beyond x in the deformed shape, positive when it straightens (`loaded_finger.Weight`).
+    In the simulator the physics engine pulls at the segments. In free bending, the weight beyond x
+    causes a moment in the deformed shape, positive when it straightens the finger
+    (`loaded_finger.Weight`).
     """
 
     name = "gravity"

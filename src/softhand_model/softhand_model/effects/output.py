@@ -1,4 +1,6 @@
-"""Output effects, what the sensor shows; and a generic term for what no effect explains."""
+"""Output effects: what a sensor reads of the true value; and a generic term for what no effect
+explains.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ HIGHEST = 1.5  # of the logarithm of the factor between two knots
 
 
 class AngleOffset(OutputEffect):
-    """The tip's angle reads too much or too little everywhere: y_read = y + offset."""
+    """The tip angle is read too large or too small by the same angle in all samples: y_read = y +
+    offset.
+    """
 
     name = "angle_offset"
     cause, member = "offset", "angle"
@@ -79,10 +83,10 @@ class ForceOffset(OutputEffect):
 
 
 class AngleSensorLag(OutputEffect):
-    """The angle's reading follows the tip: time_constant*y_read' = y - y_read.
+    """The reading of the tip angle lags behind the tip: time_constant*y_read' = y - y_read.
 
-    A filter in the sensor or in the camera's tracking; exact for angles that are linear between
-    samples.
+    The cause may be a filter in the sensor or in the tracking of a camera. Exact for angles that
+    are linear between samples.
     """
 
     name = "angle_sensor_lag"
@@ -114,15 +118,16 @@ class AngleSensorLag(OutputEffect):
         return lagged(value, memory, dt, self.values["time_constant"])
 
     def in_runs(self, value: Array, times: RunTimes) -> Array:
-        """The same (lanes, rows, 1) through whole runs."""
+        """Readings (lanes, rows, 1) through whole runs, as `reading` gives them step by step."""
         return lagged_in_runs(value, times, self.values["time_constant"])
 
 
 class CameraPerspective(OutputEffect):
-    """A camera that looks at the finger aslant: tan(y_read) = foreshortening*tan(y).
+    """A camera looks at the finger at a slant: tan(y_read) = foreshortening*tan(y).
 
     The factor is the cosine of the camera's tilt across the straight finger; a tilt along it makes
-    it larger than 1. Right angles stay, small ones change as with the modulus. Distance is ignored.
+    the factor larger than 1. An angle of 90 deg does not change; small angles change as with
+    another modulus. The distance of the camera is ignored.
     """
 
     name = "camera_perspective"
@@ -151,7 +156,7 @@ class CameraPerspective(OutputEffect):
     rank = -1
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Angle [rad] as it is seen."""
+        """Angle [rad] as the camera sees it."""
         turns = np.round(value / np.pi)
         within = value - np.pi * turns
         factor = self.values["foreshortening"]
@@ -161,9 +166,10 @@ class CameraPerspective(OutputEffect):
 class SensorDrift(OutputEffect):
     """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*tau*(1 - exp(-t/tau)).
 
-    tau = settling_time, t [s] since the run began, n runs of the session before it. A drift that
-    goes on has a tau far beyond the runs; a sensor that is tared before each run has no per_run.
-    Simulator and monitor are in the first run since their reset.
+    tau is settling_time, t [s] the time since the start of the run, and n the number of earlier
+    runs of the session. A steady drift has a tau much longer than the runs; for a sensor that is
+    tared before each run, per_run is 0. In simulator and monitor, n is 0 and t counts from their
+    reset.
     """
 
     name = "sensor_drift"
@@ -214,13 +220,15 @@ class SensorDrift(OutputEffect):
     rank = 2
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading in the output's unit; the drift begins with the first sample of a run."""
+        """Reading in the unit of the output; the drift within a run begins with its first
+        sample.
+        """
         elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
         memory["elapsed"] = elapsed
         return self._drifted(value, elapsed)
 
     def in_runs(self, value: Array, times: RunTimes) -> Array:
-        """The same (lanes, rows, 1) through whole runs."""
+        """Readings (lanes, rows, 1) through whole runs, as `reading` gives them step by step."""
         return self._drifted(value, times.elapsed())
 
     def _drifted(self, value: Array, elapsed: Array) -> Array:
@@ -231,7 +239,7 @@ class SensorDrift(OutputEffect):
 
 
 class Saturation(OutputEffect):
-    """The output's sensor ends at a limit: y_read = min(y, limit)."""
+    """The sensor of the output saturates at a limit: y_read = min(y, limit)."""
 
     name = "saturation"
     experiments = ONE_SENSOR
@@ -255,7 +263,7 @@ class Saturation(OutputEffect):
     rank = 3
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading in the output's unit."""
+        """Reading in the unit of the output."""
         return np.minimum(value, self.values["limit"])
 
 
@@ -290,8 +298,9 @@ class Discrepancy(ElasticEffect):
 
     Each r rises from 0 to 1, linear in log(lambda), between two neighbours of the stretches 1,
     1.05, 1.12, 1.22, 1.36, 1.55, 2 and 3. The factor says at which stretch the actuator is stiffer
-    or softer than the model, not why, and holds only for inputs like those of the fit. Stretches
-    that did not occur keep the factor of the largest one. Bounds keep the elastic side growing.
+    or softer than the model, not why, and holds only for inputs like those of the fit. Beyond the
+    stretches that occurred, the factor is that of the largest one. Bounds ensure that the stress
+    rises with the stretch.
     """
 
     name = "discrepancy"
@@ -305,7 +314,7 @@ class Discrepancy(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] times the factor."""
+        """Stress [-] (over the shear modulus) times the factor."""
         logarithm = np.log(strain.stretch)
         total: Array | float = 0.0
         for parameter, (low, high) in zip(self.parameters, pairwise(np.log(KNOTS)), strict=True):

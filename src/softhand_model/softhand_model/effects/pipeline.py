@@ -33,7 +33,8 @@ SETTLED = 1e-13  # of the largest mass
 def in_order(effects: Iterable[Ordered]) -> tuple[Ordered, ...]:
     """Effects, or their classes, in the order in which they act.
 
-    That is by stage, factors before added terms, and by rank.
+    They are sorted by stage; within a stage, factors come before added terms, and then lower ranks
+    first.
     """
     return tuple(sorted(effects, key=_place))
 
@@ -43,10 +44,10 @@ def _place(effect: Effect | type[Effect]) -> tuple[int, bool, int]:
 
 
 class StagedEffects:
-    """Effects in the order in which they act, and what they remember.
+    """Effects in the order in which they act, and their memory.
 
     Arrays are (lanes, rows, sections) as in `effects.stages`. memory: by effect name; `reset`
-    empties it: at rest at zero pressure.
+    empties it, so that the actuator is at rest at zero pressure.
     """
 
     def __init__(self, effects: Iterable[Effect] = ()) -> None:
@@ -60,7 +61,7 @@ class StagedEffects:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Empty the memory of all effects."""
         self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
 
     @property
@@ -69,7 +70,9 @@ class StagedEffects:
         return any(overrides(effect, InputEffect, "delay") for effect in self.input)
 
     def delay(self, elapsed: Array) -> Array:
-        """Time [s] by which pressures come late, at times [s] since the run began."""
+        """Time [s] by which outputs come later than their pressures, at times `elapsed` [s] since
+        the start of the run.
+        """
         return np.asarray(sum((effect.delay(elapsed) for effect in self.input), 0.0 * elapsed))
 
     def chamber_pressure(self, read: Array, dt: Array | float) -> Array:
@@ -86,13 +89,13 @@ class StagedEffects:
         return factor
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-], given that of the base, at a chamber pressure [Pa]."""
+        """Load [-] with the effects, from that of the base model, at a chamber pressure [Pa]."""
         for effect in self.load:
             load = effect.act_on_load(load, pressure, shape)
         return load
 
     def stress(self, strain: Strain, shape: SectionShape, dt: Array | float) -> Array:
-        """Elastic side [-] of the balance, walls included; changes no memory."""
+        """Elastic stress over the shear modulus [-], walls included; changes no memory."""
         stress = strain.elastic_term
         for effect in self.elastic:
             stress = effect.stress(stress, strain, shape, self.memory[effect.name], dt)
@@ -101,7 +104,7 @@ class StagedEffects:
         return stress
 
     def remember(self, strain: Strain, shape: SectionShape, dt: Array | float) -> None:
-        """Take over the solved strain of a step of dt [s]."""
+        """Update the memory with the strain at the end of a step of dt [s]."""
         stress = strain.elastic_term
         for effect in self.elastic:
             memory, before = self.memory[effect.name], stress
@@ -110,13 +113,15 @@ class StagedEffects:
             effect.remember(before, strain, shape, memory, dt)
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m], given that of the balance, at a chamber pressure [Pa]."""
+        """Free curvature [1/m] with the effects, from that of the balance, at a chamber pressure
+        [Pa].
+        """
         for effect in self.structure:
             curvature = effect.act_on_curvature(curvature, pressure, shape)
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array | float:
-        """Factor [-] of the structure on the stiffness, at actual and free bend [rad]."""
+        """Factor [-] of the effects on the stiffness, at actual bend and rest bend [rad]."""
         factor: Array | float = 1.0
         for effect in self.structure:
             if overrides(effect, StructureEffect, "stiffness_factor"):
@@ -125,25 +130,25 @@ class StagedEffects:
 
     @property
     def stiffens(self) -> bool:
-        """Whether an effect puts a factor on the stiffness."""
+        """Whether an effect changes the stiffness by a factor."""
         return any(overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
 
     def bend_twist_coupling(self) -> Array | float:
-        """Off-diagonal of lateral bending and twist over B [-]."""
+        """Stiffness that couples lateral bending and twist, over the stiffness B in bending [-]."""
         coupling: Array | float = 0.0
         for effect in self.structure:
             coupling = coupling + effect.bend_twist_coupling()
         return coupling
 
     def tip_compliance(self) -> Array | float:
-        """What the blocked tip yields under its force [m/N]."""
+        """Displacement of a blocked tip per force [m/N]."""
         compliance: Array | float = 0.0
         for effect in self.structure:
             compliance = compliance + effect.tip_compliance()
         return compliance
 
     def tip_force(self, force: Array, dt: Array | float) -> Array:
-        """Force [N] of a blocked tip that reaches the gauge; advances memory by dt [s]."""
+        """Force [N] of a blocked tip that reaches the force gauge; advances memory by dt [s]."""
         for effect in self.structure:
             force = effect.tip_force(force, self.memory[effect.name], dt)
         return force
@@ -157,10 +162,11 @@ class StagedEffects:
 
 
 def moved_mass(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
-    """Masses (lanes or 1, pulses) [kg] that pulses move under the flow effects, given in their
-    order; they agree with the pulses that they act back on, by one secant for each pulse.
+    """Masses (lanes or 1, pulses) [kg] that valve pulses move under flow effects, which act in
+    their order.
 
-    The built-in effects are linear in the mass, so the first secant is exact.
+    As an effect may change the pulse with the mass, mass and pulse are made to agree by one secant
+    step for each pulse. The built-in effects are linear in the mass, so for them this is exact.
     """
     if not any(overrides(effect, FlowEffect, "act_on_pulse") for effect in effects):
         return _act_on_mass(pulse, effects)
@@ -194,12 +200,12 @@ def _act_on_mass(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
 
 
 def at_modulus(shape: SectionShape, factor: Array | float) -> SectionShape:
-    """The shape with its shear modulus times a factor."""
+    """The sections with their shear modulus times a factor [-]."""
     return replace(shape, shear_modulus=shape.shear_modulus * np.asarray(factor))
 
 
 def remembers(effects: Sequence[Effect]) -> bool:
-    """Whether any of the effects depends on what was before."""
+    """Whether any of the effects has memory."""
     return any(effect.has_memory for effect in effects)
 
 
@@ -208,5 +214,5 @@ def _of(effects: Iterable[Effect], kind: type[Kind]) -> tuple[Kind, ...]:
 
 
 def overrides(effect: Effect, base: type[Effect], *methods: str) -> bool:
-    """Whether an effect has its own version of one of the methods of its stage's class."""
+    """Whether the class of an effect has its own version of one of these methods of `base`."""
     return any(getattr(type(effect), name) is not getattr(base, name) for name in methods)

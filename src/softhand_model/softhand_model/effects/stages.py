@@ -27,7 +27,7 @@ Memory = dict[str, Any]
 @dataclass(frozen=True)
 class SectionShape:
     """Sections at which the model is evaluated: height, width, wall, side_wall [m], ratio [-] (eq.
-    3.35) and shear_modulus [Pa], arrays that broadcast.
+    3.35) and shear_modulus [Pa], as arrays that broadcast against each other.
     """
 
     height: Array
@@ -38,7 +38,7 @@ class SectionShape:
     shear_modulus: Array | float
 
     def of_rows(self, rows: Indices) -> SectionShape:
-        """The shape at these rows, which may repeat, of arrays (lanes, rows, sections)."""
+        """The sections of these rows of arrays (lanes, rows, sections); rows may repeat."""
         parts = {
             name: value if np.ndim(value) < 2 or value.shape[-2] == 1 else value[..., rows, :]
             for name, value in vars(self).items()
@@ -48,7 +48,8 @@ class SectionShape:
 
 @dataclass(frozen=True)
 class Strain:
-    """How the rubber is strained: stretch lambda [-], and what follows from it in a mode.
+    """How the rubber is strained: stretch lambda [-], and quantities that follow from it in a mode
+    of deformation.
 
     mode: `pure_shear` (bending), `uniaxial`, `equibiaxial` or `linear` (the base `linear`, where
     lambda - 1 is the output over the largest one of the set). With an energy W(J1, J2) per volume
@@ -111,8 +112,8 @@ class Strain:
 
     @cached_property
     def second(self) -> Array | float:
-        """Stress by the second invariant over that by the first [-]: 1/lambda in uniaxial tension,
-        1 in pure shear (and of the base `linear`), lambda**2 in equibiaxial tension.
+        """Weight [-] of dW/dJ2 in the stress, relative to that of dW/dJ1: 1/lambda in uniaxial
+        tension, 1 in pure shear (and for the base `linear`), lambda**2 in equibiaxial tension.
         """
         if self.mode == "uniaxial":
             return self._inverse
@@ -120,41 +121,48 @@ class Strain:
 
 
 class InputEffect(Effect):
-    """What pressure acts in the chamber."""
+    """Effects on the pressure in the chamber."""
 
     stage: ClassVar[str] = "input"
 
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
-        """Pressure [Pa] in the chamber, given its reading [Pa]; once a step, may change memory."""
+        """Pressure [Pa] in the chamber, from its reading [Pa]; called once per step, may change
+        memory.
+        """
         return pressure
 
     def delay(self, elapsed: Array) -> Array | float:
-        """Time [s] that a pressure needs until it shows, at a time [s] since the run began;
-        below 0 where it shows before it is read.
+        """Time [s] by which the output comes later than its pressure, at times `elapsed` [s] since
+        the start of the run; negative if it comes earlier.
         """
         return 0.0
 
 
 class LoadEffect(Effect):
-    """What changes the load s = p*ratio*h/(4*G*d), or the modulus in it."""
+    """Effects on the load s = p*ratio*h/(4*G*d), or on the modulus G in it."""
 
     stage: ClassVar[str] = "load"
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] at the sections for a chamber pressure [Pa]."""
+        """Load [-] of the sections with this effect, from that without it, at a chamber pressure
+        [Pa].
+        """
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
+        """Shear modulus at a temperature [K] over the nominal one. It divides the load and
+        multiplies the stiffness of joints.
+        """
         return 1.0
 
 
 class ElasticEffect(Effect):
-    """What balances the load: the base is q(lambda); factors run before added terms.
+    """Effects on the elastic stress, which balances the load. In the base model it is q(lambda).
+    Factors act before added terms.
 
-    adds: whether it adds to the stress and so acts after all factors.
-    largest: entries of its memory that belong to the specimen, not to the run, such as the largest
-    stretch so far, with their values in a virgin one.
+    adds: whether it adds to the stress, so that it acts after all factors. largest: entries of its
+    memory that belong to the specimen and not to the run, such as the largest stretch so far, with
+    their values for a virgin specimen.
     """
 
     stage: ClassVar[str] = "elastic"
@@ -162,37 +170,47 @@ class ElasticEffect(Effect):
     largest: ClassVar[Mapping[str, float]] = {}
 
     def allows(self, shape: SectionShape) -> Flags | bool:
-        """Whether the parameters make sense for sections of this shape, beyond their bounds."""
+        """Whether the parameters make sense for sections of this shape; bounds are checked
+        elsewhere.
+        """
         return True
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Elastic side [-] with this effect, given that without it; changes no memory."""
+        """Elastic stress over the shear modulus [-] with this effect, from that without it; changes
+        no memory.
+        """
         return stress
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Take over the solved strain of a step, and the stress before this effect."""
+        """Update the memory with the strain at the end of a step, and the stress without this
+        effect.
+        """
 
 
 class StructureEffect(Effect):
-    """What the structure around the balance does: walls, joints, tip."""
+    """Effects of the structure around the balance: walls, joints, tip."""
 
     stage: ClassVar[str] = "structure"
     bases: ClassVar[frozenset[str]] = frozenset({"pneuflex"})
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
-        """Elastic side [-] of the balance, given that of the top wall and its effects."""
+        """Elastic stress of all walls over the shear modulus [-], from that of the top wall with
+        its effects.
+        """
         return stress
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] at a chamber pressure [Pa], given that of the balance."""
+        """Free curvature [1/m] with this effect, from that of the balance, at a chamber pressure
+        [Pa].
+        """
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
-        """Factor [-] on the stiffness, given actual and free bend [rad] (or curvature)."""
+        """Factor [-] on the stiffness, at actual bend and rest bend [rad] (or curvatures [1/m])."""
         return np.ones_like(bend)
 
     def bend_twist_coupling(self) -> Array | float:
@@ -200,28 +218,31 @@ class StructureEffect(Effect):
         return 0.0
 
     def tip_compliance(self) -> Array | float:
-        """What the blocked tip yields under its force [m/N]."""
+        """Displacement of a blocked tip per force [m/N]."""
         return 0.0
 
     def tip_force(self, force: Array, memory: Memory, dt: Array | float) -> Array:
-        """Blocked tip force [N] that reaches the gauge; called once a sample, may change memory."""
+        """Force [N] of a blocked tip that reaches the force gauge; called once per sample, may
+        change memory.
+        """
         return force
 
 
 class OutputEffect(Effect):
-    """What a sensor shows of the true value; `quantity` is the measured column it belongs to, or
-    several of which a set has one.
+    """What a sensor reads of a true value.
+
+    quantity: the measured column of that sensor, or several columns of which a set has one.
     """
 
     stage: ClassVar[str] = "output"
     quantity: ClassVar[str | tuple[str, ...]] = ""
 
     def shows(self, column: str) -> bool:
-        """Whether it belongs to the sensor of a measured column."""
+        """Whether the effect acts on the sensor of this measured column."""
         return column in ((self.quantity,) if isinstance(self.quantity, str) else self.quantity)
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading of a true value, in its unit; called once a sample, may change memory."""
+        """Reading of a true value, in its unit; called once per sample, may change memory."""
         return value
 
 
@@ -229,9 +250,9 @@ class OutputEffect(Effect):
 class Pulse:
     """Valve pulses: arrays (lanes or 1, pulses).
 
-    inflating [bool], duration [s], p_in and p_out [Pa] absolute at switch-on, friction_integral and
-    injector_integral [Pa s]; naive [kg]: the naive term c*p_in*duration of the base model, with the
-    duration and p_in of this pulse.
+    inflating [bool]; duration [s]; p_in and p_out [Pa], absolute, when the valve is switched on;
+    friction_integral and injector_integral [Pa s]; naive [kg], the naive term c*p_in*duration of
+    the base model, with the duration and p_in of this pulse.
     """
 
     inflating: Flags
@@ -243,7 +264,9 @@ class Pulse:
     naive: Array
 
     def lasting(self, duration: Array) -> Pulse:
-        """The pulse with another duration [s]; integrals and naive term change in proportion."""
+        """The pulse with another duration [s]; its integrals and naive term change in
+        proportion.
+        """
         share = duration / np.where(self.duration > 0.0, self.duration, np.inf)
         return replace(
             self,
@@ -254,14 +277,18 @@ class Pulse:
         )
 
     def fed_at(self, p_in: Array) -> Pulse:
-        """The pulse with another p_in [Pa]: the naive term follows, measured integrals stay."""
+        """The pulse with another p_in [Pa]; its naive term changes in proportion, its measured
+        integrals do not.
+        """
         return replace(self, p_in=p_in, naive=self.naive * (p_in / self.p_in))
 
 
 class FlowEffect(Effect):
-    """What changes the air mass that a valve pulse moves; parameters have a value a direction.
+    """Effects on the air mass that a valve pulse moves; most parameters have one value per
+    direction.
 
-    Values in lanes are (lanes, 1, 1) as everywhere; `self.of(name)` gives them as (lanes, 1).
+    Parameter values in lanes are (lanes, 1, 1), as in all effects; `self.of(name)` returns them as
+    (lanes, 1).
 
     replaces_naive: whether the naive term is left out, so that its calibration has no effect.
     """
@@ -271,32 +298,36 @@ class FlowEffect(Effect):
     replaces_naive: ClassVar[bool] = False
 
     def of(self, parameter: str) -> Array:
-        """A parameter's value in the shape that broadcasts against pulses."""
+        """Value of a parameter in a shape that broadcasts against pulses."""
         return np.asarray(self.values[parameter], float).reshape(-1, 1)
 
     def by_direction(self, parameter: str, pulse: Pulse) -> Array:
-        """Values of `<parameter>_inflate` and `<parameter>_deflate`, each at its own pulses."""
+        """Values of `<parameter>_inflate` and `<parameter>_deflate`, each for the pulses of its
+        direction.
+        """
         inflate, deflate = self.of(f"{parameter}_inflate"), self.of(f"{parameter}_deflate")
         return np.where(pulse.inflating, inflate, deflate)
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
-        """The pulse as it really was, given the mass [kg] moved so far in the iteration."""
+        """The pulse as it really was. mass [kg]: moved by the pulse, as known so far in the
+        iteration.
+        """
         return pulse
 
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
-        """Mass [kg] moved by the pulses, given that without this effect."""
+        """Mass [kg] that the pulses move with this effect, from that without it."""
         return mass
 
     def leak(self, pressure_abs: Array) -> Array | float:
-        """Air [kg/s] that leaves a channel at an absolute pressure [Pa] between two pulses; in the
-        simulator alone, as the lab sees pulses only.
+        """Air [kg/s] that leaves a channel at an absolute pressure [Pa] between two pulses. Only
+        the simulator uses it, as the lab has data on pulses only.
         """
         return 0.0
 
 
 def decay(dt: Array | float, time_constant: Any) -> tuple[Array, Array]:
-    """What is left of a start after dt [s], exp(-x), and the share (1 - exp(-x))/x [-] that a ramp
-    over the step leaves at its end, x = dt/time_constant.
+    """(exp(-x), (1 - exp(-x))/x) [-] with x = dt/time_constant: what is left of an initial value
+    after dt [s], and of a ramp over dt at its end.
 
     >>> left, share = decay(0.0, 1.0)
     >>> float(left), float(share)
@@ -308,9 +339,10 @@ def decay(dt: Array | float, time_constant: Any) -> tuple[Array, Array]:
 
 
 def lagged(value: Array, memory: Memory, dt: Array | float, time_constant: Any) -> Array:
-    """What follows a value with a time constant [s] after a step of dt [s], at 0 before the first.
+    """The value that follows `value` with a time constant [s], after a step of dt [s]; 0 before the
+    first step.
 
-    memory keeps what follows, and the value.
+    memory: stores the following value, and `value`.
     """
     follows, before = memory.get("state", (0.0, 0.0))
     left, share = decay(dt, time_constant)

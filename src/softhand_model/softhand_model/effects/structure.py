@@ -1,4 +1,4 @@
-"""Structure effects: walls, joint stiffness, and what the tip touches."""
+"""Structure effects: walls, stiffness of joints, and contact of the tip."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ def _side_walls(stress: Array, trial: Trial, values: Array, state: Array) -> Non
 
 
 class SideWallIntegral(StructureEffect):
-    """The side walls' share without the approximation of 3.34: p*h/(2*G*d) = q + term.
+    """Contribution of the side walls without the approximation of eq. 3.34: p*h/(2*G*d) = q + term.
 
-    The base puts one factor 2/ratio on q (eq. 3.35); here the elastic side is (ratio/2)*(q + term)
-    with `section.side_wall_term`. It acts nearly as a factor of 0.78 on the modulus.
+    The base model multiplies q by 2/ratio (eq. 3.35); here the elastic stress is (ratio/2)*(q +
+    term) with `section.side_wall_term`. The effect is nearly that of a factor of 0.78 on the
+    modulus.
     """
 
     name = "side_wall_integral"
@@ -55,7 +56,7 @@ class SideWallIntegral(StructureEffect):
     kernel = Kernel(_side_walls)
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
-        """Elastic side [-] with the integral in place of the factor."""
+        """Elastic stress over the shear modulus [-], with the integral in place of the factor."""
         curvature = (strain.stretch - 1.0) / shape.height
         term = section.side_wall_term(
             curvature, shape.height, shape.width, shape.wall, shape.side_wall
@@ -67,8 +68,8 @@ class ActuationNonlinearity(StructureEffect):
     """Free curvature by eq. 5.2 and 5.3 with fitted a and p0 instead of the exact form.
 
     kappa = p*ratio/(8*G*d)*(1/sqrt(a) + p/sqrt(p**2/(a - 1) + (a - 1)*p0**2)): the thesis's remedy
-    for its actuator with the 5.5 mm wall (section 5.2.2). Effects on load and elastic side do not
-    act on it. A blocked tip has a free curvature only with linear springs.
+    for its actuator with the 5.5 mm wall (section 5.2.2). Effects on load and elastic stress have
+    no influence on it. A blocked tip has a free curvature only with linear springs.
     """
 
     name = "actuation_nonlinearity"
@@ -113,10 +114,10 @@ class ActuationNonlinearity(StructureEffect):
 
 
 class PassiveLayerSlack(StructureEffect):
-    """Stiffness times ratio where the curvature is below the free one.
+    """The stiffness is multiplied by `ratio` where the curvature is below the free one.
 
-    A passive layer without tension slackens when the finger is straightened; the thesis suspects
-    it behind a torque that is overestimated in one direction only (section 5.2.4).
+    A passive layer without tension slackens when the finger is straightened; the thesis suspects it
+    behind a torque that is overestimated in one direction only (section 5.2.4).
     """
 
     name = "passive_layer_slack"
@@ -141,7 +142,7 @@ class PassiveLayerSlack(StructureEffect):
     }
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
-        """Factor [-]: the ratio where bend is below rest."""
+        """Factor [-]: `ratio` where the bend is below the rest bend, else 1."""
         return np.where(bend < rest, self.values["ratio"], 1.0)
 
 
@@ -174,12 +175,12 @@ class BendTwistCoupling(StructureEffect):
     }
 
     def bend_twist_coupling(self) -> Array | float:
-        """Off-diagonal of lateral bending and twist over B [-]."""
+        """Stiffness that couples lateral bending and twist, over the stiffness B in bending [-]."""
         return self.values["k45"]
 
 
 class GaugeCompliance(StructureEffect):
-    """The blocked tip moves by F/stiffness, as the gauge or its holder gives way."""
+    """The blocked tip moves by F/stiffness, as the force gauge or its holder yields."""
 
     name = "gauge_compliance"
     experiments = frozenset({"blocked_tip"})
@@ -203,12 +204,12 @@ class GaugeCompliance(StructureEffect):
     }
 
     def tip_compliance(self) -> Array | float:
-        """What the tip yields under its force [m/N]."""
+        """Displacement of the tip per force [m/N]."""
         return 1.0 / self.values["stiffness"]
 
 
 class TipFriction(StructureEffect):
-    """The gauge sees F*(1 - coefficient*sign(dF/dt)): friction holds against what changes."""
+    """The force gauge reads F*(1 - coefficient*sign(dF/dt)), as friction opposes the change."""
 
     name = "tip_friction"
     experiments = frozenset({"blocked_tip"})
@@ -232,13 +233,15 @@ class TipFriction(StructureEffect):
     has_memory = True
 
     def tip_force(self, force: Array, memory: Memory, dt: Array | float) -> Array:
-        """Force [N] that reaches the gauge."""
+        """Force [N] that reaches the force gauge."""
         change = force - memory.get("force", 0.0)
         memory["force"] = force
         return self._rubbed(force, change)
 
     def in_runs(self, force: Array, times: RunTimes) -> Array:
-        """The same (lanes, rows, 1) through whole runs."""
+        """Force (lanes, rows, 1) [N] that reaches the force gauge through whole runs, as
+        `tip_force` gives it step by step.
+        """
         change, first = np.diff(force, axis=1, prepend=0.0), times.starts[:-1]
         change[:, first] = np.where(times.steady[:, None], 0.0, force[:, first])
         return self._rubbed(force, change)

@@ -1,4 +1,4 @@
-"""What effects that remember make of whole runs, computed at once instead of step by step."""
+"""Results of effects with memory for whole runs, computed at once instead of step by step."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ LONG = 1e12  # [s] after which all transients have ended
 class RunTimes:
     """Times of the samples of runs, one run after the other.
 
-    starts (runs + 1,): first row of each, and the number of rows. dt (rows,) [s]: of the step to
-    each sample, 0 at the first of a run. steady (runs,): whether a run has been at its first sample
-    for long; others start at rest.
+    starts (runs + 1,): first row of each run, and the number of rows. dt (rows,) [s]: duration of
+    the step to each sample; 0 at the first sample of a run. steady (runs,): whether a run has been
+    in the state of its first sample for long; others start at rest.
     """
 
     starts: Indices
@@ -34,8 +34,8 @@ class RunTimes:
 
 
 def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Array] | None:
-    """The effect's `in_runs`, if that does what this method of its stage does: it is of the same
-    class, or of one below.
+    """The method `in_runs` of an effect, if it replaces this method of its stage: it must belong to
+    the class that defines the method, or to one derived from that. Else None.
     """
     for owner in type(effect).__mro__:
         if "in_runs" in vars(owner):
@@ -47,8 +47,8 @@ def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Ar
 
 
 def lagged_in_runs(values: Array, times: RunTimes, time_constant: Array | float) -> Array:
-    """What follows values (lanes or 1, rows, 1) with time constants (lanes,) [s], (lanes, rows, 1):
-    `stages.lagged`, stepped through each run.
+    """Values (lanes, rows, 1) that follow `values` (lanes or 1, rows, 1) with time constants
+    (lanes,) [s] through each run, see `stages.lagged`.
     """
     constants = np.ravel(np.asarray(time_constant, float))
     lanes = max(len(values), len(constants))

@@ -35,9 +35,12 @@ BODIES = {
     "not a number": ("return load * float('nan')", "expected finite numbers, got nan"),
     "in place": ("load *= 2.0; return load", "arguments left as they are, got a change in place"),
     "in a shape": ("shape.wall[:] = 1.0; return load", "arguments left as they are"),
-    "leaves": ("sys.exit(7)", r"expected it to return, got sys.exit\(7\)"),
+    "leaves": ("sys.exit(7)", r"expected the code to return, got sys.exit\(7\)"),
     "ends": ("os._exit(7)", "got the end of its process, status 7"),
-    "endless": ("while True: pass", "expected an end within 5 s of processor time, got none"),
+    "endless": (
+        "while True: pass",
+        "expected the code to end within 5 s of processor time, got none",
+    ),
 }
 
 
@@ -89,7 +92,7 @@ def test_a_call_that_does_not_end_is_ended(file, monkeypatch):
     own = loaded(file("\n        while load.max() > 1.0: pass\n        return load"))
     monkeypatch.setattr(guard, "CALL_LIMIT", 0.2)
     begun = time.monotonic()
-    with pytest.raises(EffectError, match="expected an end within 0.2 s of processor time"):
+    with pytest.raises(EffectError, match="the code to end within 0.2 s of processor time"):
         own.act_on_load(np.full(3, 2.0), 1e3, None)
     assert time.monotonic() - begun < 5.0
 
@@ -98,7 +101,7 @@ def test_a_call_that_waits_has_its_limit_in_wall_time(file, monkeypatch):
     own = loaded(file("\n        if load.max() > 1.0: time.sleep(20)\n        return load"))
     monkeypatch.setattr(guard, "CALL_LIMIT", 0.2)
     monkeypatch.setattr(guard, "WAIT_LIMIT", 0.5)
-    with pytest.raises(EffectError, match="expected an end within 0.5 s of wall time"):
+    with pytest.raises(EffectError, match="expected the code to end within 0.5 s of wall time"):
         own.act_on_load(np.full(3, 2.0), 1e3, None)
 
 
@@ -113,7 +116,7 @@ def test_a_file_that_hides_its_endless_work_is_ended_by_its_processor_time(file,
     endless = "import threading\nt = threading.Thread(target=lambda: [0 for _ in iter(int, 1)])\n"
     path.write_text(f"{path.read_text()}\n{endless}t.start()\nt.join(0.1)\n")
     monkeypatch.setattr(own_file, "REHEARSAL_LIMIT", 3)
-    with pytest.raises(EffectError, match="expected an end within 3 s of processor time"):
+    with pytest.raises(EffectError, match="expected the code to end within 3 s of processor time"):
         effects_in_file(path)
 
 

@@ -1,1 +1,1 @@
-"""Effects of a user's own: loaded from a file, rehearsed in another process, and guarded."""
+"""Effects of the user's own: loaded from a file, rehearsed in another process, and guarded."""

@@ -1,7 +1,7 @@
 """Guard around the methods of a user's own effects, which reports their errors in one line.
 
-Arguments reach a guarded method as arrays that cannot be changed, a call ends within `CALL_LIMIT`,
-and what comes back has to be finite numbers of a shape that the arguments broadcast to.
+A guarded method gets its arguments as arrays that cannot be changed. A call must end within
+`CALL_LIMIT`, and must return finite numbers in a shape to which the arguments broadcast.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class _TooLong(BaseException):
 
 
 def guard(effect: type[Effect], of_stage: type[Effect], path: Path) -> None:
-    """Guard the methods of its stage that an effect has of its own, and name its origin.
+    """Guard the methods that an effect overrides, and set its `origin`.
 
     Args:
         effect: class in the user's file.
-        of_stage: the class of its stage, from which it derives.
+        of_stage: the base class of its stage.
         path: the file, for messages.
     """
     effect.origin = f"{path}: {effect.__name__}"
@@ -51,7 +51,9 @@ def guard(effect: type[Effect], of_stage: type[Effect], path: Path) -> None:
 
 
 def own_methods(effect: type[Effect], of_stage: type[Effect]) -> list[str]:
-    """Methods of its stage that a class overrides, in the order of the stage's class."""
+    """Methods of the base class of a stage that an effect class overrides, in the order of the base
+    class.
+    """
     return [
         name
         for name in stage_methods(of_stage)
@@ -60,7 +62,7 @@ def own_methods(effect: type[Effect], of_stage: type[Effect]) -> list[str]:
 
 
 def stage_methods(of_stage: type[Effect]) -> list[str]:
-    """Names of the methods of a stage's class."""
+    """Names of the methods of the base class of a stage."""
     return [name for name, member in vars(of_stage).items() if inspect.isfunction(member)]
 
 
@@ -80,7 +82,9 @@ def _guarded(method: Callable[..., Any], place: str) -> Callable[..., Any]:
 
 @contextmanager
 def effect_errors(place: str) -> Iterator[None]:
-    """Run a user's code; any error of it is raised as an `EffectError` that names `place`."""
+    """Context in which code of a user runs; any error in it is raised as an `EffectError` that
+    begins with `place`.
+    """
     try:
         with _time_limit():
             yield
@@ -90,10 +94,10 @@ def effect_errors(place: str) -> Iterator[None]:
         raise
     except SystemExit as reason:
         raise EffectError(
-            f"{place}: expected it to return, got sys.exit({quoted(reason.code)})"
+            f"{place}: expected the code to return, got sys.exit({quoted(reason.code)})"
         ) from reason
     except _TooLong as limit:
-        raise EffectError(f"{place}: expected an end within {limit}, got none") from None
+        raise EffectError(f"{place}: expected the code to end within {limit}, got none") from None
     except BaseException as reason:
         if isinstance(reason, ValueError) and "read-only" in str(reason):
             wanted, got = "arguments left as they are", "a change in place"

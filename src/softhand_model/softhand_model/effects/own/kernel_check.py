@@ -27,9 +27,11 @@ CLOSE = 1e-7  # relative difference of what is the same
 def check_kernel(effect: type[Effect]) -> None:
     """Compare the kernel of an effect, if it has one, with its methods.
 
-    It runs as Python first, where a wrong index raises an error and does no harm, then compiled.
+    The kernel runs as Python first, where a wrong index raises an error and does no harm, and then
+    compiled.
 
-    Raises EffectError where it fails, is not compiled, or gives other stresses than the methods.
+    Raises EffectError if the kernel fails, cannot be compiled, or gives other stresses than the
+    methods.
     """
     parameters = effect.parameters
     trials = effect.in_lanes(
@@ -48,7 +50,7 @@ def check_kernel(effect: type[Effect]) -> None:
         kernel.addresses  # noqa: B018, compiles them
     except (NumbaError, TypeError) as reason:
         got = shortened(str(reason).strip())
-        raise EffectError(f"{place}: expected what numba compiles, got {got}") from reason
+        raise EffectError(f"{place}: expected code that numba can compile, got {got}") from reason
     found = _by_kernel(trials, kernel, kernel.act, kernel.begin_step)
     _compare(found, by_methods, place)
 

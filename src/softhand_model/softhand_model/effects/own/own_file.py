@@ -35,12 +35,12 @@ NOT_ENOUGH = ("allows", "remember", "of", "by_direction", "leak")  # alone chang
 
 
 def effects_in_file(path: Path) -> dict[str, type[Effect]]:
-    """Effects that a Python file defines, by name; the file is executed, first in a process of its
-    own. Their methods are guarded.
+    """Effect classes that a Python file defines, by name, with their methods guarded. The file is
+    executed, first in a process of its own.
 
-    Raises ValueError when the file is missing, fails or defines none, for an effect that could not
-    act (of no stage's class, without a method of its stage, or with the name of a built-in one),
-    and for one that fails its rehearsal.
+    Raises ValueError if the file is missing, fails or defines no effect; for an effect that derives
+    from no class of a stage, has no method of its stage, or has the name of a built-in one; and for
+    one that fails its rehearsal.
     """
     path = Path(path)
     if not path.is_file():
@@ -70,12 +70,18 @@ def _rehearsed(path: str, changed: int, size: int) -> str:
                 preexec_fn=_limit_processor_time,
             ).returncode
         except subprocess.TimeoutExpired:
-            return f"{path}: expected an end within {REHEARSAL_WAIT:g} s of wall time, got none"
+            return (
+                f"{path}: expected the code to end within {REHEARSAL_WAIT:g} s of wall time, "
+                "got none"
+            )
         finally:
             os.close(writer)
         verdict = said.read()
     if status == -signal.SIGXCPU:
-        return f"{path}: expected an end within {REHEARSAL_LIMIT} s of processor time, got none"
+        return (
+            f"{path}: expected the code to end within {REHEARSAL_LIMIT} s of processor time, "
+            "got none"
+        )
     if verdict:
         return "" if verdict == THROUGH else verdict
     left = f"{path}: expected it to return, got the end of its process, status {status}"
@@ -88,7 +94,7 @@ def _limit_processor_time() -> None:
 
 
 def load_guarded(path: Path) -> dict[str, type[Effect]]:
-    """The effects of a file, executed in this process, checked and guarded."""
+    """Effect classes of a file, which is executed in this process, checked and guarded."""
     found = classes_of(_executed(path))
     if not found:
         raise ValueError(

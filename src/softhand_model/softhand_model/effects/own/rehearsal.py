@@ -96,7 +96,9 @@ def _pulse_samples() -> dict[str, Any]:
 
 
 def main(path: str, writer: str) -> None:
-    """Rehearse a file; its errors are written to the file descriptor `writer`."""
+    """Rehearse the effects of a file; errors are written to the file descriptor with the number
+    `writer`.
+    """
     try:
         _rehearse(Path(path))
         verdict = THROUGH
