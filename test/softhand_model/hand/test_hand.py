@@ -257,8 +257,8 @@ def put_last(document):
         ),
         (
             set_in("chains", "right", "web", "chains", value=2),
-            "left.web.chains: expected as many chains side by side with this number, of which "
-            "there are 2, got 3",
+            "left.web.chains: expected a number that divides the chains side by side with this "
+            "web, of which there are 2, got 3",
         ),
         (lambda document: document["chains"]["middle"].pop("web"), "there are 1, got 3"),
         (turned_away, "left.web.chains"),
@@ -286,7 +286,7 @@ def test_actuator_used_twice_is_named(tmp_path):
 
     path = tmp_path / "hand.yaml"
     path.write_text(broken(twice), encoding="utf-8")
-    with pytest.raises(ValueError, match="expected names not used before, got little"):
+    with pytest.raises(ValueError, match="expected names that no other chain uses, got little"):
         load_hand(path)
 
 

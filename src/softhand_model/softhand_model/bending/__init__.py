@@ -1,1 +1,1 @@
-"""Bending of sections and fingers: the balance of elastic side and load."""
+"""Bending of sections and fingers: the balance of elastic stress and load."""

@@ -1,8 +1,9 @@
 """Balance of elastic side and load in bent sections under effects, step by step.
 
-What the simulator's segments and the lab's specimens have in common. The elastic side has to grow
-with the stretch (`grows`), so there is one root; effects give no derivative, so slopes are secants.
-Arrays are (lanes, rows, sections) as in `effects.stages`.
+The segments of the simulator and the specimens of the lab use it. The elastic side, the elastic
+stress over the shear modulus, has to rise with the stretch (`grows`), so that there is one root.
+Effects have no derivative, so slopes are secants. Arrays are (lanes, rows, sections) as in
+`effects.stages`.
 """
 
 from __future__ import annotations
@@ -41,8 +42,10 @@ START_STEPS = 60
 
 @dataclass(frozen=True)
 class Balanced:
-    """Stretch [-] that balances the load, slope [-] of the elastic side there, and whether the
-    balance was found everywhere.
+    """Sections in balance with a load.
+
+    stretch [-]: at which they balance it. slope [-]: of the elastic side by the stretch there.
+    settled: whether the balance was found in all sections.
     """
 
     stretch: Array
@@ -51,7 +54,7 @@ class Balanced:
 
 
 def rough_stretch(load: Array) -> Array:
-    """Stretch [-] at which q(lambda) is about the load [-]: within 3 %, where iterations start.
+    """Stretch [-] at which q(lambda) is about the load [-], within 3 %; iterations start from it.
 
     >>> rough_stretch(np.array([-1.0, 0.0, 1.0, 3.0])).round(2).tolist()
     [0.83, 1.0, 1.37, 3.06]
@@ -61,16 +64,17 @@ def rough_stretch(load: Array) -> Array:
 
 @compiled
 def rough_root(load: Any) -> Any:
-    """`_start` for numbers or arrays."""
+    """`rough_stretch` for numbers or arrays, in compiled code."""
     above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
     stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
     return stretched / np.cbrt(1.0 - 0.75 * below)
 
 
 def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:
-    """Stretch at which the elastic side carries the load [-], from a start nearby if there is one.
+    """Stretch at which the elastic side balances the load [-]; the search begins at `start`, if it
+    is given.
 
-    Where the elastic side never reaches the load the stretch ends at LOWEST_ROOT or HIGHEST_ROOT.
+    If the elastic side never reaches the load, the stretch is LOWEST_ROOT or HIGHEST_ROOT.
 
     >>> found = balance(lambda stretch: stretch - stretch**-3, np.array([3.0 - 3.0**-3]))
     >>> found.stretch.round(9).tolist()
@@ -88,7 +92,7 @@ def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Bal
 
 
 def first_slope(elastic: Elastic, stretch: Array) -> Balanced:
-    """A start for the iteration at a stretch, with the slope by a small difference."""
+    """A start for the iteration at this stretch, with the slope from a small difference."""
     rise = elastic(stretch + SLOPE_DIFFERENCE) - elastic(stretch)
     return Balanced(stretch, np.maximum(rise / SLOPE_DIFFERENCE, SMALLEST_SLOPE))
 
@@ -96,7 +100,10 @@ def first_slope(elastic: Elastic, stretch: Array) -> Balanced:
 def iterate(
     elastic: Elastic, correction: Correction, start: Balanced, settled: float = BALANCE_STEP
 ) -> Balanced:
-    """Result of a secant iteration from a start; it ends with a step within `settled`."""
+    """Secant iteration from a start, until a step is at most `settled`.
+
+    correction: returns the next change of the stretch from stretch, stress and slope.
+    """
     stretch, slope = start.stretch, start.slope
     stress = elastic(stretch)
     for _ in range(BALANCE_SECANTS):
@@ -136,10 +143,10 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
 
 
 def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:
-    """Whether the elastic side grows up to a stretch of 4 at all sections: (lanes,), of one lane
-    for effects with single values.
+    """Whether the elastic side rises up to a stretch of 4 at all sections, for virgin rubber under
+    sudden stretch: (lanes,), a single lane for effects with single values.
 
-    shape: arrays (1, rows, sections); mode: of `effects.stages.Strain`. Virgin rubber, at once.
+    shape: arrays (1, rows, sections). mode: mode of deformation, see `effects.stages.Strain`.
     """
     staged = StagedEffects(effects)
     growing = _in_lanes(np.array(True))
@@ -165,9 +172,10 @@ Solver = Callable[[Elastic, Array, Balanced | None], Balanced]
 
 
 class SteppedBalance:
-    """Sections in balance with a load that changes step by step; effects remember the steps.
+    """Sections in balance with a load that changes step by step, under effects with memory.
 
-    mode: of `effects.stages.Strain`. settled: whether the last step has found a balance everywhere.
+    mode: mode of deformation, see `effects.stages.Strain`. settled: whether the last step found a
+    balance in all sections.
     """
 
     def __init__(self, staged: StagedEffects, mode: str = "pure_shear") -> None:
@@ -204,7 +212,7 @@ class SteppedBalance:
 
 
 def bending_load(staged: StagedEffects, pressure: Array, shape: SectionShape) -> Array:
-    """Load s [-] of a chamber pressure [Pa] with the effects that change it."""
+    """Load s [-] of a chamber pressure [Pa], under the effects that change it."""
     load = section.bending_load(
         pressure, shape.height, shape.wall, shape.ratio, shape.shear_modulus
     )

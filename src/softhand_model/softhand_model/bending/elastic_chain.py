@@ -1,7 +1,8 @@
-"""The elastic side of sections for compiled loops: kernels of effects, one after the other.
+"""The elastic side of sections for compiled loops through whole runs: kernels of effects, one after
+the other.
 
-What `StagedEffects.stress` and `remember` do for arrays, for the loops that go through whole runs.
-Models with an elastic effect or a wall that has no kernel go step by step.
+It does what `StagedEffects.stress` and `remember` do for arrays. Models with an elastic effect or a
+wall that has no kernel go step by step instead.
 """
 
 from __future__ import annotations
@@ -34,12 +35,14 @@ DT, FAILED_FLAG = 0, 1
 
 
 class ElasticChain(NamedTuple):
-    """Kernels of n effects in their order, in all lanes; the sections of a run are lanes too.
+    """Kernels of n effects in their order, with all lanes; the sections of a run count as lanes
+    too.
 
-    kernels (n, 8): see the columns above. values (k, lanes) and states (m, lanes) of all. rest
-    (m,): states of virgin sections at rest. sizes (5, lanes) of the sections. now (2,): DT [s] of
-    the present step, and FAILED_FLAG: the number, from 1, of an effect whose results were not
-    finite, else 0. mode: of the strain.
+    kernels (n, 8): addresses and rows of each kernel, by the column numbers of this module. values
+    (k, lanes), states (m, lanes): of all kernels. rest (m,): states of virgin sections at rest.
+    sizes (5, lanes): of the sections. now (2,): DT [s], duration of the present step, and
+    FAILED_FLAG, the number (from 1) of an effect whose results were not finite, else 0. mode:
+    number of the mode of deformation.
     """
 
     kernels: Indices
@@ -51,21 +54,21 @@ class ElasticChain(NamedTuple):
     mode: int
 
     def check(self, effects: Sequence[Effect]) -> None:
-        """Raise EffectError if one of the effects, those of the chain, has failed."""
+        """Raise EffectError if one of the effects, which must be those of the chain, has failed."""
         if self.now[FAILED_FLAG]:
             origin = effects[int(self.now[FAILED_FLAG]) - 1].origin
             raise EffectError(f"{origin}.kernel: expected finite numbers, got others")
 
 
 def compiled_effects(staged: StagedEffects) -> list[Effect] | None:
-    """The elastic effects and walls in their order; None if one of them has no kernel."""
+    """The elastic effects and walls, in their order; None if one of them has no kernel."""
     effects = [*staged.elastic, *staged.walls]
     return None if any(effect.matching_kernel is None for effect in effects) else effects
 
 
 def elastic_chain(effects: Sequence[Effect], mode: str, sections: int, lanes: int) -> ElasticChain:
-    """The chain of effects with kernels for so many sections, each in so many lanes, in a mode of
-    `effects.stages.Strain`.
+    """The chain of effects, all with kernels, for a number of sections and a number of lanes each,
+    in a mode of `effects.stages.Strain`.
     """
     every, table = sections * lanes, np.zeros((len(effects), OWN_FLAG + 1), np.intp)
     values: list[Array] = []
@@ -94,7 +97,7 @@ def elastic_chain(effects: Sequence[Effect], mode: str, sections: int, lanes: in
 
 
 def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array:
-    """Sizes (runs, 5, sections*lanes) of sections (1, runs or 1, sections or 1)."""
+    """Sizes (runs, 5, sections*lanes) of sections whose shape is (1, runs or 1, sections or 1)."""
     parts = (shape.height, shape.width, shape.wall, shape.side_wall, shape.ratio)
     whole = [np.broadcast_to(part, (1, runs, sections))[0] for part in parts]
     return np.repeat(np.stack(whole, axis=1), lanes, axis=-1)
@@ -103,14 +106,16 @@ def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array
 # ---------------------------------------------------------------------- compiled
 @compiled
 def rest(chain: ElasticChain) -> None:
-    """Reset to a virgin section at rest."""
+    """Reset the states to those of a virgin section at rest."""
     for row in range(len(chain.rest)):
         chain.states[row] = chain.rest[row]
 
 
 @compiled
 def carry_over(ends: Array, chain: ElasticChain) -> None:
-    """Take over what belongs to the specimen from the states (m, lanes) in which a run ended."""
+    """Copy the states that belong to the specimen from the states (m, lanes) with which a run
+    ended.
+    """
     for place in range(len(chain.kernels)):
         for row in range(chain.kernels[place, STATES], chain.kernels[place, KEPT_END]):
             chain.states[row] = ends[row]

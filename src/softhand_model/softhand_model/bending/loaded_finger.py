@@ -5,9 +5,9 @@ angle theta(x) against the vertical, theta' = kappa, and a weight w per length [
 beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta), M(L) = 0: positive, so that it
 straightens, when the finger hangs.
 
-A blocked tip is held against a gauge: the finger is straight at rest, and its tip may not deflect.
-The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the deflection of
-the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one).
+A blocked tip is held against a force gauge: the finger is straight at rest, and its tip may not
+deflect. The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the
+deflection of the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one).
 
 Arrays are (lanes, rows, sections) as in `effects.stages`, with the Gauss points along a finger as
 sections.
@@ -38,8 +38,8 @@ LEAST_START = 0.7  # smallest stretch at which the search begins
 
 
 def running_integral(edges: Array, points: int) -> Array:
-    """Matrix (n, n) [m] that integrates from the first edge to each Gauss point a function given
-    there, on pieces between edges [m] with so many points each; n = pieces*points.
+    """Matrix (n, n) [m] that integrates a function, given at n Gauss points, from the first edge to
+    each of these points. The pieces between the edges [m] have `points` Gauss points each.
 
     >>> matrix = running_integral(np.array([0.0, 0.5, 2.0]), 3)
     >>> x = matrix @ np.ones(6)
@@ -61,8 +61,9 @@ class Weight:
     """The weight of fingers and its effect on the balance of their sections.
 
     per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base, negative where
-    it stands on it. reach (1, rows, sections) [m]: from each section to the tip; weights the same:
-    of its Gauss point. running (rows, sections, sections) [m]: `running_integral` of each row.
+    it stands on it. reach (1, rows, sections) [m]: distance from each section to the tip. weights
+    (1, rows, sections) [m]: Gauss weights of the sections. running (rows, sections, sections) [m]:
+    `running_integral` of each row.
     """
 
     per_length: Array
@@ -71,15 +72,15 @@ class Weight:
     running: Array
 
     def of_rows(self, rows: Indices) -> Weight:
-        """Some of the rows, or rows that repeat."""
+        """The same for these rows, which may repeat."""
         return Weight(
             self.per_length[:, rows], self.reach[:, rows], self.weights[:, rows], self.running[rows]
         )
 
     def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:
-        """What balances sections of this shape under the weight and a load.
+        """Solver for the balance of sections of this shape under the weight and a load.
 
-        alike: number of rows in a row that are so much alike that one matrix serves them all.
+        alike: number of consecutive rows that are so similar that one matrix serves them all.
         """
         return WeightSolver(self, shape, alike)
 
@@ -88,7 +89,7 @@ class WeightSolver:
     """Balance of elastic side, load and weight: q = s - m, m = ratio*M/(2*G*h*d*z).
 
     Newton's method with secants for the elastic side, in which the inverse of the matrix of the
-    sections' equations stays as long as it serves, from step to step.
+    equations is kept from step to step as long as it is good enough.
     """
 
     def __init__(self, weight: Weight, shape: SectionShape, alike: int) -> None:
@@ -101,7 +102,7 @@ class WeightSolver:
         self._inverse: Array | None = None
 
     def __call__(self, elastic: Elastic, load: Array, start: Balanced | None) -> Balanced:
-        """Stretch [-] in balance, from a start if there is one."""
+        """Stretch [-] in balance; the search begins at `start`, if it is given."""
         steps = 0
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
@@ -147,8 +148,11 @@ StiffnessFactor = Callable[[Array, Array], Array | float]
 
 @dataclass(frozen=True)
 class Blocked:
-    """Fingers with a blocked tip: reach (1, rows, sections) [m] from each section to the tip,
-    weights the same: of its Gauss point; compliance [m/N] of the gauge, a number or (lanes, 1, 1).
+    """Fingers with a blocked tip.
+
+    reach (1, rows, sections) [m]: distance from each section to the tip. weights (1, rows,
+    sections) [m]: Gauss weights of the sections. compliance [m/N]: of the force gauge, a number or
+    (lanes, 1, 1).
     """
 
     reach: Array
@@ -156,11 +160,11 @@ class Blocked:
     compliance: Array | float
 
     def of_rows(self, rows: Indices) -> Blocked:
-        """Some of the rows, or rows that repeat."""
+        """The same for these rows, which may repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
     def by_force(self, shape: SectionShape) -> tuple[Array, Array]:
-        """Reduction of the load per force [1/N], and deflection of the tip per stretch [m]."""
+        """(reduction of the load per force [1/N], deflection of the tip per stretch [m])."""
         return shape.ratio * self.reach / _stiffness(
             shape
         ), self.weights * self.reach / shape.height
@@ -187,10 +191,10 @@ class Blocked:
 class BlockedSolver:
     """Balance of elastic side, load and tip force: q = s - m, m = ratio*F*(L - x)/(2*G*h*d*z).
 
-    Newton's method with secants for the elastic side, in which the force is eliminated. factor: on
-    the stiffness, if there is one; it divides m.
+    Newton's method with secants for the elastic side, in which the force is eliminated. factor:
+    factor on the stiffness, which divides m; None for none.
 
-    force (lanes, rows, 1) [N]: of the last balance.
+    force (lanes, rows, 1) [N]: force of the tip in the last balance.
     """
 
     def __init__(
@@ -202,7 +206,7 @@ class BlockedSolver:
         self.force = np.zeros(1)
 
     def __call__(self, elastic: Elastic, load: Array, start: Balanced | None) -> Balanced:
-        """Stretch [-] in balance, from a start if there is one."""
+        """Stretch [-] in balance; the search begins at `start`, if it is given."""
         if self._factor is not None:
             self._free = balance(elastic, load, self._free)
 

@@ -47,7 +47,12 @@ def march(
     before: Indices,
     found: Array,
 ) -> None:
-    """Fill found (rows, lanes) with the stretch."""
+    """Fill found (rows, lanes) with the stretch [-] that balances a load (rows, lanes) [-], run
+    after run.
+
+    chain: of `elastic_chain`. sizes: of `sizes_of`. starts, dt, steady, before: as in
+    `whole_runs.Runs`.
+    """
     ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
     for run in range(len(before)):
         _start(run, before, ends, sizes, chain)
@@ -69,9 +74,9 @@ def march(
 def march_at_once(
     load: Array, chain: ElasticChain, sizes: Array, starts: Indices, rows: int, found: Array
 ) -> None:
-    """As `march`, for a chain without memory: so many rows of a run at once, as lanes.
+    """As `march`, for a chain without memory: `rows` rows of a run at once, as lanes.
 
-    chain and sizes are those of all these lanes.
+    chain, sizes: for all these lanes.
     """
     for run in range(len(starts) - 1):
         chain.sizes[:] = sizes[run]
@@ -183,7 +188,9 @@ def follow(
     before: Indices,
     found: Array,
 ) -> None:
-    """Fill found (rows, lanes) with the elastic side."""
+    """Fill found (rows, lanes) with the elastic side [-] at an imposed stretch (rows, lanes) [-];
+    other arguments as for `march`.
+    """
     ends = _kept(before, chain)
     for run in range(len(before)):
         _start(run, before, ends, sizes, chain)
@@ -211,7 +218,11 @@ def march_blocked(
     before: Indices,
     force: Array,
 ) -> None:
-    """Fill force (rows, lanes); moment, deflection (runs, sections*lanes), compliance (lanes,)."""
+    """Fill force (rows, lanes) [N] of a blocked tip.
+
+    moment, deflection (runs, sections*lanes): as `loaded_finger.Blocked.by_force` gives them.
+    compliance (lanes,) [m/N]: of the force gauge. Other arguments as for `march`.
+    """
     ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
     for run in range(len(before)):
         _start(run, before, ends, sizes, chain)

@@ -1,7 +1,7 @@
 """Stretch of sections through whole runs, compiled: the results of `SteppedBalance`.
 
-All trial values, runs and sections go through one loop, run after run, so that what a specimen
-keeps is known at the start of its next run. Arrays are (lanes, rows, sections) as in
+All trial values, runs and sections go through one loop, run after run, so that the memory of a
+specimen is known at the start of its next run. Arrays are (lanes, rows, sections) as in
 `effects.stages`; rows are the samples of the runs, one run after the other.
 """
 
@@ -34,15 +34,15 @@ NUMBERS_AT_ONCE = 500  # numbers of each quantity at a time, so that they fit in
 
 @dataclass(frozen=True)
 class Runs(RunTimes):
-    """Runs of samples. before (runs,): the earlier run from which a specimen comes, -1 for a virgin
-    one.
+    """Times of the samples of runs, and for each run the earlier run (runs,) from which its
+    specimen comes: `before`, -1 for a virgin specimen.
     """
 
     before: Indices
 
     @cached_property
     def of_rows(self) -> Indices:
-        """The run (rows,) of each row."""
+        """Index (rows,) of the run of each row."""
         return np.repeat(np.arange(len(self.before)), np.diff(self.starts))
 
 
@@ -50,7 +50,9 @@ def curvature_in_runs(
     staged: StagedEffects, pressure: Array, shape: SectionShape, runs: Runs
 ) -> Array | None:
     """Free curvature [1/m] (lanes, rows, sections) at chamber pressures [Pa] (lanes, rows, 1); None
-    where an effect is not compiled. shape: of the runs, (lanes or 1, runs, sections).
+    if an effect is not compiled.
+
+    shape: sections of the runs, (lanes or 1, runs, sections).
     """
     effects = compiled_effects(staged)
     if effects is None:
@@ -87,10 +89,10 @@ def _load_per_pressure(shape: SectionShape, runs: Runs) -> Array:
 def stretch_in_runs(
     effects: Sequence[Effect], load: Array, shape: SectionShape, runs: Runs, mode: str
 ) -> Array:
-    """Stretch [-] that balances a load [-] (lanes, rows, sections) at every row.
+    """Stretch [-] (lanes, rows, sections) that balances a load [-] of that shape.
 
-    effects: of `elastic_chain.compiled_effects`. shape: of the runs, (lanes or 1, runs, sections);
-    mode: of `effects.stages.Strain`.
+    effects: of `elastic_chain.compiled_effects`. shape: sections of the runs, (lanes or 1, runs,
+    sections). mode: mode of deformation, see `effects.stages.Strain`.
     """
     given = _InLoops.of(effects, load, shape, runs, mode)
     found = np.empty_like(given.input)
@@ -107,7 +109,9 @@ def stretch_in_runs(
 def stress_in_runs(
     effects: Sequence[Effect], stretch: Array, shape: SectionShape, runs: Runs, mode: str
 ) -> Array:
-    """Elastic side [-] at every row where the stretch [-] (lanes, rows, sections) is imposed."""
+    """Elastic side [-] (lanes, rows, sections) where a stretch [-] of that shape is imposed; other
+    arguments as for `stretch_in_runs`.
+    """
     given = _InLoops.of(effects, stretch, shape, runs, mode)
     found = np.empty_like(given.input)
     follow(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
@@ -118,8 +122,8 @@ def stress_in_runs(
 def force_in_runs(
     effects: Sequence[Effect], load: Array, shape: SectionShape, blocked: Blocked, runs: Runs
 ) -> Array:
-    """Force [N] (lanes, rows, 1) of tips blocked as `blocked` says of the runs; see
-    `loaded_finger.BlockedSolver`.
+    """Force [N] (lanes, rows, 1) of blocked tips under a load [-]; blocked: of the runs, see
+    `loaded_finger.BlockedSolver`. Other arguments as for `stretch_in_runs`.
     """
     parts, compliance = blocked.by_force(shape), np.ravel(blocked.compliance)
     lanes = max(len(load), compliance.size, *map(len, parts))

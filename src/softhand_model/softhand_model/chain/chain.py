@@ -1,7 +1,8 @@
 """The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3).
 
-A simulation keeps a diagonal stiffness K; where effects make it C*K with a matrix C (3, 3) a joint,
-a rest from which K pulls with C*K*e is put in place of the one from which the joint is e away.
+A simulation has a diagonal stiffness K. If effects change it to C*K, with a matrix C (3, 3) for
+each joint, and e is the rotation of the joint from its rest, the rest is moved so that the springs
+K cause the torque C*K*e.
 """
 
 from __future__ import annotations
@@ -36,12 +37,13 @@ from softhand_model.model_file import Model
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
-    """Rotation vectors (n, 3) [rad] of a rest from which original springs act like changed ones.
+    """Rotation vectors (n, 3) [rad] of the rest from which unchanged springs cause the torques of
+    changed springs.
 
-    rest, actual (n, 3) [rad]: of the free and the actual joint. factor (n, 3) [-] on the stiffness
-    about each axis; coupling (n, 2) [-]: of lateral bending and twist, over the stiffness about x
-    and about z. Of springs that are not linear or not alike about all axes it is right for small
-    angles.
+    rest, actual (n, 3) [rad]: rotation vectors of the free and the actual joint. factor (n, 3) [-]:
+    on the stiffness about each axis. coupling (n, 2) [-]: stiffness that couples lateral bending
+    and twist, over that about x and about z. For springs that are not linear, or not equal about
+    all axes, the result holds for small angles.
 
     >>> moved_rest(np.zeros((1, 3)), np.full((1, 3), 0.1), np.full((1, 3), 0.5), np.zeros((1, 2)))
     array([[0.05, 0.05, 0.05]])
@@ -79,8 +81,8 @@ def discretise(description: ChainDescription, segments: int, model: Model) -> Ch
 class ChainModel:
     """A discretised chain under a model; pressures are gauge, one for each of its actuators.
 
-    segments: the rigid links and joint springs. count: of segments an actuator.
-    volume_gain (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
+    segments: the rigid links and joint springs. count: number of segments per actuator. volume_gain
+    (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
         about y; constant, because the volume is linear in the curvature (eq. 3.17).
     """
 
@@ -126,22 +128,22 @@ class ChainModel:
 
     @property
     def rest_tables(self) -> tuple[RestTable, ...]:
-        """Tables (actuators) whose sum is what `step` returns; none when effects with memory, or on
-        input or springs, act on it.
+        """Tables, one per actuator, whose sum is what `step` returns; empty if effects with memory,
+        or effects on input or springs, act on the chain.
         """
         return () if self._responses else tuple(self._tables)
 
     @property
     def base_tables(self) -> tuple[RestTable, ...]:
-        """Tables (actuators), which leave out effects that cannot be tabulated."""
+        """Tables, one per actuator, without effects that cannot be tabulated."""
         return tuple(self._tables)
 
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
-        """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
+        """Rotation (n, 3) [rad] by which pressures (actuators,) [Pa] turn the rest of each joint.
 
         It is a rotation vector in the link's frame: the rest orientation of a joint under pressure
-        is `segments.rest` followed by this rotation. No memory, and no effects that cannot be
-        tabulated (`free_response.tabulates`).
+        is `segments.rest` followed by this rotation. Effects with memory, and effects that cannot
+        be tabulated (`free_response.tabulates`), are left out.
         """
         rotation = self._tables[0].value(pressures[0])
         for table, pressure in zip(self._tables[1:], pressures[1:], strict=True):
@@ -151,8 +153,8 @@ class ChainModel:
     def rest_rotations(
         self, pressures: Array, modulus: float = 1.0, temperature: Array | float = ROOM_TEMPERATURE
     ) -> Array:
-        """As `rest_rotation`, (rows, n, 3) [rad] at pressures (actuators, rows) [Pa] and
-        temperatures (rows,) [K], of a rubber whose modulus is `modulus` [-] times as large, under
+        """Rotations (rows, n, 3) [rad] as of `rest_rotation`, at pressures (actuators, rows) [Pa]
+        and temperatures (rows,) [K], for a rubber with `modulus` [-] times the shear modulus, under
         effects without memory.
         """
         total = np.zeros((pressures.shape[1], self._shape[0] * 3))
@@ -171,8 +173,8 @@ class ChainModel:
         return total.reshape(-1, *self._shape)
 
     def modulus_factors(self, temperature: Array) -> Array:
-        """Factors (rows, n) [-] on the stiffness of the joints by the effects on the rubber's
-        modulus, at temperatures (rows,) [K]; struts are as stiff as ever.
+        """Factors (rows, n) [-] by which effects on the shear modulus change the stiffness of the
+        joints, at temperatures (rows,) [K]; 1 for struts.
         """
         factors = np.ones((len(temperature), self._shape[0]))
         of_rubber = StagedEffects(self.model.effects).modulus_factor(temperature)
@@ -180,8 +182,8 @@ class ChainModel:
         return factors
 
     def bend_factors(self, rest: Array, away: Array) -> Array | None:
-        """Factors (rows, n, *k) [-] of the effects on the stiffness in bending, at distances away
-        (*k) [rad] from rest bends (rows, n) [rad]; None where none of them has one.
+        """Factors (rows, n, *k) [-] of the effects on the stiffness in bending, at distances `away`
+        (*k) [rad] from rest bends (rows, n) [rad]; None if no effect changes it.
         """
         staged = StagedEffects(self.model.effects)
         if not staged.stiffens:
@@ -195,8 +197,8 @@ class ChainModel:
     def volume(self, bend: Array) -> Array:
         """Air volume (actuators,) [m3] of chamber and supply tube.
 
-        bend (n,) [rad] is the rotation of the joints about y from their rest. Two parallel arcs are
-        taken to bend alike: what a twist moves between them is left out.
+        bend (n,) [rad] is the rotation of the joints about y from their rest. Two parallel arcs
+        count as bent by the same angle; the volume that a twist exchanges between them is left out.
         """
         return self._rest_volume + self.volume_gain @ bend
 
@@ -207,10 +209,10 @@ class ChainModel:
         actual: Array,
         temperature: float = ROOM_TEMPERATURE,
     ) -> Array:
-        """Advance the effects' memory by dt [s]; returns rest rotations (n, 3) [rad].
+        """Advance the memory of the effects by dt [s], and return the rest rotations (n, 3) [rad].
 
-        pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
-        temperature in [K]. What effects do to the springs shows as `moved_rest`.
+        pressures (actuators,) [Pa]. actual (n, 3) [rad]: actual rotation of the joints. temperature
+        [K]. Effects on the springs are contained in the result, by `moved_rest`.
         """
         rest = self.free_rotation(dt, pressures, temperature)
         if not self._responses:
@@ -231,11 +233,11 @@ class ChainModel:
     def free_rotation(
         self, dt: float, pressures: Sequence[float] | Array, temperature: float = ROOM_TEMPERATURE
     ) -> Array:
-        """Advance the effects' memory by dt [s]; rotation (n, 3) [rad] of the joints when nothing
-        pulls or pushes.
+        """Advance the memory of the effects by dt [s], and return the rotation (n, 3) [rad] of the
+        joints without load.
 
-        pressures (actuators,) [Pa], temperature in [K]. Raises RuntimeError where the effects leave
-        no equilibrium of the rubber.
+        pressures (actuators,) [Pa], temperature [K]. Raises RuntimeError if the effects leave no
+        equilibrium of the rubber.
         """
         if not self._responses:
             return self.rest_rotation(pressures)
@@ -247,7 +249,7 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def reset(self) -> None:
-        """Reset the effects' memory: at rest at zero pressure."""
+        """Reset the memory of the effects to that at rest at zero pressure."""
         for response in self._responses:
             response.reset()
 

@@ -1,5 +1,5 @@
-"""Free bending of an actuator's segments over pressure: tabulated for the base model and under
-effects that only change the rubber's law, stage by stage under others.
+"""Free bending of an actuator's segments over pressure: from tables for the base model and under
+effects that only change the law of the rubber, and stage by stage under other effects.
 """
 
 from __future__ import annotations
@@ -34,20 +34,21 @@ NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a differenc
 
 
 class NoEquilibriumError(RuntimeError):
-    """Nothing balances the load: of the rubber's sections, or the weight of a hand."""
+    """Nothing balances the load of the rubber's sections, or the weight of a hand."""
 
 
 class RestTable:
-    """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
+    """Rotations of the joints of a chain that the pressure of one actuator causes, by cubic Hermite
+    interpolation.
 
     The table holds the exact integral of the free curvature over each segment, already mapped onto
     the chain's joint axes by `onto_joints` (m, n): values (m,) [rad] = onto_joints @ segment angles
-    (n,). Between its points the error is below 1e-8 of the value. Suction counts as no pressure;
-    beyond the table it goes on in a straight line, as kappa(p) does.
+    (n,). Between its points the error is below 1e-8 of the value. Suction counts as zero pressure;
+    beyond the table, values go on in a straight line, as kappa(p) nearly does.
 
     step [Pa]: width of an interval; cubic (REST_INTERVALS + 1, 4, m): coefficients of 1, t, t**2
-    and t**3 with t the pressure in an interval over its width. response: with effects that
-    `tabulates` accepts, else None.
+    and t**3 with t the pressure in an interval over its width. response: segments under effects
+    that `tabulates` accepts; None for the base model.
     """
 
     def __init__(
@@ -86,7 +87,9 @@ class RestTable:
         return np.asarray(c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3])))
 
     def slope(self, pressure: float) -> Array:
-        """Derivative (m,) [rad/Pa] of the values by the pressure; under suction the one at zero."""
+        """Derivative (m,) [rad/Pa] of the values by the pressure; under suction, the one at zero
+        pressure.
+        """
         index, t = self._place(pressure)
         return np.array((0.0, 1.0, 2.0 * t, 3.0 * t * t)) @ self.cubic[index] / self.step
 
@@ -98,7 +101,8 @@ class RestTable:
 
 @lru_cache(maxsize=KEPT_TABLES)
 def angle_table(actuator: Actuator, segments: int) -> RestTable:
-    """Table of the angles (segments,) [rad] of an actuator's own segments; kept.
+    """Table of the angles (segments,) [rad] of the segments of an actuator under the base model;
+    tables are cached.
 
     They depend on pressure over modulus alone: one table serves rubber of any stiffness.
     """
@@ -106,8 +110,8 @@ def angle_table(actuator: Actuator, segments: int) -> RestTable:
 
 
 def hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, ..., 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a
-    straight line after them, from values and slopes (k, ..., m) at their ends.
+    """Coefficients (k, ..., 4, m) of 1, t, t**2, t**3 for k - 1 intervals of unit length and for a
+    straight line after them, from values and slopes (k, ..., m) at the ends of the intervals.
     """
     rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
     inside = np.stack(
@@ -135,7 +139,7 @@ def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple
 
 
 class SegmentResponse:
-    """Free angles of an actuator's segments, with the effects' memory from step to step.
+    """Angles of the segments of an actuator without load, step by step under effects with memory.
 
     Pressures and temperatures are numbers, or (lanes, 1, 1) for many at once; angles are then
     (lanes, n).
@@ -149,15 +153,15 @@ class SegmentResponse:
         self._stepped = SteppedBalance(StagedEffects(model.effects))
 
     def reset(self) -> None:
-        """Reset the memory: at rest at zero pressure."""
+        """Reset the memory of the effects to that at rest at zero pressure."""
         self._stepped.reset()
 
     def angles(self, dt: float, pressure: Array | float, temperature: Array | float) -> Array:
         """Free angle (n,) [rad] of each segment after a step dt [s] at a gauge pressure [Pa] and
         temperature [K].
 
-        Raises NoEquilibriumError where the effects' parameters let the elastic side fall, so that
-        nothing balances the load.
+        Raises NoEquilibriumError if parameters of the effects let the elastic stress fall with the
+        stretch, so that nothing balances the load.
         """
         staged = self._stepped.staged
         chamber = staged.chamber_pressure(np.asarray(pressure, float), dt)
@@ -181,10 +185,10 @@ class SegmentResponse:
     def springs(
         self, bend: Array, rest: Array, temperature: Array | float
     ) -> tuple[Array, Array | float]:
-        """Effects on the joints' springs: factors (n, 3) [-] on the stiffness about x, y
-        and z, and the coupling [-] of lateral bending and twist.
+        """Effects on the springs of the joints: (factors (n, 3) [-] on the stiffness about x, y and
+        z, stiffness that couples lateral bending and twist over that in bending [-]).
 
-        bend, rest (n,) [rad]: actual and free bend of the joints; temperature in [K].
+        bend, rest (n,) [rad]: actual and free bend of the joints. temperature [K].
         """
         staged = self._stepped.staged
         factor = np.full((*np.shape(bend), 3), staged.modulus_factor(np.asarray(temperature)))
@@ -193,7 +197,7 @@ class SegmentResponse:
 
 
 def bends(model: Model) -> bool:
-    """Whether any effect of the model bends chains; weight, gauges and sensors do not."""
+    """Whether any effect of the model changes the bending of chains; weight and sensors do not."""
     return any(_acts(effect) for effect in model.effects)
 
 

@@ -22,8 +22,8 @@ MAX_TAPER_FACTOR = 2.0  # limit that keeps a section of SMALLEST_EDGE from vanis
 
 
 def collision_hulls(description: ChainDescription, segments: int) -> list[Array]:
-    """Vertices (k, 3) [m] of each joint's hull in its link's frame, from the strut (or first joint)
-    to the tip.
+    """Vertices (k, 3) [m] of the hull of each link, in the frame of the link, from the strut (or
+    first joint) to the tip.
 
     A strut's link carries the first half segment of the rubber; the strut itself has no hull. The
     base of a chain without strut is part of the body that carries it and has none either. Sections
@@ -73,8 +73,8 @@ def _slopes(start: Array, stop: Array, length: float) -> Array:
 
 
 def inset(ring: Array, distances: Array) -> Array:
-    """Corners (k, 2) of a convex polygon (n, 2) with every edge moved inwards by its distance (n,)
-    [m]; edges that become empty vanish.
+    """Corners (k, 2) [m] of a convex polygon (n, 2) [m] after every edge is moved inwards by its
+    distance (n,) [m]; edges without length vanish.
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> sorted(inset(square, np.full(4, 0.25)).tolist())

@@ -36,9 +36,10 @@ ARC_GAUSS_POINTS = 6
 
 @dataclass(frozen=True)
 class ParallelArcs:
-    """Inner and outer arc: radii (2,) [m], weights (2,) [-] of their bends, arc angle [rad].
+    """Inner and outer arc, in this order.
 
-    side is +1 when the arcs curve towards the chain's +y, -1 towards -y; decay is mu.
+    radii (2,) [m]. weights (2,) [-]: of their bends in the mean. angle [rad]: of both arcs. side:
+    +1 if the arcs curve towards +y of the chain, -1 towards -y. decay: mu of the module.
     """
 
     radii: Array
@@ -49,7 +50,9 @@ class ParallelArcs:
 
     @property
     def tilt(self) -> Array:
-        """Bend s_i, s_o (2,) [-] of the two fibres where the twist rate grows by 1 an angle."""
+        """s_i and s_o (2,) [-] of the module: bend of the two fibres per change of the twist with
+        the arc angle.
+        """
         gap = self.radii[1] - self.radii[0]
         return self.side * np.array([-0.5, 0.5]) * gap / self.radii
 
@@ -68,7 +71,7 @@ class ParallelArcs:
 def parallel_arcs(
     inner: Actuator, outer: Actuator, side: int, springs: SpringModel = THESIS
 ) -> ParallelArcs:
-    """The pair of two arcs of uniform section."""
+    """The pair of two arcs with uniform sections. side: as in `ParallelArcs`."""
     radii = np.array([inner.arc_radius or 0.0, outer.arc_radius or 0.0])
     whole = np.array([springs.stiffness(arc, 1)[0] * arc.length for arc in (inner, outer)])
     _, bending, twist = (whole / radii[:, None]).T
@@ -78,9 +81,11 @@ def parallel_arcs(
 
 
 def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
-    """Matrices (2, segments, segments) from each arc's free segment angles to the line's.
+    """(matrices for the bend, matrices for the twist), each (2, segments, segments), one matrix per
+    arc.
 
-    Row i of the first gives the bend of segment i [rad], of the second its twist [rad].
+    They map the free angles [rad] of the segments of an arc to its contribution to the bend, or the
+    twist, of each segment of the middle line [rad].
     """
     edges = np.linspace(0.0, arcs.angle, segments + 1)
     step = arcs.angle / segments
@@ -98,7 +103,9 @@ def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
 def angle_maps(
     description: ChainDescription, chain: SegmentChain, segments: int, springs: SpringModel = THESIS
 ) -> list[Array]:
-    """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""
+    """Matrix (3*n, segments) of each actuator, which maps angles of its segments to rotation
+    vectors of the n joints.
+    """
     parts = list(description.actuators.values())
     if description.turn and len(parts) == 2:
         bends, twists = bend_and_twist(
@@ -132,8 +139,8 @@ def _onto_joints(chain: SegmentChain, bend: Array, twist: Array) -> Array:
 def volume_gains(description: ChainDescription, chain: SegmentChain, segments: int) -> Array:
     """Change (actuators, n) [m3/rad] of each chamber's volume with the joints' rotation about y.
 
-    The volume follows the rotation about the axis in the middle of the segment, of which an arc's
-    link sees the cosine.
+    The volume follows the rotation about the axis in the middle of the segment; the joint of an arc
+    turns about it with the cosine of the angle between the axes.
     """
     gains = np.zeros((len(description.actuators), len(chain.mass)))
     cosine = rotate(chain.axes[-1], [0.0, 1.0, 0.0])[1]

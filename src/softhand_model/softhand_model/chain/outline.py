@@ -2,8 +2,8 @@
 the links.
 
 Lengths along a chain run from 0 at the base of its rubber to `length` at the tip. A bone is a rigid
-frame at the joint that moves it: bone 0 carries the half segment at the base, bone i + 1 the link
-of the i-th joint of the rubber (struts do not count).
+frame at the joint that moves it. Bone 0 carries the half segment at the base, bone i + 1 the link
+of joint i of the rubber (struts are not counted).
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
     """Smooth unit outline (points, 2) of a PneuFlex section, counterclockwise: flat at x = 0, the
     passive layer, with rounded corners; a superellipse around the back to x = -1; y in +-0.5.
 
-    The chamber of an actuator without pressure is rectangular; how much its mould rounds the back
-    the thesis shows in pictures alone.
+    The chamber of an actuator without pressure is rectangular; the thesis shows only in pictures
+    how much its mould rounds the back.
     """
     angle = np.linspace(0.0, np.pi / 2.0, corner_points)
     corner = CORNER_RADIUS * np.stack([np.cos(angle) - 1.0, np.sin(angle) - 1.0], axis=1) + [
@@ -41,7 +41,9 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
 
 
 def hull_section() -> Array:
-    """Unit outline (10, 2) of the collision hulls: points of the smooth outline, convex."""
+    """Unit outline (10, 2) of the collision hulls: points of the smooth outline, which form a
+    convex polygon.
+    """
     half = np.vstack(
         [[0.0, 0.5 - CORNER_RADIUS], [-CORNER_RADIUS, 0.5], _back(np.array(HULL_BACK))]
     )
@@ -49,7 +51,7 @@ def hull_section() -> Array:
 
 
 def mirrored(half: Array) -> Array:
-    """The other half of an outline, in the order that closes it."""
+    """The other half of an outline, mirrored, in the order in which it closes the outline."""
     return half[::-1] * [1.0, -1.0]
 
 
@@ -80,16 +82,16 @@ class ChainOutline:
         return self.length / self.segments
 
     def joint(self, bone: int) -> float:
-        """Place [m] of the joint at the origin of a bone's frame."""
+        """Position [m] along the chain of the joint at the origin of a bone's frame."""
         return (max(bone, 1) - 0.5) * self.edge
 
     def range(self, bone: int) -> tuple[float, float]:
-        """Where [m] a bone's rubber begins and ends."""
+        """Positions [m] along the chain where the rubber of a bone begins and ends."""
         edges = [0.0, *((np.arange(self.segments) + 0.5) * self.edge), self.length]
         return float(edges[bone]), float(edges[bone + 1])
 
     def extents(self, place: float) -> Array:
-        """Height and width (actuators, 2) [m] at a place [m]."""
+        """Height and width (actuators, 2) [m] at a position [m] along the chain."""
         share = np.clip(place / self.length, 0.0, 1.0)
         return np.array(
             [
@@ -99,8 +101,8 @@ class ChainOutline:
         )
 
     def section(self, bone: int, place: float) -> tuple[Array, Array]:
-        """Point (3,) [m] and rotation matrix (3, 3) of the section at a place [m], at rest, in the
-        frame of a bone.
+        """(point (3,) [m], rotation matrix (3, 3)) of the section at a position [m] along the
+        chain, at rest, in the frame of a bone.
         """
         if not self.description.turn:
             return np.array([0.0, 0.0, place - self.joint(bone)]), np.eye(3)
@@ -113,8 +115,10 @@ class ChainOutline:
         return point, np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
     def outlines(self, place: float, unit: Array, least: float = 0.0) -> Array:
-        """Outlines (actuators, points, 2) [m], x and y of a section's frame, at a place [m];
-        neither height nor width below `least` [m].
+        """Outlines (actuators, points, 2) [m] at a position [m] along the chain, as x and y in the
+        frame of the section.
+
+        unit (points, 2): outline of height and width 1. least [m]: smallest height and width.
         """
         scaled = unit[None] * np.maximum(self.extents(place), least)[:, None]
         scaled[..., 1] += self.places[:, None]

@@ -56,8 +56,8 @@ class SegmentChain:
 
 
 def link_inertia(size: Array, mass: Array) -> Array:
-    """Principal inertia (n, 3) [kg m2] of links as boxes of sizes (n, 3) [m] and masses (n,) [kg],
-    about their centres.
+    """Principal moments of inertia (n, 3) [kg m2], about their centres, of links as boxes with
+    sizes (n, 3) [m] and masses (n,) [kg].
     """
     x, y, z = size.T
     return np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * mass[:, None] / 12
@@ -66,7 +66,9 @@ def link_inertia(size: Array, mass: Array) -> Array:
 def cut_chain(
     description: ChainDescription, segments: int, springs: SpringModel = THESIS
 ) -> SegmentChain:
-    """Segments of a chain, `segments` per actuator, and one more joint for its strut."""
+    """Cut a chain into `segments` segments per actuator, plus one joint for its strut if it has
+    one.
+    """
     parts = list(description.actuators.values())
     if description.turn:
         chain = _arc(description, parts, segments, springs)
@@ -209,17 +211,19 @@ def _kept_masses(actuator: Actuator, segments: int) -> Array:
 
 
 def arc_angle(parts: list[Actuator]) -> float:
-    """Angle [rad] of parallel arcs."""
+    """Angle [rad] of parallel arcs, which is the same for all."""
     return parts[0].arc_angle or 0.0
 
 
 def mean_radius(parts: list[Actuator]) -> float:
-    """Radius [m] in the middle of parallel arcs."""
+    """Mean radius [m] of parallel arcs."""
     return float(np.mean([part.arc_radius or 0.0 for part in parts]))
 
 
 def lateral_places(description: ChainDescription) -> Array:
-    """Place (actuators,) [m] of each actuator's middle along y of the chain's sections."""
+    """Position (actuators,) [m] of the middle of each actuator along y in the sections of the
+    chain.
+    """
     parts = list(description.actuators.values())
     if description.turn:
         radii = np.array([part.arc_radius or 0.0 for part in parts])

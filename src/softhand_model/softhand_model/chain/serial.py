@@ -15,7 +15,7 @@ from softhand_model.hand.hand import WRIST, HandDescription
 def serial_chains(description: HandDescription) -> list[tuple[str, ...]]:
     """Names of the chains in series, each list from the wrist outwards.
 
-    Raises ValueError for two chains on the tip of one.
+    Raises ValueError if two chains are mounted on the tip of one.
 
     >>> from softhand_model.hand.hand import load_hand
     >>> serial_chains(load_hand("rbo_hand_2"))[-2:]
@@ -37,8 +37,8 @@ def serial_chains(description: HandDescription) -> list[tuple[str, ...]]:
 def mounted(
     description: HandDescription, segments: Mapping[str, SegmentChain], name: str
 ) -> tuple[Array, Array]:
-    """Joint offsets (n, 3) [m] and rest orientations (n, 4) of a chain; the first ones carry the
-    mount on the parent chain.
+    """Joint offsets (n, 3) [m] and rest orientations (n, 4) of the chain `name`; those of the first
+    joint include the mount on the parent chain.
     """
     own, mount = segments[name], description.chain(name).mount
     offset, rest = np.array(own.offset, float), np.array(own.rest, float)

@@ -1,5 +1,5 @@
-"""Volumes of a hand's channels: in free posture over pressure, and as what the channels of the
-simulated box fill: bottles, or actuators that bend and are pushed.
+"""Volumes of a hand's channels: of a free hand over the pressure, and of what the simulated box
+fills: bottles, or actuators that bend and are loaded.
 """
 
 from __future__ import annotations
@@ -25,15 +25,16 @@ class FreeVolumes:
     """Air volumes of a hand without contact and weight, tabulated over the pressures.
 
     Each chamber follows the free curvature of its sections (eq. 3.33) by `dV/dkappa = z h**2/2`
-    (eq. 3.17), the rubber of the side walls taken off and the tubes added. Two parallel arcs bend
-    as one: where two channels feed them, each changes the volume of the other. Arrays have the
-    channels in the order of the hand (n,). Suction counts as no pressure; beyond the table, at
-    three times the pressure limit, volumes go on in a straight line.
+    (eq. 3.17), less the rubber of the side walls, plus the tubes. Two parallel arcs bend as one:
+    where two channels feed them, each changes the volume of the other. Arrays (n,) have the
+    channels in the order of the hand. Suction counts as zero pressure; beyond the table, which ends
+    at three times the pressure limit, volumes go on in a straight line.
 
     Args:
-        hand: whose channels are meant.
-        segments: into which the simulator cuts an actuator. Against many, five are exact to 2e-4
-            for a finger, and to 0.01 for two parallel arcs at pressures far apart.
+        hand: the hand with these channels.
+        segments: number of segments of an actuator in the simulator. The relative error of five,
+            against many, is 2e-4 for a finger and 0.01 for two parallel arcs at very different
+            pressures.
 
     Raises:
         ValueError: fewer than one segment.
@@ -63,7 +64,8 @@ class FreeVolumes:
         return np.asarray(self.rest + parts.sum(axis=0))
 
     def air_masses(self, gauge: ArrayLike) -> Array:
-        """Air (n,) [kg above rest at ambient pressure] at gauge pressures (n,) [Pa].
+        """Air masses (n,) [kg] beyond those at rest at ambient pressure, at gauge pressures (n,)
+        [Pa].
 
         >>> from softhand_model.hand.hand import load_hand
         >>> finger = FreeVolumes(load_hand("single_finger"))
@@ -112,14 +114,14 @@ def _bends(chain: ChainModel, actuator: int, pressures: Array) -> tuple[Array, A
 
 
 class Chambers(Protocol):
-    """Volumes on the channels, tubes included."""
+    """The volumes that the channels of the box fill, tubes included."""
 
     def volumes(self, pressures_abs: Array) -> Array:
-        """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa]."""
+        """Volumes (n,) [m3] in equilibrium with absolute pressures (n,) [Pa]."""
 
 
 class Bottles:
-    """Rigid volumes (n,) [m3], as for calibration.
+    """Rigid bottles with volumes (n,) [m3], as used for calibration.
 
     >>> Bottles([0.5e-3]).volumes(np.array([3e5])).tolist()
     [0.0005]
@@ -134,17 +136,16 @@ class Bottles:
 
 
 class FreeActuators:
-    """The actuators of a hand in free posture, or bent back by a load.
+    """The actuators of a hand without contact, or bent back by a load.
 
     The volume follows `FreeVolumes` at the gauge pressure less that of the load. In the balance of
-    a section (eq. 3.23) a moment `M` that straightens it counts like a loss of pressure of
-    `2 M/(h**2 z)`; a load is given as this pressure, the same along the whole actuator. Pressure
-    below the load leaves the actuators straight: the passive layer and what stands behind it do
-    not give way.
+    a section (eq. 3.23) a moment `M` that straightens it counts like a loss of pressure of `2
+    M/(h**2 z)`; a load is stated as this pressure, equal along the whole actuator. With a pressure
+    below the load the actuators stay straight, as passive layer and support do not yield.
 
     Args:
-        hand: whose channels are filled.
-        ambient: absolute pressure outside [Pa].
+        hand: the hand whose channels are filled.
+        ambient: absolute pressure of the surroundings [Pa].
 
     >>> from softhand_model.hand.hand import load_hand
     >>> finger = FreeActuators(load_hand("single_finger"))
@@ -174,5 +175,5 @@ class FreeActuators:
         self._load = given
 
     def volumes(self, pressures_abs: Array) -> Array:
-        """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa] and the load."""
+        """Volumes (n,) [m3] in equilibrium with absolute pressures (n,) [Pa] and the load."""
         return self._free.volumes(pressures_abs - self._ambient - self._load)

@@ -104,14 +104,16 @@ class Folded(NamedTuple):
 
 
 def not_placed(joints: int) -> Placed:
-    """Arrays for `place_links` to fill."""
+    """Empty arrays for `place_links` to fill."""
     turns, lines = np.zeros((3, joints, 3, 3)), np.zeros((2, joints, 3))
     return Placed(turns[0], lines[0], lines[1], turns[1], turns[2])
 
 
 @compiled
 def place_links(q: Array, links: Links, placed: Placed) -> None:
-    """Forward kinematics: fill `placed` for the orientations q (n, 4) of the joints."""
+    """Forward kinematics: fill `placed` for orientations q (n, 4) of the joints, quaternions x, y,
+    z, w.
+    """
     for f in range(len(links.start) - 1):
         frame = UNIT_MATRIX
         for i in range(links.start[f], links.start[f + 1]):
@@ -268,8 +270,8 @@ def _minus_scaled(row: Vector, factor: float, vector: Row) -> Vector:
 
 @compiled
 def shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
-    """Angular and coupling inertia of [a b; b^T c], of a joint origin at `r`, at the parent's
-    origin; the linear one stays c.
+    """Angular and coupling parts of the inertia [a b; b^T c], which is given about a joint at `r`,
+    about the origin of its parent; the linear part stays c.
 
     With R the cross-product matrix of r: b'' = b + R c, a'' = a - b'' R + R b^T.
     """

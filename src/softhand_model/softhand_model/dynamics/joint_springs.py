@@ -88,8 +88,8 @@ class Springs(NamedTuple):
 
 class Joints(NamedTuple):
     """Joints after a step of the engine: orientations q (n, 4), velocities v (n, 3) [rad/s], and
-    whether their chain moves with the engine's inertia (chains,): it touches or is fast, or did
-    so a short time ago.
+    whether each chain (chains,) moves with the inertia of the engine (`heavy`), because it touches
+    something or is fast, or was so a short time ago.
     """
 
     q: Array
@@ -98,8 +98,8 @@ class Joints(NamedTuple):
 
 
 class Actuation(NamedTuple):
-    """Effect of pressure on joints: rotation bend (n, 3) [rad] added to their rest, and stiffness
-    gas (n, 3) [N m/rad] of the enclosed air.
+    """Effect of pressure on joints: rotation `bend` (n, 3) [rad] of their rest, and stiffness `gas`
+    (n, 3) [N m/rad] of the enclosed air.
     """
 
     bend: Array
@@ -107,7 +107,7 @@ class Actuation(NamedTuple):
 
 
 class Before(NamedTuple):
-    """State that a step hands to the next one.
+    """State that a step passes on to the next one.
 
     Attributes:
         v: velocities (n, 3) [rad/s].
@@ -134,7 +134,9 @@ def nothing_before(joints: int, chains: int) -> Before:
 
 @compiled
 def rubber_stress(stretch: float) -> tuple[float, float]:
-    """`joint_stiffness.rubber_stress` of one joint: elastic term and slope [-] at a stretch [-]."""
+    """(elastic term, slope) [-] at a stretch [-], as `joint_stiffness.rubber_stress`, for one
+    joint.
+    """
     least = max(stretch, LEAST_STRETCH)
     inverse = 1.0 / least
     cube = inverse * inverse * inverse
@@ -148,7 +150,7 @@ def elastic_torque(
 ) -> tuple[Vector, float, float]:
     """Torque (3,) [N m] of a joint's spring on its child, in the child's axes, at a rotation
     `error` (3,) [rad] from a rest bent by rest_bend [rad]; and two factors on the stiffness in
-    bending: of its tangent here, and in the rest shape.
+    bending, by which its tangent differs here and in the rest shape.
 
     The torque is minus the gradient of the energy: the transposed inverse of the right Jacobian of
     the rotation times K*e, that is K*e - e x K*e/2 + c*e x (e x K*e).
@@ -276,8 +278,8 @@ def _brake(dt: float, v: Array, stiffness: Array, torque: Array, equation: Equat
 
 @compiled
 def look_at_joints(rest: Array, q: Array, v: Array, rotations: Array) -> float:
-    """Fill the rotation vectors (n, 3) [rad] of the joints relative to their rest without pressure;
-    returns the greatest joint speed [rad/s] about an axis, NaN if a speed is NaN.
+    """Fill `rotations` (n, 3) [rad], rotation vectors of the joints from their rest without
+    pressure, and return the largest joint speed [rad/s] about an axis; NaN if a speed is NaN.
     """
     fastest = 0.0
     for i in range(len(rest)):

@@ -64,9 +64,10 @@ class Drive(NamedTuple):
 def bias_torque(
     v: Array, base: tuple[Array, Array, Array], links: Links, placed: Placed, out: Array
 ) -> None:
-    """Fill the torques (n, 3) [N m], in child axes, that the placed links of one chain need at
-    joint speeds v (n, 3) [rad/s] without accelerations of the joints; `base`: a row each of spin,
-    rate and pull of a `Drive`.
+    """Fill `out` (n, 3) [N m], in child axes, with the torques that the placed links of one chain
+    need at joint speeds v (n, 3) [rad/s] and zero joint accelerations.
+
+    base: spin, rate and pull of one step of a `Drive`.
     """
     n = len(links.mass)
     force, moment = np.empty((n, 3)), np.empty((n, 3))
@@ -97,9 +98,10 @@ def bias_torque(
 def roll_out(
     links: Links, springs: Springs, drive: Drive, kept: Array, q: Array, found: Array
 ) -> None:
-    """Move one chain from rest at q (n, 4) through all steps of `drive`; fill `found` (k, n, 4)
-    with the orientations of the joints before those of the steps whose numbers `kept` (k,) holds,
-    rising, and after the last one where a number is that of the steps.
+    """Move one chain from rest at q (n, 4) through all steps of `drive`.
+
+    kept (k,): rising numbers of steps. found (k, n, 4): is filled with the orientations of the
+    joints before each of these steps; for a number equal to that of all steps, after the last one.
     """
     n = len(links.mass)
     v, before, torque = np.zeros((n, 3)), np.zeros((n, 3)), np.empty((n, 3))

@@ -38,8 +38,10 @@ CHANGES = (3, 6, 3)  # shape: quantity, component of the wrench at the base, vec
 
 
 class Links(NamedTuple):
-    """Links of a straight chain with n joints: along (n + 1,) [m] from base to joint, from joint to
-    joint and to the tip; mass (n,) [kg] and centre (n, 3) [m] of each in its own frame.
+    """Links of a straight chain with n joints.
+
+    along (n + 1,) [m]: from the base to the first joint, from joint to joint, and to the tip. mass
+    (n,) [kg] and center (n, 3) [m] of each link, in its own frame.
     """
 
     along: Array
@@ -48,15 +50,15 @@ class Links(NamedTuple):
 
 
 def straight_links(chain: SegmentChain) -> Links:
-    """The links of a chain; raises ValueError for one that is not straight at rest."""
+    """The links of a chain; raises ValueError for a chain that is not straight at rest."""
     chain.require_straight()
     along = np.append(chain.offset[:, 2], chain.tip_offset[2])
     return Links(along, np.array(chain.mass, float), np.array(chain.body_center, float))
 
 
 def tip_pose(links: Links, springs: JointSprings, wrench: Array) -> tuple[Array, Array]:
-    """Place (3,) [m] and orientation (3, 3) of the tip of a weightless chain with a single point
-    under a wrench (6,) [N, N m] at its base.
+    """(position (3,) [m], orientation (3, 3)) of the tip of a weightless chain with springs at a
+    single point, under a wrench (6,) [N, N m] at its base.
     """
     none, change = np.empty((3, 0)), np.empty(CHANGES)
     place, turn, _ = march(links, springs.arrays(), none, False, 0, wrench, change, False)
@@ -74,11 +76,12 @@ def march(
     change: Array,
     sloped: bool,
 ) -> tuple[Vector, Matrix, Vector]:
-    """Place [m] and orientation of the tip, and force [N] there, for a wrench (6,) [N, N m] that
-    the chain exerts on its base.
+    """(position [m], orientation, force [N]) at the tip, for a wrench (6,) [N, N m] that the chain
+    exerts on its base.
 
-    gravity (3, n) [m/s2] where it is heavy; sloped: whether to fill `change` with the derivatives
-    by the wrench. The force changes as the one at the base does.
+    gravity (3, n) [m/s2]: counts if `heavy`. point: index of the point in springs and gravity.
+    sloped: whether to fill `change` with the derivatives of position and orientation by the wrench;
+    the force at the tip changes as the force at the base does.
     """
     force, moment = (wrench[0], wrench[1], wrench[2]), (wrench[3], wrench[4], wrench[5])
     place, turn = (0.0, 0.0, 0.0), IDENTITY_MATRIX

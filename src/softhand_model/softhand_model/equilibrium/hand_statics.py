@@ -1,8 +1,8 @@
 """Statics of a whole hand without contact: pressures and weight bend its chains.
 
-Chains in series (the thumb on the palm) are one body. A joint carries the weight of all beyond it
-and turns as its spring yields, which moves that weight; the joints are placed from the wrist, and
-their moments summed from the tip, until nothing moves.
+Chains in series (the thumb on the palm) are one body. A joint carries the weight of all links
+beyond it, and turns as its spring yields, which moves that weight. Joints are placed from the
+wrist, and moments are summed from the tip, again and again until nothing moves.
 """
 
 from __future__ import annotations
@@ -44,8 +44,10 @@ LEAST_MOTION = 1e-9  # [rad] by which no joint moves any more
 
 
 class BodyArrays(NamedTuple):
-    """A body with n joints: place (3,) [m] and frame (3, 3) of its base in the wrist frame; offset
-    (n, 3) [m], rest (n, 3, 3), mass (n,) [kg] and center (n, 3) [m] as in `SegmentChain`.
+    """A body with n joints.
+
+    place (3,) [m], frame (3, 3): of its base in the wrist frame. offset (n, 3) [m], rest (n, 3, 3),
+    mass (n,) [kg], center (n, 3) [m]: of joints and links, as in `SegmentChain`.
     """
 
     place: Array
@@ -58,8 +60,8 @@ class BodyArrays(NamedTuple):
 
 @dataclass(frozen=True)
 class Shape:
-    """A body at rest: places (rows, n, 3) [m] and frames (rows, n, 3, 3) of its joints in the wrist
-    frame.
+    """A body at rest: positions `places` (rows, n, 3) [m] and frames (rows, n, 3, 3) of its joints
+    in the wrist frame.
     """
 
     places: Array
@@ -67,10 +69,11 @@ class Shape:
 
 
 class HandBody:
-    """Chains in series at the mounts of a description, as `models` has them by name in their order.
+    """Chains in series on their mounts.
 
-    actuators: names in the order of their pressures. joints: slice of each chain's own. arrays: its
-    links. stretching (n,): as in `SegmentChain`.
+    models: the chains by name, in their order. actuators: names, in the order of their pressures.
+    joints: slice of the joints of each chain. arrays: links of the whole body. stretching (n,): as
+    in `SegmentChain`.
     """
 
     def __init__(self, description: HandDescription, models: Mapping[str, ChainModel]) -> None:
@@ -110,11 +113,11 @@ class HandBody:
         temperature: Array | float = ROOM_TEMPERATURE,
     ) -> Shape:
         """The body at rest under gauge pressures (actuators, rows) [Pa] and gravity (rows, 3)
-        [m/s2] in the wrist frame, at temperatures (rows,) [K], of a rubber whose modulus is
-        `modulus` [-] times as large.
+        [m/s2] in the wrist frame.
 
-        Raises NoEquilibriumError where the weight is more than the springs can carry, or effects
-        leave no equilibrium of the rubber.
+        modulus [-]: factor on the shear modulus of the rubber. temperature [K]: a number or
+        (rows,). Raises NoEquilibriumError if the springs cannot carry the weight, or effects leave
+        no equilibrium of the rubber.
         """
         warm = np.broadcast_to(np.asarray(temperature, float), pressures.shape[1])
         bend = self.free_rotations(pressures, modulus, warm)
@@ -136,8 +139,9 @@ class HandBody:
         return shape
 
     def free_rotations(self, pressures: Array, modulus: float, temperature: Array) -> Array:
-        """Rotations (rows, n, 3) [rad] of the joints when nothing pulls, at gauge pressures
-        (actuators, rows) [Pa] and temperatures (rows,) [K].
+        """Rotations (rows, n, 3) [rad] of the joints without load, at gauge pressures (actuators,
+        rows) [Pa] and temperatures (rows,) [K]; modulus [-]: factor on the shear modulus of the
+        rubber.
         """
         bends, first = [], 0
         for chain in self._models.values():
@@ -147,8 +151,10 @@ class HandBody:
         return np.concatenate(bends, axis=1)
 
     def stiffness(self, modulus: float, temperature: Array | None = None) -> Array:
-        """Stiffness (n, 3) [N m/rad] of the joints of a rubber whose modulus is `modulus` [-] times
-        as large, at a temperature (1,) [K] if one is given; struts are as stiff as ever.
+        """Stiffness (n, 3) [N m/rad] of the joints.
+
+        modulus [-]: factor on the shear modulus of the rubber, not of struts. temperature (1,) [K];
+        None: effects of temperature are left out.
         """
         factor = np.where(self._struts, 1.0, modulus)
         if temperature is not None:
@@ -157,10 +163,10 @@ class HandBody:
         return self._stiffness * factor[:, None]
 
     def point(self, shape: Shape, chain: str, at: float, offset: Array) -> Array:
-        """Place (rows, 3) [m] of a point of a straight chain in the wrist frame: `offset` (3,) [m]
-        in the frame of the smooth curve at a share `at` of the rubber's length.
+        """Positions (rows, 3) [m], in the wrist frame, of a point on a straight chain.
 
-        Raises ValueError for a chain of arcs.
+        at [-]: place along the rubber, as a share of its length. offset (3,) [m]: from the centre
+        line there, in the frame of that line. Raises ValueError for a chain of arcs.
         """
         description = self._models[chain].description
         if description.turn:
@@ -214,11 +220,11 @@ class HandBody:
 def settled_hand(
     hand: HandDescription, model: Model, segments: int, pressures: Array, gravity: Array
 ) -> list[tuple[HandBody, Shape]]:
-    """The bodies of a hand at rest under a model: gauge pressures
-    (channels, rows) [Pa], gravity (rows, 3) [m/s2] in the wrist frame, at room temperature.
+    """(body, its shape at rest) for all bodies of a hand under a model, at room temperature.
 
-    Raises ValueError as `discretise` does and for a place that the hand lacks, NoEquilibriumError
-    as `HandBody.settle`.
+    pressures (channels, rows) [Pa]: gauge pressures. gravity (rows, 3) [m/s2]: in the wrist frame.
+    Raises ValueError as `discretise` does and for an effect at a place that the hand does not have,
+    and NoEquilibriumError as `HandBody.settle` does.
     """
     askew = altered(hand, model.effects)
     acting = dict(
@@ -277,9 +283,10 @@ def settle(
     places: Array,
     frames: Array,
 ) -> float:
-    """Fill places (rows, n, 3) [m] and frames (rows, n, 3, 3) of the joints at rest, at rotations
-    `bend` (rows, n, 3) [rad] of the free joints and gravity (rows, 3) [m/s2]; the last motion [rad]
-    of the row that rests least.
+    """Fill places (rows, n, 3) [m] and frames (rows, n, 3, 3) of the joints at rest, and return the
+    largest rotation [rad] of a joint in the last pass.
+
+    bend (rows, n, 3) [rad]: rotations of the joints without load. gravity (rows, 3) [m/s2].
     """
     joints, worst = len(body.mass), 0.0
     turns, free = np.zeros((joints, 3)), np.zeros((joints, 3, 3))

@@ -33,11 +33,11 @@ BELOW_REST, ABOVE_REST = 0, 1  # sides of the rest
 
 
 class SpringArrays(NamedTuple):
-    """Springs at n points for compiled kernels: see `JointSprings`.
+    """Springs at n points for compiled kernels, see `JointSprings`.
 
-    stiffness, sine, cosine, rest (joints, n), the former of the rest; sideways (joints, 2),
-    stretching (joints,), coupling (n,); factor (n, joints, 2, TABLE_NODES) on the stiffness, at
-    equal distances from the rest, below and above it; without a factor of no points.
+    stiffness, rest, sine and cosine of the rest: (joints, n). sideways (joints, 2), stretching
+    (joints,), coupling (n,). factor (n, joints, 2, TABLE_NODES): on the stiffness, at equal
+    distances below and above the rest; it has no points if there is no factor.
     """
 
     isotropic: bool

@@ -1,4 +1,4 @@
-"""Springs in the joints of a chain, for users and for the compiled search."""
+"""Springs in the joints of a chain: as users state them, and as the compiled search needs them."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ AT_REST = 1e-9  # [rad]: smaller rotations are zero
 
 @dataclass(frozen=True)
 class JointSprings:
-    """Joint springs at n points, linear about the rest orientation, a rotation by `rest` about y.
+    """Joint springs at n points. The rest of a joint is a rotation by `rest` about y.
 
-    stiffness, rest (joints, n) [N m/rad], [rad]; sideways (joints, 2) [-]: stiffness about x and z
-    over that in bending, 1 if absent; stretching (joints,) [1/rad]: of rubber in bending
-    (`joint_stiffness`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
-    and twist about z over the stiffness; factor: on the stiffness about y; points (n,): what the
-    factor gets of the points.
-    The energy of a joint is that of its rotation vector against the rest, e*K*e/2 where the springs
-    are linear.
+    stiffness (joints, n) [N m/rad]: in bending, about y. rest (joints, n) [rad]. points (n,): what
+    `factor` gets to tell the points apart. coupling (n,) [-]: stiffness that couples bending about
+    x and twist about z, over `stiffness`; None for 0. factor: function that returns a factor on the
+    stiffness about y; None for 1. sideways (joints, 2) [-]: stiffness about x and z over that in
+    bending; None for 1. stretching (joints,) [1/rad]: of rubber springs (`joint_stiffness`), 0 for
+    linear ones; None for 0.
+
+    The energy of a joint with linear springs is e*K*e/2, with its rotation vector e from the rest.
     """
 
     stiffness: Array
@@ -52,15 +53,15 @@ class JointSprings:
 
     @property
     def isotropic(self) -> bool:
-        """Whether all springs are the same about all axes."""
+        """Whether the springs of each joint are equal about all axes."""
         more = (self.coupling, self.factor, self.sideways, self.stretching)
         return all(entry is None for entry in more)
 
     def arrays(self) -> SpringArrays:
         """The springs for compiled kernels.
 
-        A factor is tabulated on both sides of the rest, where it may jump: what it does on either
-        side is taken as smooth.
+        A factor is tabulated below and above the rest. It may jump at the rest, but must be smooth
+        on each side.
         """
         joints, points = self.stiffness.shape
         return SpringArrays(
@@ -87,7 +88,7 @@ class JointSprings:
 
 
 def off_rest() -> Array:
-    """Bends (2, TABLE_NODES) [rad] from rest, below and above it, of the tables of factors."""
+    """Bends (2, TABLE_NODES) [rad] below and above the rest at which factors are tabulated."""
     distance = np.linspace(0.0, TABLE_REACH, TABLE_NODES)
     distance[0] = AT_REST
     return np.stack([-distance, distance])
@@ -98,13 +99,13 @@ def _or(given: Array | None, neutral: Array) -> Array:
 
 
 def plain(array: Array) -> Array:
-    """The array for compiled kernels: contiguous and writable."""
+    """The array in the form that compiled kernels need: contiguous and writable."""
     return np.require(array, float, ["C", "W"])
 
 
 def springs_of(chain: SegmentChain, rest: Array, modulus: Array | float = 1.0) -> JointSprings:
-    """The springs of a chain at rest angles (joints, n) [rad], of a rubber whose shear modulus is
-    `modulus` (n,) [-] over the chain's.
+    """Springs of a chain at rest angles (joints, n) [rad]. modulus (n,) [-]: factor on the shear
+    modulus of the rubber.
     """
     points, bending = rest.shape[1], chain.stiffness[:, 1:2]
     sideways = chain.stiffness[:, [0, 2]] / bending

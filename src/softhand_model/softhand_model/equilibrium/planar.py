@@ -1,8 +1,8 @@
 """Equilibrium of a finger in its bending plane, without time steps.
 
-It shares no code with the simulator and serves as its oracle: n joints about y with linear or exact
-springs, weight, and a frictionless stop at the tip. Points and forces are (x, z) in the frame of
-the finger's base.
+It shares no code with the simulator, so that the simulator can be tested against it: n joints about
+y with linear or exact springs, weight, and a frictionless stop at the tip. Points and forces are
+(x, z) in the frame of the finger's base.
 """
 
 from __future__ import annotations
@@ -77,7 +77,9 @@ def linear_springs(stiffness: ArrayLike, rest: ArrayLike) -> Springs:
 
 
 def exact_springs(actuator: Actuator, segments: int, pressure: float) -> Springs:
-    """The moment of section 3.4.3 in the middle of each segment at a pressure [Pa] that grows."""
+    """Springs with the exact moment of section 3.4.3 in the middle of each segment, at a pressure
+    [Pa] that grows with the load.
+    """
     edge = actuator.length / segments
     x = (np.arange(segments) + 0.5) * edge
     size, modulus = actuator.sides(x), actuator.shear_modulus

@@ -1,7 +1,7 @@
 """Shooting solver, compiled: base wrench for a prescribed tip pose, point after point.
 
-Six unknowns and six equations a point, whatever the number of joints. Wrenches are in the clamp's
-units, poses in lengths of the chain and radians.
+Each point has six unknowns and six equations, whatever the number of joints. Wrenches are in units
+of `HeldPoints.unit`, poses in lengths of the chain and radians.
 """
 
 from __future__ import annotations
@@ -50,10 +50,11 @@ AMBIGUOUS = 0.6  # [rad] by which a rotation must differ from half a turn to hav
 
 
 class HeldPoints(NamedTuple):
-    """A chain with both ends held, at n points: position (3, n) [m] and orientation (3, 3, n) of
-    the tip; gravity (3, n or 0) [m/s2]; softest (n,) [rad/(N m)]: how far a moment turns the tip
-    about the axes about which the joints are softest. length [m] of the chain; unit (6,) of
-    wrenches [N, N m].
+    """A chain with both ends held, at n points.
+
+    position (3, n) [m], orientation (3, 3, n): of the tip. gravity (3, n or 0) [m/s2]. softest (n,)
+    [rad/(N m)]: by how much a moment turns the tip about the axes about which the joints are
+    softest. length [m]: of the chain. unit (6,) [N, N m]: units of wrenches.
     """
 
     links: Links
@@ -67,7 +68,7 @@ class HeldPoints(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Work arrays of the solution for one point, used again in each iteration."""
+    """Work arrays for the solution at one point, used again in each iteration."""
 
     wrench: Array
     change: Array
@@ -96,12 +97,13 @@ def room() -> Room:
 def settle(
     held: HeldPoints, known: bool, turning: Array, wrench: Array, settled: Flags, chord: Array
 ) -> None:
-    """Find the wrench (n, 6) that holds the tip, whether it is that of an equilibrium (n,), and its
-    change with the pose of the tip (n, 6, 6).
+    """Fill the wrench (n, 6) that holds the tip, whether it belongs to an equilibrium (`settled`
+    (n,)), and its change `chord` (n, 6, 6) with the pose of the tip.
 
-    known: wrench and chord are those of a similar hold, from which to begin; else the search begins
-    from `turning` (n, 6), a moment that merely turns the tip as it is held (`turn_tips`). That is
-    all there is of a chain that would curl up beyond any finger.
+    known: whether wrench and chord are filled with those of a similar hold, from which the search
+    begins; if not, it begins from `turning` (n, 6), a moment that merely turns the tip as it is
+    held (`turn_tips`). A chain that would curl up farther than any finger keeps `turning`, not
+    settled.
     """
     rooms = room()
     for point in range(len(settled)):
@@ -118,11 +120,11 @@ def settle(
 
 @compiled
 def turn_tips(held: HeldPoints, turning: Array) -> None:
-    """Fill turning (n, 6) with a moment that turns the tip as it is held, or less far where the
-    springs are not the same about all axes.
+    """Fill `turning` (n, 6) with a moment that turns the tip to its held orientation, or less far
+    if the springs are not equal about all axes.
 
-    Far from the free pose it may turn either way round, and once more where the chain curls up far:
-    the one that brings the tip nearer.
+    Far from the free pose the tip may turn either way round, or a turn more if the chain curls up
+    far; the moment that brings the tip nearest to its position is taken.
     """
     rooms = room()
     for point in range(len(turning)):

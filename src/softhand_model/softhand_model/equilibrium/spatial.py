@@ -25,8 +25,9 @@ POINTS_AT_ONCE = 1000  # points, so that memory stays bounded
 
 @dataclass(frozen=True)
 class Hold:
-    """Where the tip is held, at n points: position (3, n) [m] and orientation (3, 3, n); gravity
-    (3, n) [m/s2], or none.
+    """Where the tip is held, at n points.
+
+    position (3, n) [m], orientation (3, 3, n): of the tip. gravity (3, n) [m/s2]; None: no gravity.
     """
 
     springs: JointSprings
@@ -35,7 +36,7 @@ class Hold:
     gravity: Array | None = None
 
     def take(self, chosen: Indices) -> Hold:
-        """Some of the points."""
+        """The hold at some of the points."""
         return Hold(
             self.springs.take(chosen),
             self.position[:, chosen],
@@ -94,7 +95,7 @@ class BaseLoad:
 
 
 class HeldChain:
-    """A straight chain as the simulator has it, held at both ends (`shooting`).
+    """A straight chain of the simulator, held at both ends (`shooting`).
 
     Raises ValueError for a chain that is not straight at rest.
     """
@@ -108,7 +109,8 @@ class HeldChain:
     def base_load(self, hold: Hold, like: BaseLoad | None = None) -> BaseLoad:
         """Load of the chain on its base in equilibrium, at every point.
 
-        like: loads of similar holds, point by point, from which the search begins.
+        like: loads of similar holds, one for each point, from which the search begins; None: no
+        loads are known.
         """
         points = hold.position.shape[1]
         found = BaseLoad.unknown(points)

@@ -52,12 +52,12 @@ ACTUATOR_BOUNDS = {
 
 @dataclass(frozen=True)
 class Actuator:
-    """One actuator; x [m] runs from its base along the passive layer (along the arc, if it is one).
+    """One actuator. The coordinate x [m] runs from its base along the passive layer, also if that
+    is curved to an arc.
 
     length [m]; height, width, circumference, wall and side_wall [m] as profiles; shear_modulus
-    [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of what is connected;
-    arc_radius [m] and arc_angle [rad] when the passive layer lies in a plane but is curved in it
-    (the palm), else None.
+    [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of the tube; arc_radius [m]
+    and arc_angle [rad] if the passive layer is curved within its plane (as in the palm), else None.
     """
 
     name: str
@@ -125,7 +125,9 @@ class Actuator:
         )
 
     def chamber_volume_per_length(self, x: ArrayLike, curvature: ArrayLike = 0.0) -> Array:
-        """Air volume per length [m2] at x and a curvature [1/m], less side walls (eq. 3.15)."""
+        """Air volume per length [m2] at x and a curvature [1/m], without the volume of the walls
+        (eq. 3.15).
+        """
         return section.chamber_area(curvature, *self.sides(x))
 
     def chamber_volume_gain(self, x: ArrayLike) -> Array:
@@ -181,14 +183,15 @@ class Actuator:
         return self.mass * float(np.sum(weight * self._rubber_area(x))) / self.rubber_volume()
 
     def with_modulus(self, scale: float) -> Actuator:
-        """The same actuator of a rubber whose shear modulus is `scale` times as large."""
+        """The actuator made of a rubber with `scale` [-] times the shear modulus."""
         return replace(self, shear_modulus=scale * self.shear_modulus)
 
 
 def load_actuator(name: str, path: Path | None = None) -> Actuator:
     """The actuator of that name in data/actuators.yaml or another file of its format.
 
-    Raises ValueError listing the names, or naming file, key, expected and got.
+    path: the file; None: data/actuators.yaml. Raises ValueError for a name that is not in the file
+    (the message lists the names) or a file that is not valid.
     """
     actuators = _load_all(path or data_file("actuators.yaml"))[2]
     if name not in actuators:
@@ -202,10 +205,10 @@ def actuator_names() -> list[str]:
 
 
 def own_actuators(node: Node) -> dict[str, Actuator]:
-    """Actuators by name of a user's document, with the keys of
-    data/actuators.yaml; `shear_modulus` and `density` where they are not of its rubber.
+    """Actuators, by name, in the document of a user, with the keys of data/actuators.yaml. An
+    actuator of another rubber than the shipped ones states `shear_modulus` and `density`.
 
-    Raises DocumentError naming file, key, expected and got, also for a name that is shipped.
+    Raises DocumentError for an entry that is not valid, and for the name of a shipped actuator.
     """
     modulus, density, shipped = _shipped()
     found = {}

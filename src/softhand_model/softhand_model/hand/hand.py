@@ -84,14 +84,14 @@ class Strut:
 
 @dataclass(frozen=True)
 class Web:
-    """Mesh that joins a chain to its neighbours from the base up to `length` [m] along its rubber;
-    `chains` is how many are joined, this one counted.
+    """Mesh that joins a chain to its neighbours, from the base up to `length` [m] along its rubber.
+    `chains` is the number of joined chains, including this one.
 
-    The passive layers of the joined part are one sheet: no chain of it sways (about x) or twists
-    (about z) without the others, so a load on one meets the springs of all. That is exact for one
-    loaded chain of a sheet that shears freely, and too stiff by `chains` when all are loaded alike;
-    bending is left as it is. The model is ours: the thesis (7.2) says no more than that the mesh
-    raises the low torsional stiffness.
+    The passive layers of the joined part are one sheet: no chain of it bends sideways (about x) or
+    twists (about z) without the others, so a load on one is carried by the springs of all. That is
+    exact for one loaded chain of a sheet that shears freely, and too stiff by the factor `chains`
+    if all are loaded equally; bending about y is not changed. The model is ours: the thesis (7.2)
+    only says that the mesh raises the low torsional stiffness.
     """
 
     chains: int
@@ -100,12 +100,12 @@ class Web:
 
 @dataclass(frozen=True)
 class ChainDescription:
-    """One chain: its actuators (one, a pair of straight ones, or inner and outer arc) with their
-    channels, mount, strut and sense of the arc.
+    """One chain: its actuators (one, a pair of straight ones, or inner and outer arc) and the
+    channel of each, both by name; its mount, and its strut if it has one.
 
     turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for straight
-    actuators. pitch [m] is the distance between the middles of a pair, the first towards -y; 0
-    for a single actuator and for arcs. web is the mesh to other chains, if there is any.
+    actuators. pitch [m] is the distance between the middles of a pair, the first towards -y; 0 for
+    a single actuator and for arcs. web is the mesh to other chains; None if there is none.
     """
 
     name: str
@@ -128,8 +128,8 @@ class Plate:
 
 @dataclass(frozen=True)
 class HandDescription:
-    """A hand: channels in their order, total mass [kg], chains (parents first), the chains that are
-    fingertips, plate and palm sheet if it has them.
+    """A hand: names of its channels in their order, total mass [kg], chains (parents first), names
+    of the chains that have fingertips, and plate and palm sheet, None if it has none.
     """
 
     name: str
@@ -141,7 +141,7 @@ class HandDescription:
     sheet: PalmSheet | None = None
 
     def chain(self, name: str) -> ChainDescription:
-        """The chain of that name; raises ValueError listing the names."""
+        """The chain with that name; raises ValueError if there is none."""
         for chain in self.chains:
             if chain.name == name:
                 return chain
@@ -156,7 +156,9 @@ class HandDescription:
         return tuple(name for chain in self.chains for name in chain.actuators)
 
     def channel_of(self, actuator: str) -> int:
-        """Index of the channel that feeds an actuator; raises ValueError listing the names."""
+        """Index of the channel that feeds an actuator; raises ValueError if there is no such
+        actuator.
+        """
         for chain in self.chains:
             if actuator in chain.channels:
                 return self.channels.index(chain.channels[actuator])
@@ -190,7 +192,8 @@ def hand_names() -> list[str]:
 def load_hand(name: str | Path) -> HandDescription:
     """A shipped hand by name, or one from a YAML file.
 
-    Raises ValueError with the names that exist, or naming file, key, expected and got.
+    Raises ValueError for a name that does not exist (the message has those that do) or a file that
+    is not valid (the message has file, key, what was expected and what came).
 
     >>> load_hand("rbo_hand_2").channels
     ('a', 'b', 'c', 'd')
@@ -248,7 +251,7 @@ def _chain(
     _check_shape(node, fields, parts)
     arc = parts[0].arc_radius is not None
     if arc != ("turn" in fields):
-        raise node.error("the key turn for arcs and for them alone", listed(fields))
+        raise node.error("the key turn for arcs, and not for straight actuators", listed(fields))
     return ChainDescription(
         name,
         actuators,
@@ -279,7 +282,7 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
         )
     if pair != ("pitch" in fields):
         raise node.error(
-            "the key pitch for a pair of straight actuators and for it alone", listed(fields)
+            "the key pitch for a pair of straight actuators, and not for others", listed(fields)
         )
     if any(curved) and "web" in fields:
         raise fields["web"].error("no web on arcs")
@@ -304,7 +307,8 @@ def _refuse_stray_webs(node: Node, chains: dict[str, ChainDescription]) -> None:
         if chain.web is not None and count % chain.web.chains:
             web = node.mapping()[name].mapping()["web"].mapping()
             raise web["chains"].error(
-                f"as many chains side by side with this number, of which there are {count}"
+                f"a number that divides the chains side by side with this web, of which there "
+                f"are {count}"
             )
 
 
@@ -365,7 +369,9 @@ def _sheet(node: Node) -> PalmSheet:
 def _refuse_repeated(node: Node, seen: set[str], chain: ChainDescription) -> None:
     for name in chain.actuators:
         if name in seen:
-            raise node.mapping()["actuators"].error("names not used before", shortened(name))
+            raise node.mapping()["actuators"].error(
+                "names that no other chain uses", shortened(name)
+            )
         seen.add(name)
 
 

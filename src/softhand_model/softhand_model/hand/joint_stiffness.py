@@ -76,8 +76,8 @@ def lateral_second_moment(
 def torsion_constant(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """Bredt's torsion constant [m4] of the closed section, its passive layer as thick as the top
-    wall; 0 without side walls.
+    """Bredt's torsion constant [m4] of the closed section, whose passive layer counts as thick as
+    the top wall; 0 without side walls.
 
     >>> round(float(torsion_constant(0.02, 0.02, 0.002, 0.002)) * 1e9, 2)
     12.64
@@ -103,8 +103,8 @@ def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: A
 def lateral_stiffness(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike, modulus: ArrayLike
 ) -> Array:
-    """Stiffness modulus*I [N m2] in lateral bending; modulus [Pa] of the walls along the actuator,
-    2*G by the rule 3.25.
+    """Stiffness modulus*I [N m2] in lateral bending. modulus [Pa]: tangent modulus of the walls
+    along the actuator, which is 2*G by the rule 3.25.
 
     >>> round(float(lateral_stiffness(0.02, 0.02, 0.002, 0.002, 2 * 67e3)) * 1e3, 3)
     0.963
@@ -151,8 +151,8 @@ class SpringModel:
 
     def stiffness(self, actuator: Actuator, segments: int) -> Array:
         """Joint stiffness (n, 3) [N m/rad] about x (height), y (bending) and z (length): that of
-        the section in the middle of each segment over the segment's length, which the thesis does
-        not say.
+        the section in the middle of each segment, over the length of the segment. (The thesis does
+        not state where it evaluates the section.)
         """
         edge, x = actuator.length / segments, _middles(actuator, segments)
         bending, walls = actuator.stiffness(x), actuator.sides(x)
@@ -166,9 +166,9 @@ class SpringModel:
         return np.stack([lateral, bending, twist], axis=1) / edge
 
     def side_by_side(self, actuator: Actuator, segments: int) -> Array:
-        """Stiffness (n,) [N/m] of each segment's walls along the actuator, with which one of
-        several in a chain resists lateral bending about the chain's middle; 0 unless `lateral` is
-        of the section.
+        """Stiffness (n,) [N/m] of the walls of each segment against stretching along the actuator.
+        With it, one of several actuators in a chain resists lateral bending about the middle of the
+        chain. 0 unless `lateral` is `section`.
         """
         if self.lateral != BY_SECTION:
             return np.zeros(segments)
@@ -180,8 +180,8 @@ class SpringModel:
         return (2.0 if self.bending == BY_RULE else 4.0) * actuator.shear_modulus
 
     def stretching(self, actuator: Actuator, segments: int) -> Array:
-        """Stretch (n,) [1/rad] of the top with the bend of each segment's joint, h over the
-        segment's length (eq. 3.13); 0 for linear springs.
+        """Stretch (n,) [1/rad] of the top per bend of the joint of each segment: h over the length
+        of the segment (eq. 3.13). 0 for linear springs.
         """
         if self.bending == BY_RULE:
             return np.zeros(segments)
@@ -208,7 +208,7 @@ def rubber_stress(stretch: Array) -> tuple[Array, Array]:
 
 @compiled
 def rubber_terms(stretch: Any) -> Any:
-    """The same, for numbers or arrays."""
+    """(elastic term, slope) [-] as `rubber_stress`, for numbers or arrays."""
     least = np.maximum(stretch, LEAST_STRETCH)
     inverse = 1.0 / least
     cube = inverse * inverse * inverse
@@ -217,7 +217,9 @@ def rubber_terms(stretch: Any) -> Any:
 
 
 def read_springs(node: Node) -> SpringModel:
-    """Springs of a model file: {bending, lateral, twist}, all optional."""
+    """Read the springs of a model file: {bending, lateral, twist}, all optional; raises
+    DocumentError for values that are not valid.
+    """
     fields = node.fields([], ["bending", "lateral", "twist"])
     bending = fields["bending"].choice([BY_RULE, BY_CURVATURE]) if "bending" in fields else BY_RULE
     lateral, twist = (

@@ -23,11 +23,12 @@ ARCH_GAUSS_POINTS = 24
 
 @dataclass(frozen=True)
 class PalmSheet:
-    """A sheet of length (bent along it), width and thickness [m], Young's modulus [Pa], bent by
-    `angle` [rad] in all.
+    """A sheet with length (along which it is bent), width and thickness [m] and Young's modulus
+    [Pa], bent by `angle` [rad] over its whole length.
 
-    position (3,) [m] and rpy (3,) [rad]: frame in that of the wrist; its origin lies in the middle
-    between the clamped edges, z along that line, y along the width, and the arch rises towards x.
+    position (3,) [m] and rpy (3,) [rad]: of its frame in that of the wrist. The origin lies in the
+    middle between the clamped edges, z along that line, y along the width, and the arch rises
+    towards x.
     """
 
     length: float

@@ -31,7 +31,7 @@ class ConstantProfile:
 
 @dataclass(frozen=True)
 class TableProfile:
-    """Straight lines between points (x [m], value [m]), x growing."""
+    """Straight lines between points (x [m], value [m]) with rising x."""
 
     x: tuple[float, ...]
     value: tuple[float, ...]

@@ -1,5 +1,5 @@
 """Rubbers: strain measures, strain through a wall, limits of the neo-Hookean model, and which
-rubber suits.
+rubber is suitable.
 
 Within a wall (section 3.4.5) depths and curvatures are relative to the height h: depth = d/h [-]
 counts from the outer face of the undeformed wall, bend = kappa*h [-].
@@ -44,7 +44,8 @@ class Rubber:
 def load_rubbers(path: Path | None = None) -> dict[str, Rubber]:
     """The rubbers of data/rubbers.yaml or another file of its format, by name.
 
-    Raises ValueError naming file, key, expected and got.
+    path: the file; None: data/rubbers.yaml. Raises ValueError for a file that is not valid; the
+    message has file, key, what was expected and what came.
 
     >>> round(load_rubbers()["Dragon Skin 10"].suitability, 1)
     26.6
@@ -108,7 +109,8 @@ def gent_factor(stretch: ArrayLike, jm: float) -> Array:
 
 
 def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002) -> Array:
-    """Share [-] of the energy that C01 and C20 add to C10*J1 (section 3.4.6); both relative to C10.
+    """Energy [-] that C01 and C20, both stated relative to C10, add to C10*J1, over C10*J1 (section
+    3.4.6).
 
     ERRATUM: the text calls these 3.4 % at lambda = 3 the error of the stiffness; see
     `mooney_rivlin_stiffness_error`.
@@ -122,7 +124,7 @@ def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float
 def mooney_rivlin_stiffness_error(
     stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002
 ) -> Array:
-    """Share [-] that C01 and C20 (relative to C10) add to the energy's gradient in J1.
+    """Gradient in J1 that C01 and C20 (relative to C10) add to the energy, over that of C10*J1 [-].
 
     >>> round(float(mooney_rivlin_stiffness_error(3.0)), 3)
     0.048

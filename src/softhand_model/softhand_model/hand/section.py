@@ -238,8 +238,8 @@ def printed_side_wall_share(height: ArrayLike, wall: ArrayLike, side_wall: Array
 def side_wall_share(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """Stiffness of both side walls over that of the top wall at zero curvature [-]: the integral of
-    3.27 done properly.
+    """Stiffness of both side walls over that of the top wall at zero curvature [-]: from the exact
+    integral of eq. 3.27.
 
     >>> round(float(side_wall_share(1.0, 1.0, 0.1, 0.1)), 3)
     0.486

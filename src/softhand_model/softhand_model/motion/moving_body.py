@@ -33,7 +33,9 @@ from softhand_model.motion.wrist_path import INVERSE_QUATERNION, WristPath
 
 
 class MovingBody(HandBody):
-    """Chains in series that move, too, damped by `damping_time` [s] times their stiffness."""
+    """Chains in series that move in time. Their dampers are `damping_time` [s] times the stiffness
+    of their springs.
+    """
 
     def __init__(
         self,
@@ -65,11 +67,12 @@ class MovingBody(HandBody):
         temperature: float = ROOM_TEMPERATURE,
         gravity: float = STANDARD_GRAVITY,
     ) -> Shape:
-        """The body at times (samples,) [s] under gauge pressures (actuators, samples) [Pa], between
-        which they go straight, along the path of a wrist, under gravity [m/s2], at a temperature
-        [K], of a rubber whose modulus is `modulus` [-] times as large. At first it rests.
+        """The body at times (samples,) [s] under gauge pressures (actuators, samples) [Pa], which
+        are linear between samples, on a wrist that follows a path. It is at rest at the first
+        sample.
 
-        Raises NoEquilibriumError as `HandBody.settle`.
+        modulus [-]: factor on the shear modulus of the rubber. temperature [K]. gravity [m/s2].
+        Raises NoEquilibriumError as `HandBody.settle` does.
         """
         return self.roll_runs([path], [time], [pressures], modulus, [temperature], gravity)[0]
 
@@ -82,8 +85,8 @@ class MovingBody(HandBody):
         temperatures: Sequence[float],
         gravity: float,
     ) -> list[Shape]:
-        """As `roll`, of several runs: of each a path, times [s], gauge pressures [Pa] and a
-        temperature [K].
+        """The shapes of several runs, as `roll` gives them: each run has a path, times [s], gauge
+        pressures [Pa] and a temperature [K].
         """
         warm, first = np.array(temperatures), [course[:, :1] for course in pressures]
         down = gravity * np.array([path.first_down for path in paths])
@@ -129,8 +132,8 @@ class MovingBody(HandBody):
 
 
 def joint_turns(frames: Array, base: Array) -> Array:
-    """Orientations (rows, n, 4) of joints against the link before, of frames (rows, n, 3, 3) on a
-    base.
+    """Orientations (rows, n, 4) of joints relative to the link before, from frames (rows, n, 3, 3)
+    of the joints on a base with frame (3, 3).
     """
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
@@ -145,8 +148,10 @@ def joint_turns(frames: Array, base: Array) -> Array:
 def place_rows(
     q: Array, offset: Array, place: Array, frame: Array, places: Array, frames: Array
 ) -> None:
-    """Fill places (rows, n, 3) [m] and frames (rows, n, 3, 3) of joints of orientations (rows, n,
-    4) and offsets (n, 3) [m] on a base at `place` (3,) [m] with a frame (3, 3).
+    """Fill positions `places` (rows, n, 3) [m] and frames (rows, n, 3, 3) of joints.
+
+    q (rows, n, 4): orientations of the joints. offset (n, 3) [m]: from joint to joint. place (3,)
+    [m], frame (3, 3): of the base.
     """
     for row in range(len(q)):
         turned, at = rows(frame), plus(place, ZERO)

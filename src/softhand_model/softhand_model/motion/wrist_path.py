@@ -1,4 +1,4 @@
-"""How a wrist moves a hand, and the steps in which that is followed."""
+"""Motion of the wrist of a hand, and the time steps in which it is followed."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class WristPath:
-    """The steps of a run, and the motion of the wrist at the share THETA of each, in its own axes.
+    """The steps of a run, and the motion of the wrist at the share THETA of each step, in its own
+    axes.
 
-    kept (samples,): number of steps before each sample. duration (steps,) [s]; at (steps,) [s]: the
+    kept (samples,): number of steps before each sample. duration (steps,) [s]. at (steps,) [s]:
     times at which the motion is taken. spin (steps, 3) [rad/s], rate (steps, 3) [rad/s2],
-    acceleration (steps, 3) [m/s2]: of the wrist. down (steps, 3): direction of the weight;
-    first_down (3,): at the first sample.
+    acceleration (steps, 3) [m/s2]: of the wrist. down (steps, 3): direction of the weight.
+    first_down (3,): the same at the first sample.
     """
 
     kept: Indices
@@ -35,8 +36,10 @@ class WristPath:
 
 
 def held_wrist(time: Array, quaternion: Array, step: float) -> WristPath:
-    """The path of a wrist that is held at an orientation (4,) in the world, z up, for samples at
-    times (samples,) [s] with steps of at most `step` [s] between them.
+    """The path of a wrist that is held at an orientation (4,), a quaternion x, y, z, w, in the
+    world, z up.
+
+    time (samples,) [s]: of the samples. step [s]: longest time step.
     """
     kept, duration, at = steps_between(time, step)
     down = rotate(quaternion * INVERSE_QUATERNION, DOWN)
@@ -45,8 +48,11 @@ def held_wrist(time: Array, quaternion: Array, step: float) -> WristPath:
 
 
 def moved_wrist(time: Array, place: Array, quaternion: Array, step: float) -> WristPath:
-    """As `held_wrist`, of a wrist at places (samples, 3) [m] and orientations (samples, 4) in the
-    world: cubic splines go through them, so that they must be free of jumps and noise.
+    """The path of a wrist with positions (samples, 3) [m] and orientations (samples, 4) in the
+    world, z up.
+
+    They are interpolated by cubic splines, so they must be free of jumps and noise. time, step: as
+    for `held_wrist`.
     """
     from scipy.interpolate import CubicSpline  # here, as it takes long to load
     from scipy.spatial.transform import Rotation, RotationSpline
@@ -67,8 +73,8 @@ def moved_wrist(time: Array, place: Array, quaternion: Array, step: float) -> Wr
 
 
 def steps_between(time: Array, step: float) -> tuple[Indices, Array, Array]:
-    """Steps before each of the times (samples,) [s], which rise, their durations (steps,) [s], of
-    at most `step` [s], and the times (steps,) [s] at their share THETA.
+    """(number of steps before each of the rising times (samples,) [s], durations (steps,) [s] of at
+    most `step` [s], times (steps,) [s] at the share THETA of each step).
     """
     gaps = np.diff(time)
     if not (gaps > 0.0).all():

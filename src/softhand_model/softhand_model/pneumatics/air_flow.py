@@ -35,8 +35,8 @@ class Contents(NamedTuple):
     """Air of `n` channels; a step changes these arrays in place.
 
     `air` (n,) in the actuators, `dead` (2, n) in the dead volumes, `inflow` and `outflow` (n,)
-    through the valves since the start [kg]; of the last step `received` (n,) that came into the
-    actuators, by whichever path [kg], and `net_flow` (n,) along the lines into them [kg/s].
+    through the valves since the start [kg]; in the last step, `received` (n,) [kg] that came into
+    the actuators by any path, and `net_flow` (n,) [kg/s] through the lines into them.
     """
 
     air: Array
@@ -84,14 +84,15 @@ def move_air(
 ) -> float:
     """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
 
-    The dead volume of an open path takes the outer pressure at once. Through each choke flows
-    `series_flow`, at most what evens out the two sides, or the step would overshoot.
+    The dead volume of an open path takes the outer pressure at once. The flow through each choke is
+    `series_flow`, limited to what equalises the pressures of its two sides, so that a step does not
+    overshoot.
 
     Args:
         dt: step [s].
         state: spools (n,): +1 inflating, -1 deflating, 0 closed.
         outer: absolute pressure of supply and surroundings [Pa].
-        capacity: of the actuators (n,) [kg/Pa].
+        capacity: air per pressure of the actuators (n,) [kg/Pa].
         paths, contents: the fields of `Paths` and of `Contents`.
         at_box: its first n entries become absolute pressures [Pa], at the box's end of each line.
 

@@ -60,7 +60,7 @@ class Escapes:
         Args:
             dt: step [s].
             pressure_abs: in the actuators, absolute (n,) [Pa].
-            capacity: of the actuators (n,) [kg/Pa].
+            capacity: air per pressure of the actuators (n,) [kg/Pa].
 
         Returns:
             Mass (n,), at most what brings the pressure down to where the valve closes [kg].
@@ -76,7 +76,7 @@ class Escapes:
         Args:
             dt: step [s].
             pressure_abs: in the actuators, absolute (n,) [Pa].
-            capacity: of the actuators (n,) [kg/Pa].
+            capacity: air per pressure of the actuators (n,) [kg/Pa].
             holes: diameters of holes (n,), 0 for none [m].
 
         Returns:

@@ -17,7 +17,9 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Valve:
-    """A 5/3 valve: ranges of its delays [s], jitter [s] and equivalent orifice [m]."""
+    """A 5/3 valve: ranges of its delays [s], their jitter [s], and the diameter of the equivalent
+    orifice [m].
+    """
 
     opening_delay: Range
     closing_delay: Range
@@ -45,7 +47,9 @@ class Line:
 
 @dataclass(frozen=True)
 class Supply:
-    """The regulator: gauge set point [Pa], droop [Pa s/kg] and the volume behind it [m3]."""
+    """The pressure regulator: gauge set point [Pa], droop (loss of pressure per flow) [Pa s/kg],
+    and the volume behind it [m3].
+    """
 
     pressure: float
     droop: float
@@ -76,7 +80,8 @@ class Leak:
 
 @dataclass(frozen=True)
 class Gas:
-    """Air in the channels: time constant to the temperature of the walls [s], 0 for isothermal.
+    """Air in the channels: time constant [s] with which it takes on the temperature of the walls, 0
+    for isothermal air.
 
     The time is that of a channel of `thermal_volume` [m3]. In smaller ones of the same shape the
     way to the walls is shorter: by conduction the time goes with the square of their size. With a
@@ -87,7 +92,7 @@ class Gas:
     thermal_volume: float = 0.0
 
     def time_constants(self, volumes: Array) -> Array:
-        """Times of channels of these `volumes` (n,) [m3], (n,) [s].
+        """Time constants (n,) [s] of channels with these `volumes` (n,) [m3].
 
         >>> Gas(0.6, 5e-4).time_constants(np.array([5e-4, 4e-6])).round(3).tolist()
         [0.6, 0.024]
@@ -124,7 +129,9 @@ class Relief:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A pressure sensor: full scale [Pa], accuracy [of full scale], noise [Pa], bits, lag [s]."""
+    """A pressure sensor: gauge full scale `range` [Pa], accuracy as a share of it [-], standard
+    deviation of the noise [Pa], bits of the converter, time constant [s].
+    """
 
     range: float
     accuracy: float
@@ -203,9 +210,9 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     """Read the constants of a pneumatic box.
 
     Args:
-        path: YAML file of format `softhand-pneumatics/1`, or the name of one that is shipped:
-            `pneumaticbox` by the thesis's figures and the data sheets, and `ideal`, whose air is
-            isothermal, as the thesis takes that of a hand to be (section 4.2); None is `ideal`.
+        path: YAML file of format `softhand-pneumatics/1`, or the name of a shipped one:
+            `pneumaticbox`, with the figures of the thesis and of data sheets, or `ideal`, with
+            isothermal air, as the thesis assumes for a hand (section 4.2). None: `ideal`.
 
     Raises:
         ValueError: a key is missing, unknown or of the wrong kind; the message names file, key,

@@ -30,20 +30,21 @@ class PneumaticPlant:
     """Compressor, valves, chokes, tubes and sensors of a pneumatic box with a hand on it.
 
     Per channel one inlet and one outlet path: valve, dead volume, choke, tube, actuator. While a
-    valve is open its dead volume stands at supply or ambient pressure; when it has closed, the
-    dead volume and the channel even out through the choke. Isothermal, unless the parameters give
-    the gas a thermal time constant; chokes and tubes pass air as at room temperature all the same.
+    valve is open its dead volume stands at supply or ambient pressure; when it has closed,
+    pressures of dead volume and channel become equal through the choke. Isothermal, unless the
+    parameters give the gas a thermal time constant; chokes and tubes always pass air as at room
+    temperature.
 
     `mass` counts all air behind the valves, dead volumes included, so with closed valves and tight
     tubes it does not change whatever the hand's volumes do: it is what has come in less what has
-    left, `inflow - outflow - leaked - relieved`. `faults` breaks things.
+    left, `inflow - outflow - leaked - relieved`. `faults` simulates faults.
 
     Args:
         channels: names of the channels, at most 64; channel i is outlet i of the box. Beyond 8 they
             are those of further boxes, on one supply.
         volumes: rest volumes of the channels, tubes included (n,) [m3].
-        parameters: constants; None for those of `data/pneumatics.yaml`.
-        seed: of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
+        parameters: constants of the box; None: those of `load_pneumatics()`.
+        seed: seed of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
         relief_pressures: gauge pressures (n,) [Pa] at which a mechanical relief valve on each
             channel begins to open (see `Relief.pressures`); None without relief valves.
         effects: flow effects of a model file, which act on each pulse of a valve.

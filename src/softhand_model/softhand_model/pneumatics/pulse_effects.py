@@ -18,14 +18,14 @@ LARGEST_FLOW_RATIO = 5.0  # largest flow added by effects, over the choked flow 
 class PulseEffects:
     """The running pulses in the channels of a plant, and the air that flow effects add to them.
 
-    A pulse lasts as long as its spool is open. What the plant's own valve has moved in it so far
-    stands in place of the naive term `c*p_in*duration`; the other columns are those of the lab:
-    pressures at switch-on, duration and integrals so far. What the effects make of the pulse,
-    beyond what the valve moves, flows in the same step, so that at the end of a pulse the channel
-    has what the effects predict for it. No step takes a channel above the supply or below the
-    surroundings for their sake, or adds more than `LARGEST_FLOW_RATIO` times the flow that the open
-    path can pass (the mean flow at the very start of a pulse is not meaningful); the remaining air
-    follows later in the pulse.
+    A pulse lasts as long as its spool is open. The air that the valve of the plant has moved so far
+    takes the place of the naive term `c*p_in*duration`; the other quantities of a pulse are those
+    of the lab: pressures at switch-on, duration and integrals so far. What the effects make of the
+    pulse, beyond what the valve moves, flows in the same step, so that at the end of a pulse the
+    channel has what the effects predict for it. No step takes a channel above the pressure of the
+    supply or below that of the surroundings because of effects, or adds more than
+    `LARGEST_FLOW_RATIO` times the flow that the open path can pass (the mean flow at the very start
+    of a pulse is not meaningful); the remaining air follows later in the pulse.
 
     Args:
         effects: flow effects of a model file.

@@ -1,4 +1,4 @@
-"""A step of a sound plant in one compiled call, as of all but a few steps."""
+"""A step of a plant without faults in one compiled call, which serves for nearly all steps."""
 
 from typing import Any
 

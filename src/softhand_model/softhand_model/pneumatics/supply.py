@@ -17,9 +17,12 @@ RESERVOIR, SETPOINT, TANK, COMPRESSING = range(
 
 
 class Supply(NamedTuple):
-    """Constants of a supply: capacity of the reservoir [kg/Pa], the regulator's droop times it [s],
-    capacity of the tank [kg/Pa], absolute pressures [Pa] at which the compressor begins and ends,
-    its delivery [kg/s], and the share of the tank's loss that the regulator passes on [-].
+    """Constants of a supply.
+
+    capacity [kg/Pa]: of the reservoir. sluggishness [s]: droop of the regulator times that
+    capacity. tank_capacity [kg/Pa]. cut_in, cut_out [Pa]: absolute pressures at which the
+    compressor starts and stops. delivery [kg/s]: of the compressor. passed [-]: share of the tank's
+    loss of pressure that the regulator passes on.
     """
 
     capacity: float
@@ -91,7 +94,9 @@ class AirSupply:
         supply_air(dt, taken, self.state, tuple(self.constants))
 
     def bleed(self, dt: float, taken: float, diameter: float) -> None:
-        """The same with a closed regulator and a hole of `diameter` [m] in the reservoir."""
+        """Simulate `dt` [s] in which the box has `taken` air [kg], with a closed regulator and a
+        hole of `diameter` [m] in the reservoir.
+        """
         capacity, pressure = self.constants.capacity, self.pressure
         pressure -= taken / capacity
         area = np.pi / 4 * diameter**2
@@ -111,7 +116,9 @@ class AirSupply:
 
 @compiled
 def supply_air(dt: float, taken: float, state: Array, constants: Any) -> None:
-    """`AirSupply.step`, of its state (4,) in place; `constants` are the fields of `Supply`."""
+    """`AirSupply.step` on its `state` (4,), which is changed in place; `constants` are the fields
+    of `Supply`.
+    """
     capacity, sluggish, _, _, cut_out, _, passed = constants
     state[RESERVOIR] -= taken / capacity
     lost = passed * (cut_out - state[TANK])

@@ -45,7 +45,9 @@ class Valves:
         self.next_change = np.inf  # when the next spool will move [s]
 
     def commanded(self, valves: ArrayLike) -> bool:
-        """Whether these valves (channels,), unchecked, are commanded already."""
+        """Whether the last command was already these `valves` (channels,), whose values are not
+        checked.
+        """
         given, own = np.asarray(valves), self._command
         alike = given.dtype == own.dtype and given.shape == own.shape
         return alike and given.tobytes() == own.tobytes()
