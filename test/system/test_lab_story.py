@@ -22,7 +22,7 @@ from softhand_bringup.processes.launcher import wait_until
 from softhand_model.hand.actuator import load_actuator
 
 # known: on a busy machine the middleware may never join the monitor to the recorder
-UNHEARD = "expected the monitor's residuals where the pressure stands, got none"
+UNHEARD = "expected the monitor's residuals where the pressure is constant, got none"
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 SHORT = """
 import sys

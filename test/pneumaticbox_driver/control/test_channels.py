@@ -97,7 +97,7 @@ def test_a_schedule_far_ahead_keeps_its_time_and_the_earlier_plan_goes_on():
         (
             ["a"],
             [(0, 1), (0.02, 0)],
-            "expected an open valve to stay so for 45 ms at least, got 20",
+            "expected an open valve to stay as it is for 45 ms at least, got 20",
         ),
         (["a"], [(0, 1), (1, 0), (1.01, 1)], "expected a closed valve .* 60 ms at least, got 10"),
         (["a"], [(0, 1), (1, -1)], "expected 0 between 1 and -1, for 60 ms at least"),

@@ -171,7 +171,7 @@ def test_mcap_reads_the_types_by_their_name(recorded):
     ("urdf", "told"),
     [
         ("<robot/>", ""),
-        ("none", "expected a URDF, got no XML"),
+        ("none", "expected a URDF, got text that is not XML"),
         ('<robot><joint name="a" type="fixed"/></robot>', "expected a parent and a child link"),
     ],
     ids=["no joints", "no XML", "no links"],

@@ -118,7 +118,7 @@ def test_a_whole_bag_is_left_alone(tmp_path, capsys):
     write_strings(tmp_path / "bag", 5, closed=True)
     before = (tmp_path / "bag" / "bag_0.mcap").read_bytes()
     assert main([str(tmp_path / "bag")]) == 1
-    assert "nothing to repair" in capsys.readouterr().err
+    assert "got one that needs no repair" in capsys.readouterr().err
     assert (tmp_path / "bag" / "bag_0.mcap").read_bytes() == before
 
 

@@ -88,7 +88,7 @@ def test_kept_stamps_lie_apart(bag):
 def test_the_residual_counts_where_the_pressure_stands_in_a_run(bag):
     still = still_stamps(bag)
     assert live_residual(bag, [RUN], still) == pytest.approx(0.02)
-    with pytest.raises(ValueError, match="residuals where the pressure stands, got none"):
+    with pytest.raises(ValueError, match="residuals where the pressure is constant, got none"):
         live_residual(bag, [PlayedRun("later", "later", START + END, START + 2 * END)], still)
 
 
