@@ -36,7 +36,7 @@ def body(segments=SEGMENTS):
 
 def pressed(way, friction=FRICTION, pressure=PRESSURE, segments=SEGMENTS):
     pressures = np.full((1, len(TIME)), pressure)
-    return body(segments).press(way, TIME, pressures, 0.0, friction)
+    return body(segments).press([way], [TIME], [pressures], 0.0, friction)[0]
 
 
 def test_force_without_friction_is_that_of_the_least_energy():
@@ -110,9 +110,8 @@ def test_in_the_air_it_feels_but_the_lever_of_its_weight():
 def test_a_step_that_the_rounds_do_not_bring_to_rest_has_no_result():
     pressures = np.where(TIME < 1.0, 0.0, 35e3)[None]  # the only joint turns by 3 rad at once
     with pytest.raises(NoEquilibriumError, match="in the last round of a step"):
-        body(1).press(
-            path(start=0.4, end=0.4, slide=0.0, step=0.05), TIME, pressures, 0.0, FRICTION
-        )
+        way = path(start=0.4, end=0.4, slide=0.0, step=0.05)
+        body(1).press([way], [TIME], [pressures], 0.0, FRICTION)
 
 
 def test_mujoco_feels_about_the_same():

@@ -21,12 +21,13 @@ from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import from_rpy, matrices, rotate
 from softhand_model.chain.chain import ChainModel
 from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT
+from softhand_model.dynamics.press import Skin
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.hand import effects_of_hand, friction_factor
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 from softhand_model.motion.moving_body import MovingBody
-from softhand_model.motion.pressed_body import PressedBody, PressPath, press_path
+from softhand_model.motion.pressed_body import PressedBody, PressPath, press_path, skin_of
 
 PRESS_SEGMENTS, PRESS_STEP = 8, 0.05  # of an actuator; [s] at the most, in between samples
 FINE_PRESS_SEGMENTS, FINE_PRESS_STEP = 16, 0.02  # with which the error of these is taken off
@@ -55,6 +56,7 @@ class HandPress(HandPose):
         self, data: MeasurementSet, segments: int | None = None, step: float | None = None
     ) -> None:
         self._step, self._corrected = step or PRESS_STEP, step is None
+        self._skins: dict[tuple[str, ...], Skin] = {}
         super().__init__(data, segments or data.hand_segments or PRESS_SEGMENTS)
 
     def _take_rows(self) -> None:
@@ -116,27 +118,30 @@ class HandPress(HandPose):
     def _body(
         self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
     ) -> MovingBody:
-        return _OnPlate(hand, models, damping, around)
+        chains = tuple(models)
+        if chains not in self._skins:  # which no effect changes
+            self._skins[chains] = skin_of(hand, chains, self._segments)
+        return _OnPlate(hand, models, damping, around, self._skins[chains])
 
     def _moved(
         self, body: Any, pressures: Array, gravity: float, scale: float, rows: Indices
     ) -> Any:
-        found, known = np.empty((len(rows), 6)), {}
-        for index in np.unique(self._run[rows]).tolist():
-            run, mine = self._data.runs[index], self._run[rows] == index
-            if self._driven[index] not in known:  # as repeats may be driven alike
-                known[self._driven[index]] = body.press(
-                    self._paths[index],
-                    run.columns["time"],
-                    pressures[:, mine],
-                    self._plate.height,
-                    body.friction,
-                    scale,
-                    run.temperature,
-                    gravity,
-                )
-            found[mine] = known[self._driven[index]]
-        return found
+        first: dict[tuple[bytes, float], int] = {}  # as repeats may be driven alike
+        mine = np.unique(self._run[rows]).tolist()
+        alike = {index: first.setdefault(self._driven[index], index) for index in mine}
+        runs = [self._data.runs[index] for index in first.values()]
+        wrenches = body.press(
+            [self._paths[index] for index in first.values()],
+            [run.columns["time"] for run in runs],
+            [pressures[:, self._run[rows] == index] for index in first.values()],
+            self._plate.height,
+            body.friction,
+            scale,
+            [run.temperature for run in runs],
+            gravity,
+        )
+        known = dict(zip(first.values(), wrenches, strict=True))
+        return np.concatenate([known[alike[index]] for index in mine])
 
     def _markers_of(
         self, body: MovingBody, shape: Any, effects: Sequence[Effect], rows: int
@@ -154,8 +159,9 @@ class _OnPlate(PressedBody):
         models: Mapping[str, ChainModel],
         damping: float,
         friction: float,
+        skin: Skin,
     ) -> None:
-        super().__init__(hand, models, damping)
+        super().__init__(hand, models, damping, skin)
         self.friction = friction
 
 

@@ -8,9 +8,10 @@ by iteration, D the dampers beside the springs K; at rest it is the equilibrium.
 skin are springs, along the normal and along the plate, from where each first touched; a point
 slides where its shear would exceed friction times its normal force, and shears no more than that
 (return mapping). An iteration takes for slopes the tangents of springs and normal forces, and of a
-point that slides, its shear over its way, which is steeper and does not overshoot; the change of
-arms with the turns is left out. The slope of the contact on a link enters the recursion of
-articulated bodies as a mass at the point would: operations are linear in the joints.
+point that slides, its shear over its way: across the way that is the tangent; along it, where the
+tangent is 0, a share ALONG of it, as with less a point overshoots. The change of arms with the
+turns is left out. The slope of the contact on a link enters the recursion of articulated bodies as
+a mass at the point would: operations are linear in the joints.
 
 Vectors are in the axes of the world, z up, which is the normal of the plate.
 """
@@ -57,8 +58,9 @@ from softhand_model.dynamics.spatial import (
     write_matrix,
 )
 
-MOST_ROUNDS = 100  # in a step
+MOST_ROUNDS, ROUNDS_BEFORE_HALF = 100, 25  # in a step; after as many turns are halved
 STILL_TURN, ROUND_TURN = 3e-6, 0.02  # [rad] of a joint in an iteration
+ALONG = 0.5  # of the slope of a point that slides, along its way
 SKIN_NEAR = 0.003  # [m] above the plate, from which on points of the skin are followed
 
 
@@ -146,7 +148,7 @@ def press_out(
     for step in range(len(drive.duration)):
         turned[:] = 0.0
         largest = 0.0
-        for _ in range(MOST_ROUNDS):
+        for attempt in range(MOST_ROUNDS):
             _place(q, links, drive.place[step], drive.frame[step], placed)
             _load(links, skin, plate, drive.gravity, placed, touched, False)
             _fold(
@@ -157,7 +159,8 @@ def press_out(
             for i in range(n):
                 for k in range(3):
                     largest = max(largest, abs(turn[i, k]))
-            share = min(1.0, ROUND_TURN / max(largest, STILL_TURN))
+            part = 0.5 ** (attempt // ROUNDS_BEFORE_HALF)  # points may stick and slide in turns
+            share = min(part, ROUND_TURN / max(largest, STILL_TURN))
             for i in range(n):
                 by = (share * turn[i, 0], share * turn[i, 1], share * turn[i, 2])
                 next_q = quaternion_product(q[i], quaternion_of_rotation(by))
@@ -225,14 +228,20 @@ def _load(
                 normal = plate.normal * depth
                 shear_x, shear_y = -plate.shear * away_x, -plate.shear * away_y
                 size = math.sqrt(shear_x * shear_x + shear_y * shear_y)
-                share = 1.0
+                share, less_x, less_y = 1.0, 0.0, 0.0
                 if size > plate.friction * normal:  # slides
                     share = plate.friction * normal / size
+                    less_x = math.sqrt(1.0 - ALONG) * shear_x / size
+                    less_y = math.sqrt(1.0 - ALONG) * shear_y / size
                 shear_x, shear_y = share * shear_x, share * shear_y
                 stiff = share * plate.shear
                 push = (shear_x, shear_y, normal)
                 force, moment = plus(force, push), plus(moment, cross(arm, push))
-                slope = ((stiff, 0.0, 0.0), (0.0, stiff, 0.0), (0.0, 0.0, plate.normal))
+                slope = (
+                    (stiff * (1.0 - less_x * less_x), -stiff * less_x * less_y, 0.0),
+                    (-stiff * less_x * less_y, stiff * (1.0 - less_y * less_y), 0.0),
+                    (0.0, 0.0, plate.normal),
+                )
                 crossed = transposed(
                     (cross(arm, slope[0]), cross(arm, slope[1]), cross(arm, slope[2]))
                 )

@@ -88,33 +88,48 @@ class MovingBody(HandBody):
         """The shapes of several runs, as `roll` gives them: each run has a path, times [s], gauge
         pressures [Pa] and a temperature [K].
         """
-        warm, first = np.array(temperatures), [course[:, :1] for course in pressures]
         down = gravity * np.array([path.first_down for path in paths])
-        start = self.settle(np.concatenate(first, axis=1), down, modulus, warm)
-        q = joint_turns(start.frames, self.arrays.frame)
-        acting = [
-            np.array([np.interp(path.at, time, one) for one in course])
-            for path, time, course in zip(paths, times, pressures, strict=True)
-        ]
-        counts = [len(path.at) for path in paths]
-        bends = self.free_rotations(
-            np.concatenate(acting, axis=1), modulus, np.repeat(warm, counts)
-        )
-        ends = np.cumsum(counts)
+        at = [path.at for path in paths]
+        starts, bends = self._begin(at, times, pressures, down, modulus, temperatures)
         damping = self._damping_time * self.stiffness(modulus)
         shapes = []
         for run, path in enumerate(paths):
-            bend = np.ascontiguousarray(bends[ends[run] - counts[run] : ends[run]])
-            stiffness = self.stiffness(modulus, warm[run : run + 1])
+            stiffness = self.stiffness(modulus, np.array([temperatures[run]]))
             springs = Springs(self._rest, stiffness, self.stretching, damping)
-            found = np.empty((len(times[run]), *q.shape[1:]))
-            drive = Drive(path.duration, bend, *self._base(path, gravity))
-            roll_out(self._links, springs, drive, path.kept, q[run], found)
+            found = np.empty((len(times[run]), *starts.shape[1:]))
+            drive = Drive(path.duration, bends[run], *self._base(path, gravity))
+            roll_out(self._links, springs, drive, path.kept, starts[run], found)
             shape = Shape(np.empty((*found.shape[:2], 3)), np.empty((*found.shape[:2], 3, 3)))
             arrays = self.arrays
             place_rows(found, arrays.offset, arrays.place, arrays.frame, shape.places, shape.frames)
             shapes.append(shape)
         return shapes
+
+    def _begin(
+        self,
+        at: Sequence[Array],
+        times: Sequence[Array],
+        pressures: Sequence[Array],
+        down: Array,
+        modulus: float,
+        temperatures: Sequence[float],
+    ) -> tuple[Array, list[Array]]:
+        """Orientations (runs, n, 4) of the joints at rest at the first sample of each run, where
+        gravity is `down` (runs, 3) [m/s2]; and what pressures add to the joints' rest (steps, n, 3)
+        [rad] at the times `at` [s] of its steps.
+        """
+        warm, first = np.array(temperatures), [course[:, :1] for course in pressures]
+        start = self.settle(np.concatenate(first, axis=1), down, modulus, warm)
+        acting = [
+            np.array([np.interp(steps, time, one) for one in course])
+            for steps, time, course in zip(at, times, pressures, strict=True)
+        ]
+        counts = [len(steps) for steps in at]
+        bends = self.free_rotations(
+            np.concatenate(acting, axis=1), modulus, np.repeat(warm, counts)
+        )
+        parts = np.split(np.ascontiguousarray(bends), np.cumsum(counts)[:-1])
+        return joint_turns(start.frames, self.arrays.frame), parts
 
     def _base(self, path: WristPath, gravity: float) -> tuple[Array, Array, Array]:
         """Spin, rate and pull of the body's base, in its own axes (steps, 3)."""

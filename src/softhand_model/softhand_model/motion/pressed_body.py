@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array, Indices
-from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.chain import ChainModel
 from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.dynamics.joint_springs import Springs
@@ -17,11 +17,11 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import frames_of
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription
-from softhand_model.motion.moving_body import MovingBody, joint_turns
-from softhand_model.motion.wrist_path import DOWN, INVERSE_QUATERNION
+from softhand_model.motion.moving_body import MovingBody
+from softhand_model.motion.wrist_path import DOWN
 
 SKIN_NORMAL, SKIN_SHEAR = 5000.0, 2000.0  # stiffness of a point of the skin [N/m]
-SLOW_WAY, TURNED_LENGTH = 0.015, 0.15  # [m/s] above which steps are shorter, as the way counts; [m]
+SLOW_WAY, TURNED_LENGTH = 0.03, 0.15  # [m/s] above which steps are shorter, as the way counts; [m]
 LEFT_TURN = 1e-3  # [rad] of a joint in the last round of a step, above which it has no result
 FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first comes to rest; [s]
 
@@ -29,13 +29,13 @@ FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first come
 @dataclass(frozen=True)
 class PressPath:
     """Steps of a press, and where the wrist is at the end of each: duration (steps,) [s], place
-    (steps, 3) [m], orientation (steps, 4); at (steps,) [s], the times. kept (samples,): number of
-    the step at whose end each sample is.
+    (steps, 3) [m], frame (steps, 3, 3); at (steps,) [s], the times. kept (samples,): number of the
+    step at whose end each sample is.
     """
 
     duration: Array
     place: Array
-    orientation: Array
+    frame: Array
     at: Array
     kept: Indices
 
@@ -60,8 +60,24 @@ def press_path(time: Array, place: Array, quaternion: Array, step: float) -> Pre
     at = np.interp(np.arange(kept[0], kept[-1] + 1), kept, time)
     at = np.concatenate([np.full(FIRST_STEPS - 1, time[0]), at])
     along = np.stack([np.interp(at, time, course) for course in place.T], axis=1)
-    turned = Slerp(time, orientations)(at).as_quat()
+    turned = frames_of(Slerp(time, orientations)(at).as_quat())
     return PressPath(duration, along, turned, at, kept)
+
+
+def skin_of(description: HandDescription, chains: Iterable[str], segments: int) -> Skin:
+    """The skin of chains in series, each actuator cut into so many segments."""
+    from softhand_model.chain.hulls import (  # here, as scipy.spatial takes long to load
+        COLLISION_MARGIN,
+        collision_hulls,
+    )
+
+    hulls = [hull for name in chains for hull in collision_hulls(description.chain(name), segments)]
+    return Skin(
+        np.cumsum([0, *map(len, hulls)]),
+        np.ascontiguousarray(np.concatenate(hulls)),
+        np.array([np.linalg.norm(hull, axis=1).max() for hull in hulls]),
+        COLLISION_MARGIN,
+    )
 
 
 class PressedBody(MovingBody):
@@ -72,75 +88,63 @@ class PressedBody(MovingBody):
         description: HandDescription,
         models: Mapping[str, ChainModel],
         damping_time: float,
+        skin: Skin | None = None,
     ) -> None:
-        from softhand_model.chain.hulls import (  # here, as scipy.spatial takes long to load
-            COLLISION_MARGIN,
-            collision_hulls,
-        )
-
         super().__init__(description, models, damping_time)
-        hulls = [
-            hull
-            for name in models
-            for hull in collision_hulls(description.chain(name), self.segments)
-        ]
-        counts = [len(hull) for hull in hulls]
-        reach = [np.linalg.norm(hull, axis=1).max() for hull in hulls]
-        self._skin = Skin(
-            np.concatenate([[0], np.cumsum(counts)]),
-            np.ascontiguousarray(np.concatenate(hulls)),
-            np.array(reach),
-            COLLISION_MARGIN,
-        )
+        self._skin = skin or skin_of(description, models, self.segments)
 
     def press(
         self,
-        path: PressPath,
-        time: Array,
-        pressures: Array,
+        paths: Sequence[PressPath],
+        times: Sequence[Array],
+        pressures: Sequence[Array],
         height: float,
         friction: float,
         modulus: float = 1.0,
-        temperature: float = ROOM_TEMPERATURE,
+        temperatures: Sequence[float] | None = None,
         gravity: float = STANDARD_GRAVITY,
-    ) -> Array:
-        """Force [N] and moment [N m] on the wrist (samples, 6), in the axes of the world, of
-        contact with a level plate at a height [m], and of the weight [m/s2] less that of the
-        resting body; at times (samples,) [s], gauge pressures (actuators, samples) [Pa], of a
-        temperature [K] and a rubber whose modulus is `modulus` [-] times as large.
+    ) -> list[Array]:
+        """Force [N] and moment [N m] on the wrist (samples, 6) of each run, in the axes of the
+        world, of contact with a level plate at a height [m], and of the weight [m/s2] less that of
+        the resting body; at times (samples,) [s], gauge pressures (actuators, samples) [Pa], of
+        temperatures (runs,) [K] and a rubber whose modulus is `modulus` [-] times as large.
 
         Raises NoEquilibriumError as `HandBody.settle`, for the hand in the air, and for a step in
         which joints still turn by more than LEFT_TURN when the rounds are used up.
         """
-        warm = np.array([temperature])
-        down = gravity * rotate(path.orientation[0] * INVERSE_QUATERNION, DOWN)
-        start = self.settle(pressures[:, :1], down[None], modulus, warm)
-        q = joint_turns(start.frames, self.arrays.frame)[0]
-        acting = np.array([np.interp(path.at, time, one) for one in pressures])
-        bend = self.free_rotations(acting, modulus, np.full(len(path.at), temperature))
-        turned = frames_of(path.orientation)
-        drive = PressDrive(
-            path.duration,
-            np.ascontiguousarray(bend),
-            path.place + turned @ self.arrays.place,
-            np.ascontiguousarray(turned @ self.arrays.frame),
-            path.place,
-            gravity,
-        )
-        stiffness = self.stiffness(modulus, warm)
+        warm = temperatures or [ROOM_TEMPERATURE] * len(paths)
+        at, down = [path.at for path in paths], [DOWN @ path.frame[0] for path in paths]
+        starts, bends = self._begin(at, times, pressures, gravity * np.array(down), modulus, warm)
         damping = self._damping_time * self.stiffness(modulus)
-        springs = Springs(self._rest, stiffness, self.stretching, damping)
         plate = Plate(height, friction, SKIN_NORMAL, SKIN_SHEAR)
-        found = np.empty((len(path.kept), 6))
-        left = press_out(self._links, springs, self._skin, plate, drive, path.kept, q, found)
-        if left > LEFT_TURN:
-            raise NoEquilibriumError(f"a joint turns by {left:.2g} rad in the last round of a step")
         weight = gravity * self._links.mass.sum()
-        lever = turned[path.kept] @ self._resting_center()
-        found[:, 2] += weight
-        found[:, 3:] -= np.cross(lever, weight * DOWN)
-        return found
+        wrenches = []
+        for path, start, bend, temperature in zip(paths, starts, bends, warm, strict=True):
+            stiffness = self.stiffness(modulus, np.array([temperature]))
+            drive = PressDrive(
+                path.duration,
+                bend,
+                path.place + path.frame @ self.arrays.place,
+                path.frame @ self.arrays.frame,
+                path.place,
+                gravity,
+            )
+            springs = Springs(self._rest, stiffness, self.stretching, damping)
+            found = np.empty((len(path.kept), 6))
+            left = press_out(
+                self._links, springs, self._skin, plate, drive, path.kept, start, found
+            )
+            if left > LEFT_TURN:
+                raise NoEquilibriumError(
+                    f"a joint turns by {left:.2g} rad in the last round of a step"
+                )
+            found[:, 2] += weight
+            lever = path.frame[path.kept] @ self._resting_center
+            found[:, 3:] -= np.cross(lever, weight * DOWN)
+            wrenches.append(found)
+        return wrenches
 
+    @cached_property
     def _resting_center(self) -> Array:
         """Centre of mass (3,) [m] of the body at rest without pressure, in the wrist frame."""
         arrays, place, frame, total = self.arrays, self.arrays.place, self.arrays.frame, 0.0
