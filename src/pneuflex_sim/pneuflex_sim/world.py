@@ -91,7 +91,7 @@ class World:
         self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         self.closed = False
         if self.client < 0:
-            raise RuntimeError("PyBullet refused a new client; with gui it needs a display")
+            raise RuntimeError("PyBullet refused a new client: with gui it needs a display")
         if gui:
             self._look_at_the_hand()
         pybullet.setTimeStep(step, physicsClientId=self.client)

@@ -202,7 +202,9 @@ class LabTab:
 
     def _add(self) -> None:
         if self.effect.value in NOTHING:
-            raise ValueError("missing effect: expected one; press diagnose first")
+            raise ValueError(
+                "missing effect: expected a diagnosed one, got none; press diagnose first"
+            )
         self._count += 1
         effect, model = self.effect.value, self._out / f"model_{self._count}.yaml"
         words = ["add", effect, "--data", str(self._set), "--model", self._model]

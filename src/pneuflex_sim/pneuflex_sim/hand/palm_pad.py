@@ -58,7 +58,7 @@ class PalmPad:
         self.spring = PadSpring(float(sheet.stiffness()), axis, place, np.zeros(2))
 
     def create(self, mass: float, client: int) -> int:
-        """Create the body, of a mass [kg]; its PyBullet id."""
+        """Create the body with a mass [kg]; returns its PyBullet id."""
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_MESH,
             vertices=pad_vertices(self.sheet, COLLISION_MARGIN).tolist(),
@@ -93,7 +93,9 @@ def sink_pad(step: float, pad: PadSpring, bases: Bases, orientation: Array) -> N
 
 
 def create_plate(plate: Plate, mass: float, client: int) -> int:
-    """Create the body of a plate, of a mass [kg], around its own middle; its PyBullet id."""
+    """Create the body of a plate with a mass [kg], centred at its own middle; returns its PyBullet
+    id.
+    """
     half = [0.5 * edge for edge in plate.size]
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client

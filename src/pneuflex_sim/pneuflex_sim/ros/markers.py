@@ -131,8 +131,9 @@ class SceneMarkers:
 
 
 class ContactMarkers:
-    """Lines for each pair of bodies, `ns` = its name; their text is the sum of its normal forces
-    [N]. Kept small, as the sequencer reads them 50 times a second.
+    """A marker for each pair of bodies: a line at each contact, the pair's name as `ns`, and as
+    text the sum of the pair's normal forces [N]. Kept small, as the sequencer reads them 50 times a
+    second.
 
     rclpy takes 0.2 ms to make and serialise a marker. So each pair with a given number of contacts
     is serialised once, and its numbers are changed.
@@ -214,7 +215,9 @@ def _serialised(make: Callable[[str], Marker], text: str) -> tuple[SerialisedMes
 
 
 class SurfaceMarkers:
-    """A marker for each part of hand, object and scene, `ns` = its name, all of triangles."""
+    """A marker of triangles for each part of hand, object and scene, with the part's name as
+    `ns`.
+    """
 
     def __init__(self, surfaces: SceneSurfaces) -> None:
         self._surfaces = surfaces

@@ -28,7 +28,9 @@ NO_TF_MESSAGE = "no tf2_msgs on this machine: /tf is not published"
 
 
 class Frame(NamedTuple):
-    """A frame in that of its parent: position (3,) [m] and quaternion x, y, z, w."""
+    """A frame `name` and its pose in the frame `parent`: position (3,) [m] and quaternion x, y, z,
+    w.
+    """
 
     parent: str
     name: str

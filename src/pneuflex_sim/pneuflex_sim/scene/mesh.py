@@ -209,7 +209,7 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if not SHORTEST_OBJECT <= longest <= LONGEST_OBJECT:
         raise ValueError(
             f"{path}: expected a longest side of {SHORTEST_OBJECT:g} to {LONGEST_OBJECT:g} m, "
-            f"got {longest:g} m; of a file in millimetres, give `scale: 0.001`"
+            f"got {longest:g} m; for a file in millimetres, give `scale: 0.001`"
         )
     found.merge_vertices(merge_tex=True, merge_norm=True)
     found.update_faces(np.diff(np.sort(found.faces)).all(axis=1))  # of three corners

@@ -69,7 +69,7 @@ class Sheet:
         return found
 
     def create(self, client: int) -> int:
-        """Create the body with masses of 1 kg; its PyBullet id."""
+        """Create the body with masses of 1 kg; returns its PyBullet id."""
         count, pitch = self.strips - 1, self.pitch
         sides = np.repeat(SHEET_SIDES, count // 2)
         first = [k % (count // 2) == 0 for k in range(count)]

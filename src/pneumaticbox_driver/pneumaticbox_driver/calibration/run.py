@@ -180,7 +180,7 @@ class CalibrationRun:
         return self.message
 
     def abort(self, reason: str) -> None:
-        """End without a result; no effect when the run has ended."""
+        """End the run without a result; does nothing when the run has ended."""
         if self.under_way:
             self.state, self.message = "failed", reason
 

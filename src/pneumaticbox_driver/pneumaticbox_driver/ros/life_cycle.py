@@ -79,11 +79,11 @@ class ManagedNode(LifecycleNode):
         return self._do("deactivate", self.switch_off)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let the board go."""
+        """Release the board."""
         return self._do("cleanup", self.disconnect)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """As `on_cleanup`, for ever."""
+        """Release the board; the node cannot be configured again."""
         return self._do("shutdown", self.disconnect)
 
     def _do(self, what: str, step: Callable[[], object]) -> TransitionCallbackReturn:

@@ -138,8 +138,8 @@ class PneumaticBoxNode(ManagedNode):
             self.board = open_board(self.backend, self.box.settings, self._value)
 
     def switch_on(self) -> str:
-        """Take commands; returns a sentence on it, raises ValueError while vented for another
-        reason than `switch_off`.
+        """Take commands from now on; returns a sentence that says so. Raises ValueError while
+        vented for another reason than `switch_off`.
         """
         if self.box.latch.reasons == [DEACTIVATED]:
             self.box.reset()
@@ -152,7 +152,7 @@ class PneumaticBoxNode(ManagedNode):
             self.box.vent(DEACTIVATED)
 
     def disconnect(self) -> None:
-        """Vent, and let the board go; what fails is logged."""
+        """Vent and release the board; errors are logged."""
         self.switch_off()
         self._open_and_release()
         if self.backend != "topic":

@@ -136,7 +136,7 @@ def _results(client: Any, tasks: Sequence[Task]) -> Iterator[Record]:
         if future.status == "finished":
             yield from future.result()
         elif future.status == "cancelled":
-            raise ConnectionError("the scheduler was lost; what is done is kept")
+            raise ConnectionError("the scheduler was lost; finished results are kept")
         elif not isinstance(future.exception(), KilledWorker):
             future.result()  # raises what went wrong
         elif len(batch) == 1:

@@ -86,7 +86,9 @@ def _check_settings(node: Node) -> None:
 
 
 def read_setting(name: str, node: Node) -> Any:
-    """A setting of a trial by its name; whether it can be simulated is checked in the trial."""
+    """The value of the trial's setting `name`, as a record has it; the trial itself checks whether
+    it can be simulated.
+    """
     kind = SETTING_TYPES[name]
     if node.value is None and "None" in kind:
         return None

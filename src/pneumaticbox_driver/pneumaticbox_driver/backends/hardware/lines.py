@@ -24,7 +24,7 @@ class OutputLines(Protocol):
         """Switch these lines on (True) or off; the others stay as they are.
 
         Raises:
-            LinesError: some cannot be set; the others of these have been.
+            LinesError: some lines cannot be set; the others in `active` have been set.
         """
 
     def release(self) -> None:
@@ -88,7 +88,7 @@ class GpioLines:
         """Switch these lines, those of one chip together.
 
         Raises:
-            LinesError: lines of a chip cannot be set; those of the others have been.
+            LinesError: lines of a chip cannot be set; those of other chips have been set.
         """
         values: dict[str, dict[int, Any]] = {}
         for index, on in active.items():

@@ -48,8 +48,8 @@ class LinuxBoard:
         """Switch the coils to `valves` (n,); unchanged coils are not written again.
 
         Raises:
-            LinesError: lines cannot be set; all others have been, except coils whose counterpart
-                does not go off.
+            LinesError: lines cannot be set. All others have been set, except coils that must not go
+                on because the other coil of their valve does not go off.
         """
         valves = np.asarray(valves)
         wanted = np.concatenate([valves > 0, valves < 0])
