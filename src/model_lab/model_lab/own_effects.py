@@ -13,7 +13,8 @@ from softhand_model.model_file import Model
 def own_classes(files: Iterable[Path]) -> dict[str, type[Effect]]:
     """Effect classes by effect name, from Python files, which are run.
 
-    Raises ValueError for an effect that acts in no experiment, and for a name that two files use.
+    Raises ValueError for an effect that acts in no experiment, and for an effect name that two
+    files use.
     """
     found: dict[str, type[Effect]] = {}
     for path in files:

@@ -86,7 +86,7 @@ class Model:
 
     def shear_modulus(self, stated: float, batch: str | None = None) -> float:
         """Shear modulus [Pa] of a part whose description states `stated` [Pa]: that of the
-        calibration if it has one. `modulus_scale` is not applied.
+        calibration if it has one. `modulus_scale` is not applied. batch None: the only batch.
 
         >>> Model(calibration={"modulus": 50e3}).shear_modulus(67e3)
         50000.0

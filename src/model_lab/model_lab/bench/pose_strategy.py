@@ -36,8 +36,8 @@ class PosedRun:
 def pose_strategy(
     hand: HandDescription, stated: str, name: str, description: str, runs: Sequence[PosedRun]
 ) -> str:
-    """Text of the strategy file. stated: name or file of the hand. At the start of each run the
-    hand is empty.
+    """Text of the strategy file. stated: name or file of the hand. name, description: of the
+    strategy. At the start of each run the hand is empty.
     """
     # the driver takes the pressure at its start for ambient: filled and emptied once, it is
     phases = _pose(hand, "filled", FILL_SHARE * hand.max_pressures())[:1]

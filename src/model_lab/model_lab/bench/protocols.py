@@ -24,7 +24,7 @@ class Protocol:
     corners: tuple[tuple[float, float], ...]
 
     def course(self, duration: float, peak: float, samples: int) -> tuple[Array, Array]:
-        """(time [s], input in the unit of the peak), each (samples,)."""
+        """(time [s], input in the unit of `peak`), each (samples,), for a duration [s]."""
         time = np.linspace(0.0, duration, samples)
         at, level = np.array(self.corners).T
         return time, peak * np.interp(time / duration, at, level)

@@ -70,8 +70,8 @@ class TrialRun:
 
 
 def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
-    """Runs of the same experiment as the set that could be measured, within its range of
-    pressures.
+    """Runs of the same experiment as the set that could be measured, within its range of pressures.
+    base: name of the base model.
     """
     if data.of_hand:
         return list(_gestures(data)) if data.experiment == HAND_POSE else []

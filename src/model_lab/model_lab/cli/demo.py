@@ -125,7 +125,9 @@ def _say(number: int, sentence: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the demonstration and return its exit status, as the module says."""
+    """Run the demonstration and return its exit status, as the module says. arguments: None: those
+    of the command line.
+    """
     parser = argparse.ArgumentParser(
         prog="softhand lab-demo",
         description="Hide an effect, find it, add it, and open the seal.",

@@ -30,7 +30,9 @@ class _Parser(argparse.ArgumentParser):
 
 @with_checked_output(PROGRAM)
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status, as the module says."""
+    """Run one command and return its exit status, as the module says. arguments: None: those of the
+    command line.
+    """
     parsed = make_parser().parse_args(arguments)
     try:
         COMMANDS[parsed.command].run(parsed)

@@ -28,7 +28,7 @@ def evidence_of(
 
     The final model is the one with the effects that were found, whether they count as an
     explanation or not. The rival is the best model with as many effects that is not the final one
-    and not tied with it.
+    and not tied with it. notices: number of notices.
     """
     base, final, floor = selection.base, selection.final, problem.floor.total
     rival, best = _rival(selection), black_boxes[0].rmse if black_boxes else base.held_out.rmse

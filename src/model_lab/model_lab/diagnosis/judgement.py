@@ -34,8 +34,8 @@ class Judgement:
 
     @property
     def at_bound(self) -> bool:
-        """Whether effects are named, but a parameter of the calibration lies on a bound beside
-        them.
+        """Whether effects are named and, with them in the model, a parameter of the calibration
+        lies on a bound.
         """
         return bool(self.added and calibration_at_bound(self.named))
 

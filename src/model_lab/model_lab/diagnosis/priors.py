@@ -68,7 +68,8 @@ def is_resolved(
     effects whose memory never fades.
 
     Below the time between samples only the product of a time constant and another parameter can be
-    fitted. Far below it, the unknown input between samples looks like a lag.
+    fitted. Far below it, the unknown input between samples looks like a lag. beside: whether the
+    model has other effects too.
     """
     times = [p.name for p in effect.parameters if p.unit == "s" and p.neutral is None]
     alone = len(effect.parameters) < 2

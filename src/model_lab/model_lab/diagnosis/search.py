@@ -155,7 +155,7 @@ def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
 
 def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | None:
     """Why an effect does not show in these runs however strong it is, as a clause such as `changes
-    nothing in these runs`; None if it does show.
+    nothing in these runs`; None if it does show. floor: noise floor [SI unit of the outputs].
     """
     if found.raw.max() < rules.visible_share * floor:
         return "changes nothing in these runs"
@@ -204,8 +204,8 @@ class Scored:
 
 @dataclass(frozen=True)
 class Unseen:
-    """An effect that cannot be seen in a set beside the model it was tried with; reason: why, as a
-    clause.
+    """An effect that these data cannot show when it is added to the model it was tried with;
+    reason: why, as a clause.
     """
 
     name: str

@@ -47,7 +47,7 @@ class BlockedTip:
         self._pressure = self._rows.column("pressure")
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Start values of the calibration beside these effects, by name."""
+        """Start values, by name, of the calibration parameters of a model with these effects."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

@@ -48,7 +48,7 @@ class Experiment(Protocol):
     """The interface of the classes that predict one kind of experiment each."""
 
     def calibration(self, effects: Sequence[type[Effect] | Effect]) -> dict[str, float]:
-        """Start values of the calibration beside these effects, by name."""
+        """Start values, by name, of the calibration parameters of a model with these effects."""
         ...
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

@@ -103,7 +103,7 @@ class HandPose:
         )
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Start values of the calibration beside these effects, by name."""
+        """Start values, by name, of the calibration parameters of a model with these effects."""
         return modulus_scales(self._data)
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:

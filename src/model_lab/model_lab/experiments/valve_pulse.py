@@ -47,8 +47,8 @@ class ValvePulse:
         self._measured = data.table.value
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
-        """Least-squares values [kg/(s Pa)] of the calibration that acts beside these effects, by
-        name.
+        """Least-squares values [kg/(s Pa)] of the calibration parameters of a model with these
+        effects, by name.
 
         They are `inflate` and `deflate`, if the set has such pulses; usual values if no mass was
         measured. Empty if an effect replaces the naive term.

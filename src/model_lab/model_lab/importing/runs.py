@@ -254,7 +254,8 @@ def _run_name(paths: Sequence[Path]) -> str:
 
 def clock_offset(input_time: Array, inputs: Array, time: Array, values: Array) -> float | None:
     """Time [s] by which the clock of the outputs is late (positive) against the clock of the
-    inputs; None unless a shift brings the two together clearly better.
+    inputs; None unless a shift brings the two together clearly better. The arguments are times [s]
+    and values of the inputs, and of the outputs.
 
     The shift is the one at which a cubic function of the input leaves least of the output.
     """

@@ -108,7 +108,7 @@ class BlockSums:
 
     @classmethod
     def of(cls, bins: Bins, table: SampleTable, residual: Array, outputs: int) -> BlockSums:
-        """The sums of a residual (samples,) over the blocks of a table."""
+        """The sums of a residual (samples,) over the blocks of a table. outputs: their number."""
         known = bins.index >= 0
         shape = (int(table.block[-1]) + 1, outputs, bins.count)
         cell = (table.block[known] * outputs + table.output[known]) * bins.count

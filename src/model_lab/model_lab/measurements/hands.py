@@ -84,8 +84,8 @@ class HandSpecimen:
 def read_hand(
     node: Node, folder: Path, segments: Node | None = None, frame: Node | None = None
 ) -> HandSpecimen:
-    """Read the hand of a specimen: the name of a shipped one, or a file in the folder of
-    the set.
+    """Read the hand of a specimen: the name of a shipped one, or a file in the folder of the set.
+    segments, frame: nodes of these keys; None if the specimen does not state them.
     """
     stated = node.text()
     try:
@@ -136,7 +136,7 @@ def _marker(node: Node, actuators: Sequence[str]) -> Marker:
 
 def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescription:
     """The hand of a set, given the hand of each specimen by name; raises DocumentError unless all
-    have the same hand.
+    have the same hand. place: of the specimens in the document, for the message.
     """
     stated = {name: hand.told for name, hand in hands.items() if hand is not None}
     if len(stated) < len(hands) or len(set(stated.values())) != 1:

@@ -238,7 +238,7 @@ class Display:
         return f"{self.number(value, digits)} {self.unit}".rstrip()
 
     def number(self, value: float, digits: int = 3) -> str:
-        """A value (given in SI) as text without its unit."""
+        """A value (given in SI) as text without its unit, to so many significant digits."""
         number = self.factor * value + self.offset
         return f"{float(f'{number:.{digits}g}'):g}" if np.isfinite(number) else "-"
 

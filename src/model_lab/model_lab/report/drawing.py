@@ -189,7 +189,9 @@ class Drawing:
 
 
 def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
-    """Draw panels in a grid of one figure; equal scales are labelled once."""
+    """Draw panels in a grid of one figure; equal scales are labelled once. columns: number of
+    panels side by side.
+    """
     alike_x, alike_y = (
         len({getattr(panel, side) for panel in panels}) == 1 and len(panels) > 1 for side in "xy"
     )

@@ -37,7 +37,9 @@ explains.'
 
 
 def ladder_sentence(ladder: Ladder) -> str:
-    """Whose floor a ladder prints, where its models show different ones; else empty."""
+    """A sentence on which model's noise floor a ladder prints, if its models show different ones;
+    else "".
+    """
     shown = ladder.data.output_display.shown
     floors = {rung.name: shown(rung.errors.floor.total) for rung in ladder.rungs}
     best = floors.pop(ladder.best.name)

@@ -140,8 +140,8 @@ def with_renamed(data: MeasurementSet, sources: Mapping[str, str]) -> Measuremen
 
 # ---------------------------------------------------------------------- mends
 def column_mend(data: MeasurementSet, entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Text for experiment.yaml that states columns anew, from entries by column: under `columns`,
-    or for runs from bags under their `topics`.
+    """Text for experiment.yaml that corrects how columns are stated, from entries by column: under
+    `columns`, or for runs from bags under their `topics`.
     """
     bags = {run.name: {"topics": entries} for run in data.runs if run.name in data.bags}
     document: dict[str, Any] = {"runs": bags} if bags else {}

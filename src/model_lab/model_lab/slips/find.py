@@ -127,8 +127,8 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
 
 def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
     """The slip of a tip angle that jumps by 360 deg between samples, as `best_slip` returns it. It
-    is told even if the model explains little of the data; None if no angle jumps, or the data fit
-    no better without the jumps.
+    is reported even if the model explains little of the data; None if no angle jumps, or the data
+    fit no better without the jumps.
     """
     if not any(_jumps(run.columns["tip_angle"]) for run in data.runs if "tip_angle" in run.columns):
         return None
@@ -151,7 +151,7 @@ def _jumps(angle: Array) -> bool:
 
 def scatters(data: MeasurementSet, floor: float) -> bool:
     """Whether the readings scatter by so large a share of their standard deviation that no slip can
-    be told. A noise floor far above that deviation does not count: it comes from inputs in a wrong
+    be found. A noise floor far above that deviation does not count: it comes from inputs in a wrong
     unit.
     """
     spread = float(np.std(data.table.value))

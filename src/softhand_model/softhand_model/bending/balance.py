@@ -44,8 +44,8 @@ START_STEPS = 60
 class Balanced:
     """Sections in balance with a load.
 
-    stretch [-]: at which they balance it. slope [-]: of the elastic side by the stretch there.
-    settled: whether the balance was found in all sections.
+    stretch [-]: at which they balance it. slope [-]: derivative of the elastic stress, over the
+    shear modulus, by the stretch. settled: whether the balance was found in all sections.
     """
 
     stretch: Array
@@ -71,8 +71,8 @@ def rough_root(load: Any) -> Any:
 
 
 def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:
-    """Stretch at which the elastic side balances the load [-]; the search begins at `start`, if it
-    is given.
+    """Stretch at which the elastic side, the elastic stress over the shear modulus, balances the
+    load [-]; the search begins at `start`, if it is given.
 
     If the elastic side never reaches the load, the stretch is LOWEST_ROOT or HIGHEST_ROOT.
 
@@ -143,8 +143,8 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
 
 
 def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:
-    """Whether the elastic side rises up to a stretch of 4 at all sections, for virgin rubber under
-    sudden stretch: (lanes,), a single lane for effects with single values.
+    """Whether the elastic stress rises with the stretch up to a stretch of 4 at all sections, for
+    virgin rubber under sudden stretch: (lanes,), a single lane for effects with single values.
 
     shape: arrays (1, rows, sections). mode: mode of deformation, see `effects.stages.Strain`.
     """

@@ -135,7 +135,9 @@ def begin_step(dt: float, chain: ElasticChain) -> None:
 
 @without_allocation
 def stress_at(stretch: Array, chain: ElasticChain, stress: Array) -> None:
-    """Fill stress (lanes,) with the elastic side [-] at a stretch (lanes,)."""
+    """Fill stress (lanes,) with the elastic stress over the shear modulus [-] at a stretch (lanes,)
+    [-].
+    """
     _act(stretch, False, chain, stress)
 
 

@@ -86,9 +86,9 @@ class Weight:
 
 
 class WeightSolver:
-    """Balance of elastic side, load and weight: q = s - m, m = ratio*M/(2*G*h*d*z).
+    """Balance of elastic stress q, load and weight: q = s - m, m = ratio*M/(2*G*h*d*z).
 
-    Newton's method with secants for the elastic side, in which the inverse of the matrix of the
+    Newton's method with secants for the elastic stress, in which the inverse of the matrix of the
     equations is kept from step to step as long as it is good enough.
     """
 
@@ -189,9 +189,9 @@ class Blocked:
 
 
 class BlockedSolver:
-    """Balance of elastic side, load and tip force: q = s - m, m = ratio*F*(L - x)/(2*G*h*d*z).
+    """Balance of elastic stress q, load and tip force: q = s - m, m = ratio*F*(L - x)/(2*G*h*d*z).
 
-    Newton's method with secants for the elastic side, in which the force is eliminated. factor:
+    Newton's method with secants for the elastic stress, in which the force is eliminated. factor:
     factor on the stiffness, which divides m; None for none.
 
     force (lanes, rows, 1) [N]: force of the tip in the last balance.

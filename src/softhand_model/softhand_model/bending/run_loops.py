@@ -188,8 +188,8 @@ def follow(
     before: Indices,
     found: Array,
 ) -> None:
-    """Fill found (rows, lanes) with the elastic side [-] at an imposed stretch (rows, lanes) [-];
-    other arguments as for `march`.
+    """Fill found (rows, lanes) with the elastic stress over the shear modulus [-] at an imposed
+    stretch (rows, lanes) [-]; other arguments as for `march`.
     """
     ends = _kept(before, chain)
     for run in range(len(before)):

@@ -109,8 +109,8 @@ def stretch_in_runs(
 def stress_in_runs(
     effects: Sequence[Effect], stretch: Array, shape: SectionShape, runs: Runs, mode: str
 ) -> Array:
-    """Elastic side [-] (lanes, rows, sections) where a stretch [-] of that shape is imposed; other
-    arguments as for `stretch_in_runs`.
+    """Elastic stress over the shear modulus [-] (lanes, rows, sections) where a stretch [-] of that
+    shape is imposed; other arguments as for `stretch_in_runs`.
     """
     given = _InLoops.of(effects, stretch, shape, runs, mode)
     found = np.empty_like(given.input)

@@ -23,7 +23,7 @@ MAX_TAPER_FACTOR = 2.0  # limit that keeps a section of SMALLEST_EDGE from vanis
 
 def collision_hulls(description: ChainDescription, segments: int) -> list[Array]:
     """Vertices (k, 3) [m] of the hull of each link, in the frame of the link, from the strut (or
-    first joint) to the tip.
+    first joint) to the tip. segments: number per actuator.
 
     A strut's link carries the first half segment of the rubber; the strut itself has no hull. The
     base of a chain without strut is part of the body that carries it and has none either. Sections

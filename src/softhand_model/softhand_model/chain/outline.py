@@ -28,7 +28,8 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
     passive layer, with rounded corners; a superellipse around the back to x = -1; y in +-0.5.
 
     The chamber of an actuator without pressure is rectangular; the thesis shows only in pictures
-    how much its mould rounds the back.
+    how much its mould rounds the back. corner_points, back_points: numbers of points on each corner
+    and on the back.
     """
     angle = np.linspace(0.0, np.pi / 2.0, corner_points)
     corner = CORNER_RADIUS * np.stack([np.cos(angle) - 1.0, np.sin(angle) - 1.0], axis=1) + [

@@ -303,7 +303,9 @@ def _plus_two(row: Vector, f: float, a: Vector, g: float, b: Vector) -> Vector:
 
 @compiled
 def accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array) -> None:
-    """The pass of the algorithm from the base to the tip."""
+    """The pass of the algorithm from the base to the tip: fill `out` (n, 3) [rad/s2] with the
+    accelerations of the joints from `first` to before `last`, in child axes.
+    """
     torque, angular, coupling = folded.torque, folded.angular, folded.coupling
     spin, shift = ZERO, ZERO
     for i in range(first, last):

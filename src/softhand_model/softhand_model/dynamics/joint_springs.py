@@ -195,7 +195,9 @@ def spring_torques(
     actuation: Actuation,
     before: Before,
 ) -> None:
-    """One implicit step of all chains: the torques in `before`, which is updated in place."""
+    """One implicit step of all chains: computes the torques in `before`, which is updated in place.
+    first_step: whether `before` is that of `nothing_before`.
+    """
     shape = joints.v.shape
     external = np.zeros(shape)
     equation = Equation(np.empty(shape), np.empty(shape), np.empty(shape))

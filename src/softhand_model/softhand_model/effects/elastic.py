@@ -27,8 +27,8 @@ LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 @compiled
 def locking_factor(share: Any) -> Any:
-    """Gent's factor [-] 1/(1 - share), where share [-] is J1 over the J1 at which the
-    rubber locks.
+    """Gent's factor [-] 1/(1 - share), where share [-] is J1 over the J1 at which the rubber locks;
+    beyond a share of ALMOST it goes on as a straight line.
     """
     below = 1.0 / (1.0 - np.minimum(share, ALMOST))
     return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2
@@ -116,8 +116,8 @@ class YeohThirdOrder(ElasticEffect):
     """Third term of Yeoh's energy: 3*c3*J1**2 added to the factor of `yeoh_stiffening`, c3 =
     C30/C10.
 
-    (O. H. Yeoh, Rubber Chem. Technol. 66, 1993.) With `yeoh_stiffening` beside it the stress is
-    q*(1 + 2*c2*J1 + 3*c3*J1**2).
+    (O. H. Yeoh, Rubber Chem. Technol. 66, 1993.) Together with `yeoh_stiffening` the stress is q*(1
+    + 2*c2*J1 + 3*c3*J1**2).
     """
 
     name = "yeoh_third_order"
@@ -278,13 +278,13 @@ class MooneyRivlin(ElasticEffect):
 
 
 class SecondInvariant(ElasticEffect):
-    """The second invariant of the logarithmic strain beside J1: the energy (G/2)*(J1 + 2*r*(sum of
-    the squared logarithms of the principal stretches))/(1 + r).
+    """The second invariant of the logarithmic strain in addition to J1: the energy (G/2)*(J1 +
+    2*r*(sum of the squared logarithms of the principal stretches))/(1 + r).
 
     Entangled chains confine each other as in a tube, which stiffens the rubber at small strain more
     than at large. It is the limit b -> 0 of the tube's energy, the sum of the stretches**-b (M.
-    Kaliske, G. Heinrich, Rubber Chem. Technol. 72, 1999); b = 2 is `mooney_rivlin`. Factor
-    (1 + r*t)/(1 + r), t the factor of `ogden` at the exponent 0. In bending it softens.
+    Kaliske, G. Heinrich, Rubber Chem. Technol. 72, 1999); b = 2 is `mooney_rivlin`. Factor (1 +
+    r*t)/(1 + r), t the factor of `ogden` at the exponent 0. In bending it softens.
     """
 
     name = "second_invariant"

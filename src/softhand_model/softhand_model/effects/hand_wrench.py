@@ -72,7 +72,7 @@ class WrenchBias(OfGauge):
     )
 
     def wrench_bias(self) -> Array:
-        """Force (3) [N] and torque (3) [N m], (6,), added to the measured wrench, in the axes of
-        the wrist.
+        """Force [N] and torque [N m], together (6,), that are added to the measured wrench, in the
+        axes of the wrist.
         """
         return np.array([self.values[parameter.name] for parameter in self.parameters], float)

@@ -294,7 +294,7 @@ def _ramp(index: int, low: float, high: float) -> Parameter:
 
 
 class Discrepancy(ElasticEffect):
-    """A generic term, not physics: factor exp(a1*r1 + ... + a7*r7) on the elastic side.
+    """A generic term, not physics: factor exp(a1*r1 + ... + a7*r7) on the elastic stress.
 
     Each r rises from 0 to 1, linear in log(lambda), between two neighbours of the stretches 1,
     1.05, 1.12, 1.22, 1.36, 1.55, 2 and 3. The factor says at which stretch the actuator is stiffer

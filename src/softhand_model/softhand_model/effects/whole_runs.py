@@ -34,8 +34,8 @@ class RunTimes:
 
 
 def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Array] | None:
-    """The method `in_runs` of an effect, if it replaces this method of its stage: it must belong to
-    the class that defines the method, or to one derived from that. Else None.
+    """The method `in_runs` of an effect; None if it does not give the results of this method of the
+    stage, because a derived class has overridden that method alone, or if there is none.
     """
     for owner in type(effect).__mro__:
         if "in_runs" in vars(owner):

@@ -221,6 +221,7 @@ def settled_hand(
     hand: HandDescription, model: Model, segments: int, pressures: Array, gravity: Array
 ) -> list[tuple[HandBody, Shape]]:
     """(body, its shape at rest) for all bodies of a hand under a model, at room temperature.
+    segments: number per actuator.
 
     pressures (channels, rows) [Pa]: gauge pressures. gravity (rows, 3) [m/s2]: in the wrist frame.
     Raises ValueError as `discretise` does and for an effect at a place that the hand does not have,

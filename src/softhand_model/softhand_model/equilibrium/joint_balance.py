@@ -53,7 +53,8 @@ class SpringArrays(NamedTuple):
 
 @compiled
 def joint_rotation(springs: SpringArrays, joint: int, point: int, moment: Vector) -> Vector:
-    """Rotation vector [rad] of a joint under a moment [N m], in the rest frame.
+    """Rotation vector [rad] of a joint under a moment [N m], in the rest frame. joint, point:
+    indices.
 
     An isotropic spring turns about the moment; any other balances K*e = J(e)^T moment, J the left
     Jacobian.

@@ -50,11 +50,10 @@ class BaseLoad:
     """What a chain exerts on its base at n points: wrench (6, n), force [N] and torque [N m] about
     the base's origin.
 
-    settled (n,): whether the equilibrium was found; elsewhere the load is that of a softer clamp,
-    as far as one led to an equilibrium.
-    beyond (6, n): the wrench less a moment that would merely turn the tip as it is held; chord
-    (n, 6, 6): its change with the pose of the tip. Both are over the stiffness of the joints in
-    series, so that they hold for softer and stiffer chains alike.
+    settled (n,): whether the equilibrium was found; where it was not, the load is that of a softer
+    clamp, if one was found with it. beyond (6, n): the wrench less a moment that would merely turn
+    the tip as it is held; chord (n, 6, 6): its change with the pose of the tip. Both are over the
+    stiffness of the joints in series, so that they hold for softer and stiffer chains alike.
     """
 
     wrench: Array

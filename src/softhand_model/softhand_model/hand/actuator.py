@@ -56,8 +56,9 @@ class Actuator:
     is curved to an arc.
 
     length [m]; height, width, circumference, wall and side_wall [m] as profiles; shear_modulus
-    [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of the tube; arc_radius [m]
-    and arc_angle [rad] if the passive layer is curved within its plane (as in the palm), else None.
+    [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of what is connected to the
+    chamber, such as the tube; arc_radius [m] and arc_angle [rad] if the passive layer is curved
+    within its plane (as in the palm), else None.
     """
 
     name: str
@@ -165,7 +166,9 @@ class Actuator:
     def quadrature(
         self, start: float = 0.0, stop: float | None = None, panels: int = PANELS
     ) -> tuple[Array, Array]:
-        """Gauss points x [m] and weights [m] between two positions [m] of the actuator."""
+        """Gauss points x [m] and weights [m] between two positions [m] of the actuator; stop None:
+        up to its tip.
+        """
         points, weights = PANEL_GAUSS
         edges = np.linspace(start, self.length if stop is None else stop, panels + 1)
         half = np.diff(edges)[:, None] / 2.0

@@ -61,7 +61,8 @@ LEAST_STRETCH = 0.7  # below, the rubber is extrapolated linearly, without buckl
 def lateral_second_moment(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """Second moment [m4] of top and side walls about the plane in the middle of the width.
+    """Second moment [m4] of top and side walls about the plane in the middle of the width. Sizes
+    are in [m].
 
     >>> round(float(lateral_second_moment(0.02, 0.02, 0.002, 0.002)) * 1e9, 3)
     7.189
@@ -77,7 +78,7 @@ def torsion_constant(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
     """Bredt's torsion constant [m4] of the closed section, whose passive layer counts as thick as
-    the top wall; 0 without side walls.
+    the top wall; 0 without side walls. Sizes are in [m].
 
     >>> round(float(torsion_constant(0.02, 0.02, 0.002, 0.002)) * 1e9, 2)
     12.64
@@ -91,7 +92,7 @@ def torsion_constant(
 
 
 def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike) -> Array:
-    """Area [m2] of top and side walls.
+    """Area [m2] of top and side walls. Sizes are in [m].
 
     >>> round(float(wall_area(0.009, 0.009, 0.003, 0.003)) * 1e6, 6)
     63.0
@@ -119,7 +120,7 @@ def twist_stiffness(
     side_wall: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """Stiffness G*J [N m2] in twist.
+    """Stiffness G*J [N m2] in twist. Sizes are in [m], shear_modulus in [Pa].
 
     >>> round(float(twist_stiffness(0.02, 0.02, 0.002, 0.002, 67e3)) * 1e3, 3)
     0.847

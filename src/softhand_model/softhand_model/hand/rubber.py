@@ -149,7 +149,9 @@ def deformed_depth(depth: ArrayLike, bend: ArrayLike) -> Array:
 
 
 def wall_stretches(depth: ArrayLike, bend: ArrayLike) -> tuple[Array, Array, Array]:
-    """Stretches along, across (radial) and around the wall [-] at a depth (eq. 3.38-3.40)."""
+    """Stretches along, across (radial) and around the wall [-] at a depth d/h [-] and a bend
+    kappa*h [-] (eq. 3.38-3.40).
+    """
     u = 1.0 - deformed_depth(depth, bend)
     along = 1.0 + np.asarray(bend, float) * u
     around = u / (1.0 - np.asarray(depth, float))
@@ -157,7 +159,8 @@ def wall_stretches(depth: ArrayLike, bend: ArrayLike) -> tuple[Array, Array, Arr
 
 
 def wall_strain_invariant(depth: ArrayLike, bend: ArrayLike) -> Array:
-    """J1 = sum of the squared stretches - 3 [-] at a depth of the wall (Fig. 3.10).
+    """J1 = sum of the squared stretches - 3 [-] at a depth d/h [-] of the wall and a bend kappa*h
+    [-] (Fig. 3.10).
 
     >>> wall_strain_invariant([0.0, 0.3, 0.5], 2.0).round(3).tolist()
     [7.111, 6.689, 7.386]

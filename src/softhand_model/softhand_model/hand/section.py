@@ -103,7 +103,7 @@ def free_curvature(
     shear_modulus: ArrayLike,
 ) -> Array:
     """Curvature [1/m] of an unloaded section at a pressure, exact: kappa = (lambda - 1)/h (eq.
-    3.12, 3.30-3.37).
+    3.12, 3.30-3.37). pressure is in [Pa], sizes in [m], shear_modulus in [Pa].
 
     >>> kappa = free_curvature(31e3, 0.02, 0.02, 0.002, 0.002, 73.7e3)
     >>> round(float(np.degrees(kappa * 0.09)), 1)
@@ -143,7 +143,7 @@ def free_curvature_printed(
     shear_modulus: ArrayLike,
 ) -> Array:
     """Curvature [1/m] of an unloaded section by the approximation of the thesis (eq. 5.2, 5.3,
-    5.6).
+    5.6). Units as for `free_curvature`.
 
     >>> kappa = free_curvature_printed(31e3, 0.02, 0.02, 0.002, 0.002, 73.7e3)
     >>> round(float(np.degrees(kappa * 0.09)), 1)
@@ -155,7 +155,9 @@ def free_curvature_printed(
 
 
 def rule_actuation_ratio(wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
-    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule (eq. 3.32)."""
+    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule (eq. 3.32); wall in [m],
+    shear_modulus in [Pa].
+    """
     return 1.0 / (8.0 * np.asarray(shear_modulus, float) * np.asarray(wall, float))
 
 
@@ -169,7 +171,7 @@ def bending_moment(
     shear_modulus: ArrayLike,
 ) -> Array:
     """External moment [N m] that holds a section at a curvature; positive straightens (section
-    3.4.3).
+    3.4.3). curvature is in [1/m], other units as for `free_curvature`.
 
     M = h**2*z*p/2 - (2/ratio)*G*h*d*z*q(lambda). ERRATUM: the text prints a minus before the
     pressure term, against eq. 3.23. A straight section carries h**2*z*p/2 whatever G, d and side
@@ -194,6 +196,7 @@ def bending_stiffness(
     shear_modulus: ArrayLike,
 ) -> Array:
     """Tangent stiffness B = -dM/dkappa = (2/ratio)*h**2*z*G*d*(1 + 3*lambda**-4) [N m2] (eq. 3.24).
+    Units as for `bending_moment`.
 
     ERRATUM: eq. 3.27 has two lengths and 3.28 one length too many, and the share of the side walls
     of 3.29 contradicts that of 3.36; the base model uses 2/ratio of 3.35 for both. See
@@ -211,7 +214,7 @@ def bending_stiffness(
 
 def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
     """Stiffness B = 2*edge**3*G*d [N m2] of the design rule, edge = h (eq. 3.25) or a quarter
-    circumference (3.26).
+    circumference (3.26). Sizes are in [m], shear_modulus in [Pa].
 
     ERRATUM: the text has it reversed; the rule underestimates the tangent stiffness by 2 at zero
     curvature and overestimates it by 2 at large curvature.

@@ -18,8 +18,8 @@ OFFSET_SHARE = (
 class PressureSensors:
     """One sensor per channel and one of the supply, last. Arrays have shape (channels + 1,).
 
-    `gain` [-] and `offset` [Pa] are this box's errors, `noise` [Pa] one sigma, `resolution` [Pa]
-    the converter's step and `full_scale` [Pa] its gauge range.
+    `gain` [-] and `offset` [Pa] are the errors of this box, `noise` [Pa] is a standard deviation,
+    `resolution` [Pa] the converter's step and `full_scale` [Pa] its gauge range.
     """
 
     ambient: float

@@ -37,7 +37,7 @@ class Valves:
         self.reset(channels)
 
     def reset(self, channels: int) -> None:
-        """Close all spools and drop pending commands."""
+        """Close the spools of a number of channels and drop pending commands."""
         self.state: Spools = np.zeros(channels, dtype=np.int8)
         self._command: Spools = np.zeros(channels, dtype=np.int8)
         self._opens: Array = np.full(channels, np.inf)
