@@ -79,7 +79,7 @@ class GraspResult:
 
     @classmethod
     def not_begun(cls, reason: str) -> GraspResult:
-        """Result of a strategy that never saw the scene."""
+        """Result of a strategy that ended before its first observation of the scene."""
         return cls(OUTCOME_NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
 
     def stopped(
@@ -131,7 +131,7 @@ def is_number(observation: Observation) -> bool:
 
 
 class Flaw(NamedTuple):
-    """Why a grasp does not count: a cause (one of the constants above) and a sentence."""
+    """Why a grasp does not count: a cause (a constant of this module) and a sentence."""
 
     cause: str
     sentence: str

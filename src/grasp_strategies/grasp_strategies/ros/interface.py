@@ -50,7 +50,7 @@ HELP = usage("sequencer", PURPOSE, PARAMETERS, OFFERS)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tell how to use the node, or run it."""
+    """Print the help of the node, or run it."""
     return start_node(HELP, "grasp_strategies.ros.node", args)
 
 

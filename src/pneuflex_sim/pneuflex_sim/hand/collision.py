@@ -141,7 +141,9 @@ def link_shapes(layout: HandLayout, body: Body, kind: str, client: int) -> list[
 
 
 def set_margin(body: int, link: int, kind: str, client: int) -> None:
-    """Dilate a link's hull by the margin it was eroded by; the margin of boxes lies within them."""
+    """Give a link's hull the collision margin by which it was eroded. Boxes keep PyBullet's margin,
+    which lies inside them.
+    """
     if kind == HULL_PIECES:
         pybullet.changeDynamics(
             body, link, collisionMargin=COLLISION_MARGIN, physicsClientId=client

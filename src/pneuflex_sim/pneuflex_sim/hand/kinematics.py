@@ -102,7 +102,9 @@ class TipSensors:
         self._readings: dict[str, float] = {}
 
     def step(self, dt: float, angles: Mapping[str, float]) -> None:
-        """Advance the sensors by dt [s] to the true angles [rad] at its end, by actuator."""
+        """Advance the sensors by a step of dt [s], at the end of which `angles` are the true angles
+        [rad] by actuator.
+        """
         for name, angle in angles.items():
             sensor = self._sensors.setdefault(name, StagedEffects(self._model.stage("output")))
             self._readings[name] = float(sensor.reading(SENSED_QUANTITY, np.asarray(angle), dt))

@@ -196,7 +196,9 @@ class FollowingClock:
         return self._newest is not None and now < self._newest - 1e-9
 
     def jump(self, now: float) -> float:
-        """The jump to the newest tick when it is far ahead, or when the clock was set back."""
+        """Time [s] from `now` to the newest tick if the tick is far ahead or the clock was set
+        back; else 0.
+        """
         if self._newest is None:
             return 0.0
         ahead = self._newest - now

@@ -43,7 +43,7 @@ HELP = usage("hand_sim", PURPOSE, PARAMETERS, OFFERS)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tell how to use the node, or run it."""
+    """Print the help of the node, or run it."""
     return start_node(HELP, "pneuflex_sim.ros.node", args)
 
 

@@ -159,7 +159,7 @@ class ObjectBody:
 
     @property
     def is_sheet(self) -> bool:
-        """Whether it is a limp sheet."""
+        """Whether the object is a limp sheet."""
         return self.sheet is not None
 
     @property
@@ -248,19 +248,21 @@ class ObjectBody:
         return np.array(along), np.array(about)
 
     def push(self, force: Array, torque: Array) -> None:
-        """For one step, add a force [N] at its centre of mass and a torque [N m], in world axes."""
+        """For one step, add a force [N] at the object's centre of mass and a torque [N m], in world
+        axes.
+        """
         frame, client = pybullet.WORLD_FRAME, self._client
         pybullet.applyExternalForce(self.id, -1, force.tolist(), self._center(-1), frame, client)
         pybullet.applyExternalTorque(self.id, -1, torque.tolist(), frame, client)
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
-        """Put it at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by another
-        `yaw` [rad] about the vertical.
+        """Put the object at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by
+        another `yaw` [rad] about the vertical.
         """
         self.put_at(position, Rotation.from_euler("xyz", (*rpy[:2], rpy[2] + yaw)))
 
     def put_at(self, position: Array, rotation: Rotation) -> None:
-        """Put it at rest at a position (3,) [m] with an orientation."""
+        """Put the object at rest at a position (3,) [m] with an orientation."""
         if not self._own_axes:
             rotation = rotation * self._to_own.inv()
         quaternion = rotation.as_quat().tolist()
@@ -286,7 +288,7 @@ class ObjectBody:
         return np.array(place), (Rotation.from_quat(found) * self._to_own).as_quat()
 
     def pull_down(self, acceleration: float) -> None:
-        """For one step, add the weight of its mass at an acceleration [m/s2]."""
+        """For one step, add the weight that the object has at an acceleration [m/s2]."""
         share = -acceleration * self.mass / len(self.links)
         for link in self.links:
             pybullet.applyExternalForce(

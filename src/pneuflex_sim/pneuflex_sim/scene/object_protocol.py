@@ -21,7 +21,7 @@ class BodyOfObject(Protocol):
 
     @property
     def is_sheet(self) -> bool:
-        """Whether it is a limp sheet."""
+        """Whether the object is a limp sheet."""
 
     def set_mass(self, mass: float) -> None:
         """Set the mass [kg], with the same distribution."""
@@ -32,12 +32,12 @@ class BodyOfObject(Protocol):
         """
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
-        """Put it at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by another
-        `yaw` [rad] about the vertical.
+        """Put the object at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by
+        another `yaw` [rad] about the vertical.
         """
 
     def put_at(self, position: Array, rotation: Rotation) -> None:
-        """Put it at rest at a position (3,) [m] with an orientation."""
+        """Put the object at rest at a position (3,) [m] with an orientation."""
 
     def pose(self) -> tuple[Array, Array]:
         """Position (3,) [m] and quaternion; raises Diverged when they are not finite."""
@@ -46,7 +46,9 @@ class BodyOfObject(Protocol):
         """Velocity [m/s] and spin [rad/s] in the world."""
 
     def push(self, force: Array, torque: Array) -> None:
-        """For one step, add a force [N] at its centre of mass and a torque [N m], in world axes."""
+        """For one step, add a force [N] at the object's centre of mass and a torque [N m], in world
+        axes.
+        """
 
     def pull_down(self, acceleration: float) -> None:
-        """For one step, add the weight of its mass at an acceleration [m/s2]."""
+        """For one step, add the weight that the object has at an acceleration [m/s2]."""

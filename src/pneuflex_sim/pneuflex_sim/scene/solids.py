@@ -43,7 +43,9 @@ MAX_EROSION_SHARE = 0.45  # share of a piece's thickness that erosion takes from
 
 @dataclass(frozen=True)
 class Solid:
-    """Volume [m3], centre of mass (3,) [m] and inertia (3, 3) about it per mass [m2]."""
+    """Volume [m3], centre of mass (3,) [m] and inertia (3, 3) per mass [m2] about the centre of
+    mass.
+    """
 
     volume: float
     center: Array

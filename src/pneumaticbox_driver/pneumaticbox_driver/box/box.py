@@ -140,9 +140,10 @@ class PneumaticBox:
         """Compute the valves for a sensor sample.
 
         Args:
-            time: stamp of the sample [s]; an unchanged one repeats the last answer unless the box
-                was latched meanwhile, an earlier one means that the clock was set back: the box
-                begins anew, latched unless it is the first second of a simulation.
+            time: stamp of the sample [s]. If it is that of the last sample, the last answer is
+                repeated, unless the box has begun to vent meanwhile. If it is earlier, the clock
+                was set back: the box starts anew, and vents until `reset` unless a simulation is in
+                its first second.
             pressures_abs: absolute pressures of the channels, then of the supply (n + 1,) [Pa].
 
         Returns:
@@ -362,7 +363,9 @@ class PneumaticBox:
         return f"control modes: {', '.join(modes)}"
 
     def hold(self) -> str:
-        """Drop all commands; each channel keeps what it contains. Returns a sentence on that."""
+        """Drop all commands, so that each channel keeps its air. Returns a sentence that says
+        so.
+        """
         self.calibration.abort("hold was requested")
         modes = enumerate(self.control.modes)
         self.commands.hold([self._present(channel, mode) for channel, mode in modes], self.time)
@@ -425,13 +428,13 @@ class PneumaticBox:
         return f"valves are closed, {taken}{tare}"
 
     def enable(self, on: bool) -> str:
-        """Switch control on or off; off, the valves are closed and setpoints dropped.
+        """Switch control on or off; switching off closes the valves and drops setpoints.
 
         Returns:
             A sentence on what was done.
 
         Raises:
-            ValueError: switched on while vented; nothing has changed then.
+            ValueError: control cannot be switched on while the box vents; nothing has changed then.
         """
         if on and self.latch:
             reason = self.latch.reasons[0]
@@ -453,7 +456,8 @@ class PneumaticBox:
             A sentence on what was done.
 
         Raises:
-            ValueError: vented, disabled, another calibration is running, or other channels.
+            ValueError: the box is vented or disabled, another calibration is running, or the run is
+                for other channels.
         """
         self._refuse_unless_active("no calibration is begun")
         done = self.calibration.start(run)

@@ -42,7 +42,8 @@ class CommandRules:
     """Checks commands for channels with these names and control modes, in order.
 
     `shortest_pulse` and `shortest_pause` [s] are the smallest times between the events of a
-    schedule, `ranges` those of the targets (`target_ranges`); a mode without range has no limits.
+    schedule, `ranges` the ranges of the targets by mode (see `target_ranges`); a mode without a
+    range has no limits.
     """
 
     channels: tuple[str, ...]

@@ -29,7 +29,7 @@ State = tuple[Floats, Floats]  # gauge pressures [Pa] and volumes [m3], (n,) eac
 
 
 class Quantity(Protocol):
-    """The controlled quantity; its values (n,) are in its own unit."""
+    """The controlled quantity; its values (n,) are in the unit of the quantity."""
 
     def state(self, view: BoxView, pressures: Floats) -> State:
         """Present state, from averaged gauge `pressures` (n,) [Pa]."""
@@ -213,7 +213,7 @@ class Pressure:
         return state[0]
 
     def goal(self, view: BoxView, state: State, value: Floats) -> State:
-        """Gauge pressures [Pa] and volumes [m3] at other pressures (n,)."""
+        """Gauge pressures [Pa] and volumes [m3] at the gauge pressures `value` (n,) [Pa]."""
         pressures, volume = state
         model = view.volume_model
         return value, volume + model.volumes(value) - model.volumes(pressures)
@@ -241,7 +241,7 @@ class Volume:
         return state[1] - view.rest_volumes
 
     def goal(self, view: BoxView, state: State, value: Floats) -> State:
-        """Gauge pressures [Pa] and volumes [m3] at other volumes above rest (n,)."""
+        """Gauge pressures [Pa] and volumes [m3] at the volumes `value` above rest (n,) [m3]."""
         pressures, volume = state
         target = value + view.rest_volumes
         return pressure_after(view.volume_model, pressures, target - volume), target

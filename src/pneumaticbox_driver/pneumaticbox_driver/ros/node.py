@@ -396,7 +396,7 @@ class PneumaticBoxNode(ManagedNode):
                 self.box.vent(failure)
 
     def keep_serving(self, what: str, step: Callable[[float], None], time_left: float) -> None:
-        """Run a `step` of the loop in the `time_left` [s]; any error of it vents."""
+        """Run a `step` of the loop in the `time_left` [s]; any error in it vents the box."""
         try:
             step(time_left)
         except Exception as error:  # noqa: BLE001 any error must vent, and services continue
@@ -479,7 +479,9 @@ def run_board(
 
 
 def prepare_process() -> None:
-    """Let neither collections of garbage nor other threads delay a sample; see `serve_others`."""
+    """Set up this process so that neither garbage collection nor other threads delay a sample; see
+    `serve_others`.
+    """
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.disable()
 

@@ -128,7 +128,9 @@ class TrajectoryAction:
         return self._goal
 
     def displace(self, why: str) -> None:
-        """End the goal under way, if there is one, as aborted: others command the channels."""
+        """End a goal under way as aborted, for the reason `why`: the channels no longer follow
+        it.
+        """
         if self._goal is not None:
             self._end(self._type.Result.INVALID_GOAL, why)
 
@@ -163,7 +165,9 @@ class TrajectoryAction:
         self._end(self._type.Result.SUCCESSFUL, f"cancelled: {done}", handle.canceled)
 
     def look(self, stamp: Time) -> None:
-        """See how far the trajectory is; `stamp` is for the feedback. Call it after each sample."""
+        """Publish feedback, with this stamp, on how far the goal under way is, and end the goal
+        when it is reached or missed. Call it after each sample.
+        """
         goal, box = self._goal, self._box
         if goal is None or not box.time - goal.told >= FEEDBACK_PERIOD:
             return

@@ -79,7 +79,7 @@ class SweptObject:
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A sweep: see the module's text. `settings` are those that all its trials share."""
+    """A sweep: see the module's text. `settings` are the settings that all its trials share."""
 
     name: str
     settings: TrialSettings
@@ -97,7 +97,7 @@ class SweepPlan:
         return replace(self, vary={**self.vary, "engine": tuple(engines)})
 
     def tasks(self) -> list[TrialTask]:
-        """All trials, those of one hand and scene after each other."""
+        """All trials; trials with the same hand and scene follow each other."""
         return list(self._tasks())
 
     def _tasks(self) -> Iterator[TrialTask]:

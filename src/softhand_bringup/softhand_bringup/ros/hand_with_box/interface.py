@@ -25,7 +25,7 @@ HELP = usage("hand_with_box", PURPOSE, PARAMETERS, OFFERS)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Tell how to use the nodes, or run them."""
+    """Print the help of the nodes, or run them."""
     return start_node(HELP, "softhand_bringup.ros.hand_with_box.node", args)
 
 

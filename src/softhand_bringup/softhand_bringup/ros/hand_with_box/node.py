@@ -42,7 +42,7 @@ class CallLink:
         self._sample = JointState()
 
     def send(self, sample: JointState) -> None:
-        """Keep a sample until `await_answer`, and publish it to those who listen."""
+        """Keep a sample until `await_answer`, and publish it to subscribers."""
         self._sample = sample
         if has_subscribers(self._sensors):
             self._sensors.publish(sample)
@@ -69,7 +69,7 @@ class CallLink:
 
 
 def make() -> simulator.HandSim:
-    """The simulator with its driver; raises as their nodes do."""
+    """The simulator with its driver; raises the errors of both nodes."""
     return simulator.HandSim(CallLink, OF_THE_DRIVER)
 
 
