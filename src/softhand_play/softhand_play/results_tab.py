@@ -43,7 +43,7 @@ FINGERS_POSITION, FINGERS_ORIENTATION = (
 
 
 class ResultsTab:
-    """Opens bags, results of sweeps and diagnoses."""
+    """The tab that opens bags, results of sweeps and diagnoses."""
 
     def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, gui = page, page.server.gui

@@ -29,7 +29,7 @@ OFFSET_RANGE = (-0.2, 0.2, 0.005)  # likewise, of the object [m]
 
 
 class SceneTab:
-    """Chooses the world that a page's player simulates."""
+    """The tab that chooses the world that the page's player simulates."""
 
     def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, gui = page, page.server.gui

@@ -22,7 +22,7 @@ STANDING = (0.0, 0.0, 0.0)  # roll, pitch, yaw of an object that stands on its e
 
 
 class StrategyTab:
-    """Runs strategies on the player of a page."""
+    """The tab that runs strategies in the world of the page's player."""
 
     def __init__(self, page: PageContext, tab: viser.GuiTabHandle) -> None:
         self._page, self._player, gui = page, page.player, page.server.gui
@@ -130,7 +130,7 @@ class StrategyTab:
 
         track = self._player.track
         if track is None:
-            raise ValueError("run: expected one to save, got none; run a strategy first")
+            raise ValueError("run: expected a recorded run to save, got none; run a strategy first")
         path = PLAY_FOLDER / f"{time.strftime('%Y%m%d-%H%M%S')}{suffix}"
         if suffix:
             film(track, path, lambda what, k, n: self._page.report(f"film: {what} {k} of {n}"))

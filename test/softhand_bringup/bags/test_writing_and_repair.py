@@ -125,7 +125,7 @@ def test_a_whole_bag_is_left_alone(tmp_path, capsys):
 @pytest.mark.parametrize("content", [b"not a bag", b"not", b""])
 def test_a_file_that_is_no_bag_is_refused_with_its_first_bytes(tmp_path, content):
     (tmp_path / "x_0.mcap").write_bytes(content)
-    with pytest.raises(ValueError, match=f"expected the magic.*{content[:8].decode()}"):
+    with pytest.raises(ValueError, match=f"expected an MCAP file.*{content[:8].decode()}"):
         repair(tmp_path)
     assert (tmp_path / "x_0.mcap").read_bytes() == content
 

@@ -78,8 +78,9 @@ def carry_bases(
     step: float, bases: Bases, weight: HandWeight, reaction: Array, arm: Arm, wrist: WristState
 ) -> None:
     """One step [s] of wrist and bases: compute the load, advance the wrist under it, compute the
-    push. The bases' poses become those to reach. `reaction` (chains, 3) [N m], in world axes, is
-    what inertia that links do not have took from their bases.
+    push. The bases' poses become those to reach. `reaction` (chains, 3) [N m], in world axes, are
+    the torques that the additional inertia of the links (`HandLayout.inertia`) took from their
+    bases.
     """
     feel_load(step, bases, weight, wrist)
     for b in range(len(reaction)):

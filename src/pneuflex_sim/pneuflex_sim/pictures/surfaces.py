@@ -33,7 +33,7 @@ METRES_PER_NEWTON = 0.02  # length of lines and arrows
 
 
 class SceneSurfaces:
-    """Triangles of everything visible in a simulation; their number is constant."""
+    """Triangles of everything visible in a simulation; the number of triangles is constant."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation

@@ -77,8 +77,8 @@ class ContactNames:
         return frozenset(self.name(*side)[0] for side in pressing) - {OBJECT}
 
     def gaps(self, body: int, other: int, reach: float) -> list[tuple[str, float]]:
-        """Names of the parts of a body that are within a reach [m] of another one, each with its
-        distance [m], below zero where they overlap.
+        """Names of the parts of a body that are within a reach [m] of the body `other`, each with
+        its distance [m], below zero where they overlap.
         """
         points = pybullet.getClosestPoints(body, other, reach, physicsClientId=self._client)
         return [(self.name(body, point[3])[0], point[8]) for point in points]

@@ -65,7 +65,9 @@ class Mesh:
 
 
 def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
-    """A mesh with area-weighted means of its faces' normals at the vertices."""
+    """The mesh of these vertices (v, 3) [m] and `indices` (3 t,). The normal at a vertex is the
+    mean of the normals of its triangles, weighted by their areas.
+    """
     faces = indices.reshape(-1, 3)
     corner = vertices[faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -143,7 +145,9 @@ def tube(rings: Array) -> Mesh:
 
 
 def tube_triangles(rings: int, points: int) -> NDArray[np.int32]:
-    """Indices (3 t,) of the tube between rings and of both caps, whose middles come last."""
+    """Indices (3 t,) of the triangles of a tube of `rings` rings with `points` points each, and of
+    its two caps; the middles of the caps are the last two vertices.
+    """
     faces = []
     for r in range(rings - 1):
         for k in range(points):

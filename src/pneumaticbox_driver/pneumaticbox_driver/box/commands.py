@@ -252,7 +252,7 @@ class Setpoints:
         self._until = self._stepped_until = -math.inf  # start of the next piece of any curve [s]
 
     def take(self, command: Trajectory, now: float) -> None:
-        """Add a command from its start, or from `now` [s]."""
+        """Add a command from its start, or from `now` [s] if it has no start."""
         start = now if command.start is None else command.start
         for column, channel in enumerate(command.channels):
             curve = self._curves[channel]
@@ -351,7 +351,7 @@ class CommandIntake:
         return changed
 
     def take(self, trajectory: Trajectory, now: float) -> None:
-        """Add a checked command from its start, or from `now` [s].
+        """Add a checked command from its start, or from `now` [s] if it has no start.
 
         Raises:
             ValueError: the command begins too far ahead or is too long.

@@ -163,10 +163,11 @@ class LinkState:
     """State of the node's connections.
 
     `refused` is the reason for which the last message was refused, "" after a valid one, after
-    enable or reset, or after some time; `refusals` counts them. `simulators` is the number of nodes
-    that publish sensor samples. `clock_stands` [s] is the time for which the node's clock has not
-    advanced, `clock_warning` another warning about the clock, `second` a warning about another
-    driver. `storm` [1/s] is the recent rate of commands if too high, `traffic` counts commands.
+    enable or reset, or after some time; `refusals` counts refused messages. `simulators` is the
+    number of nodes that publish sensor samples. `clock_stands` [s] is the time for which the node's
+    clock has not advanced, `clock_warning` another warning about the clock, `second` a warning
+    about another driver. `storm` [1/s] is the recent rate of commands if too high, `traffic` counts
+    commands.
     """
 
     refused: str = ""
@@ -198,7 +199,7 @@ class LinkState:
 
 
 def box_reports(box: PneumaticBox, link: LinkState, activity: ValveActivity) -> list[Report]:
-    """Report sensors, safety, commands and every channel."""
+    """Reports on sensors, safety, commands and each channel."""
     names = box.settings.channels
     channels = [_channel(box, activity, i, name) for i, name in enumerate(names)]
     return [_sensors(box, link), _safety(box), _commands(box, link), *channels]

@@ -95,7 +95,7 @@ def judge_estimates(
     returns whether a channel is wrong.
 
     `mass`, `drift`, absolute `pressures_abs` and `known` are those of `EstimateCheck.look`;
-    `content` is the product of gas constant and temperature [J/kg], and ambient pressure [Pa];
+    `content` has the product of gas constant and temperature [J/kg], and the ambient pressure [Pa];
     `volumes` are those at rest, the least and the greatest, each (n,) [m3].
     """
     gas, ambient = content

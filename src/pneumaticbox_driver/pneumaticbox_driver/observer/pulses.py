@@ -274,7 +274,7 @@ class PulseIntegrals:
 
         Returns:
             Moved masses [kg] and flows [kg/s] (2, n); marks of the pulses that have ended (n,),
-                None if none has.
+            None if none has.
         """
         n = len(pressures_abs)
         found, ended = np.empty((2, n)), np.empty(n, dtype=bool)

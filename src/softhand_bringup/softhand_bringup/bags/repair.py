@@ -80,7 +80,7 @@ def recover(content: bytes) -> Iterator[Recovered]:
         TooLargeBag: the unpacked chunks are larger than a bag may be.
     """
     if not content.startswith(MAGIC):
-        raise ValueError(f"expected the magic {MAGIC!r}, got {content[:8]!r}")
+        raise ValueError(f"expected an MCAP file, beginning with {MAGIC!r}, got {content[:8]!r}")
     types: dict[int, str] = {}
     topics: dict[int, Topic] = {}
     for record in _records(content):
@@ -192,7 +192,9 @@ def _rewrite(broken: Path, whole: Path) -> int:
     with broken.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             file.seek(0)
-            raise ValueError(f"{broken}: expected the magic {MAGIC!r}, got {file.read(8)!r}")
+            raise ValueError(
+                f"{broken}: expected an MCAP file, beginning with {MAGIC!r}, got {file.read(8)!r}"
+            )
     bag = BagWriter(whole)
     connections: dict[tuple[str, str], Connection] = {}
     for message in _named(broken):

@@ -56,7 +56,7 @@ def try_again(
 
     Returns:
         All evaluations of the first round: those that came furthest first, and among these those
-            with the lowest worst cost.
+        with the lowest worst cost.
 
     Raises ValueError when all evaluations of the search ended in errors.
     """

@@ -34,7 +34,7 @@ def successive_halving(
 
     Returns:
         Numbers of all candidates, those that came furthest first and among these the best first;
-            and the records of each candidate by its number.
+        and the records of each candidate by its number.
     """
     order = list(range(candidates[0]))
     records: list[list[Record]] = [[] for _ in order]

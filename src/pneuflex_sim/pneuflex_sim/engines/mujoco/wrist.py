@@ -38,8 +38,8 @@ def push_wrist(
 def read_wrist(
     step: float, arm: Arm, wrist: WristState, push: Array, position: Array, velocity: Array
 ) -> None:
-    """Take the pose from a free joint's `position` (7,), the speeds from its `velocity` (6,), and
-    the load on the wrist, which changed its speeds beside the push (2, 3).
+    """Take the pose from a free joint's `position` (7,) and the speeds from its `velocity` (6,),
+    and compute the load on the wrist: what changed its speeds in this step besides the push (2, 3).
     """
     for k in range(3):
         wrist.position[k] = position[k]

@@ -103,8 +103,8 @@ class HardwareRig:
 
     @property
     def time(self) -> float:
-        """Time of the last reading on the board's clock, which counts on where a restart of the
-        board has set it back [s]; NaN before the first.
+        """Time of the last reading on the board's clock [s], corrected so that it counts on after a
+        restart of the board; NaN before the first reading.
         """
         return self._time
 
