@@ -21,7 +21,7 @@ PART_COLORS = {"actuators": "#e8894a", "passive layers": "#7a3b1d", "scaffold": 
 PART_COLORS |= {"saddles": "#2f7d4f", "sheet": "#f3d2a0"}
 ASSEMBLY_LOOKS = (  # title, yaw and pitch of the camera [deg], whether the sheet is shown
     ("from the palm", 90.0, 0.0, True),
-    ("without the sheet", 60.0, -12.0, False),
+    ("aslant, without a sheet", 60.0, -12.0, False),
     ("from the back", -60.0, -12.0, True),
     ("from the thumb's side", 180.0, 0.0, True),
 )
@@ -34,7 +34,9 @@ def draw_assembled(kit: Kit) -> Figure:
     shown = _meshes(kit)
     corners = np.concatenate([mesh.vertices for _, mesh in shown])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    angle = 2.0 * np.degrees(np.arctan(ASSEMBLY_MARGIN * np.max(high - low) / 2.0 / CAMERA_FAR))
+    wide, tall = float(np.hypot(*(high - low)[:2])), float(high[2] - low[2])
+    span = ASSEMBLY_MARGIN * max(tall, wide * PICTURE_SIZE[1] / PICTURE_SIZE[0])
+    angle = 2.0 * np.degrees(np.arctan(span / 2.0 / CAMERA_FAR))
     figure = Figure(figsize=(14.0, 5.0), dpi=110, layout="constrained")
     for axes, (title, yaw, pitch, with_sheet) in zip(
         figure.subplots(1, len(ASSEMBLY_LOOKS)), ASSEMBLY_LOOKS, strict=True

@@ -28,7 +28,11 @@ def density(actuator: Actuator) -> float:
 
 
 def casts(hand: HandDescription) -> list[Part]:
-    """The casts of all kinds of actuator, each with its copies in the hand."""
+    """The casts of all kinds of actuator, each with its copies in the hand.
+
+    ERRATUM: section 7.3 says that a gap of 5 mm is between the arcs of the palm; by the radii and
+    widths of Table 7.1 they touch along a line, and 20 mm wide arcs would have that gap.
+    """
     frames = mount_poses(hand)
     copies: dict[str, dict[str, Array]] = {}
     kinds: dict[str, tuple[Actuator, int]] = {}
