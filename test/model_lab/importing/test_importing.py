@@ -173,7 +173,7 @@ def test_how_far_strips_were_stretched_before(tmp_path, capsys):
     assert "pull_1.csv" in capsys.readouterr().err
     bent = str(write(tmp_path / "bent_1.csv", *BEND))
     assert main(["import", bent, "-o", str(tmp_path / "b"), "--yes", "--stretched-to", "2"]) == 2
-    assert "--stretched-to: expected runs whose stretch" in capsys.readouterr().err
+    assert "--stretched-to: expected an experiment whose input" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("names", [("Solldruck", "Istdruck"), ("p_set", "p_meas"), ("p", "p_cmd")])
