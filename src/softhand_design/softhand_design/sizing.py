@@ -23,7 +23,9 @@ Ranking = list[tuple[Rubber, "Design | RequirementError"]]
 
 @dataclass(frozen=True)
 class Design:
-    """An actuator for requirements, and the rules and limits that it breaks."""
+    """Requirements, the actuator that is sized for them, and the rules and limits that it
+    breaks.
+    """
 
     requirements: Requirements
     actuator: Actuator

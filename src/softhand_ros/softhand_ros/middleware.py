@@ -41,7 +41,7 @@ def remove_unfinished_segments() -> None:
     """Remove ports of Fast DDS in shared memory whose initialisation will never end.
 
     A process that is killed between creating and initialising such a port leaves it behind, and
-    every later participant of that domain and number waits for it for ever.
+    every later participant of the domain that uses this port waits for it for ever.
     """
     for path in SHARED_MEMORY.glob(PORT_SEGMENTS):
         with contextlib.suppress(FileNotFoundError, PermissionError):  # gone, or another user's

@@ -161,8 +161,8 @@ class TrialSettings:
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial: seed, shift of the object [m], factor on its mass, result, simulated over wall
-    time.
+    """One trial: seed, shift of the object [m], factor on its mass, result, and ratio of simulated
+    to wall time.
     """
 
     seed: int

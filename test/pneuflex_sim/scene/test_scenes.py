@@ -113,7 +113,7 @@ def test_materials_of_ones_own_come_with_their_friction(tmp_path, simulate):
         ),
         ("object: true", "", "own.yaml:.: document: expected the key object"),
         ("{material: paper}", "{edge: 0.1}", "own.yaml:.: table: expected the key material"),
-        ("format: pneuflex-scene/1", "", "own.yaml:.: document: expected the key format"),
+        ("format: pneuflex-scene/1", "", "own.yaml:.: document: expected the key `format`"),
     ],
 )
 def test_a_scene_that_cannot_be_used_is_refused_with_its_place(tmp_path, old, new, named):

@@ -13,7 +13,7 @@ from softhand_common.documents.json_document import read_json
         ('{"a": NaN}', "expected JSON, got 'NaN', which is not a finite number"),
         ('{"a": -1e999}', "expected JSON, got '-1e999', which is not a finite number"),
         ('{"a": ' + "9" * 400 + "}", "expected JSON, got a number of 400 characters"),
-        ('{"a": 1}', "document: expected the key format: own/1, got none"),
+        ('{"a": 1}', "document: expected the key `format` with the value own/1, got none"),
         ('{"format": "own/2"}', "format: expected one of own/1, got 'own/2'"),
         ("[1]", "document: expected a mapping"),
     ],

@@ -54,7 +54,7 @@ def test_keys_show_their_path():
     ("text", "message"),
     [
         ("format: other/1\n", "format: expected one of softhand-x/1, got 'other/1'"),
-        ("name: a\n", "expected the key format: softhand-x/1, got none"),
+        ("name: a\n", "expected the key `format` with the value softhand-x/1, got none"),
         ("a: [1\n", "expected YAML"),
         ("format: softhand-x/1\na: 1\na: 2\n", "the key a twice"),
         ("- 1\n", "expected a mapping"),

@@ -146,8 +146,8 @@ def closure_margin(wrenches: Array) -> float:
 
 
 def resisted(wrenches: Array, direction: Array) -> float:
-    """Largest multiple [-] of a direction (6,) that a sum of wrenches (6, k) reaches whose weights
-    are not negative and together at most 1: a linear program.
+    """Largest multiple [-] of a direction (6,) that a weighted sum of wrenches (6, k) reaches, with
+    weights of 0 or more that add up to at most 1: a linear program.
     """
     from scipy.optimize import linprog  # here, as it takes long to load
 

@@ -172,7 +172,7 @@ def _hand(node: Node) -> str:
         return name
     path = Path(node.file).parent / name
     if not is_document(path):
-        raise node.error(f"the name of a hand or the path of a YAML file from {path.parent} on")
+        raise node.error(f"the name of a hand or the path of a YAML file relative to {path.parent}")
     return str(path)
 
 

@@ -43,7 +43,8 @@ TRIED_WITH_KEYS = tuple(TriedWith.__dataclass_fields__)
 
 
 def read_tried_with(fields: Mapping[str, Node]) -> TriedWith:
-    """The scene described by those of the keys that are present, with defaults for the others.
+    """The scene of a strategy from the keys of its file, `fields`; keys that are missing have their
+    defaults.
 
     Raises DocumentError naming file, key, expected and got.
     """

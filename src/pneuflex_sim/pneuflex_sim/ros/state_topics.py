@@ -45,7 +45,7 @@ class StateTopics:
         self._wrench_message.header.frame_id = WORLD
 
     def publish_fast(self, stamp: Time) -> None:
-        """Poses of wrist and object, which a strategy follows."""
+        """Publish the poses of wrist and object, which a strategy follows."""
         simulation = self._simulation
         if has_subscribers(self._wrist_pose):
             self._wrist_message.header.stamp = stamp
@@ -57,7 +57,7 @@ class StateTopics:
             self._object_pose.publish(self._object_message)
 
     def publish_wrench(self, stamp: Time) -> None:
-        """Force and torque of the hand on the wrist."""
+        """Publish force and torque of the hand on the wrist."""
         if not has_subscribers(self._wrench):
             return
         self._wrench_message.header.stamp = stamp
@@ -68,7 +68,7 @@ class StateTopics:
         self._wrench.publish(self._wrench_message)
 
     def publish_joints(self, stamp: Time) -> None:
-        """Joints and tips of the hand."""
+        """Publish joints and tips of the hand."""
         if has_subscribers(self._joints):
             message, q = self._joint_message, self._simulation.bodies.q
             message.header.stamp = stamp

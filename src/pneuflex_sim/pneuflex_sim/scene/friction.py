@@ -79,7 +79,9 @@ class FrictionTable:
         return self.pair(material, RUBBER_MATERIAL) / self.hand
 
     def towards_object(self, material: str, of_object: str) -> float:
-        """PyBullet's coefficient of a fixed body towards an object of a material."""
+        """PyBullet's coefficient of a fixed body of a `material` towards an object of the material
+        `of_object`.
+        """
         return self.pair(material, of_object) / self.towards_hand(of_object)
 
 

@@ -202,7 +202,7 @@ def _checked(description: ObjectDescription, document: Node) -> ObjectDescriptio
 def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescription:
     """An object of the keys in `children`; `entry` is where they stand."""
     if "shape" not in children:
-        raise entry.error(f"the key shape: one of {', '.join(REQUIRED_DIMENSIONS)}")
+        raise entry.error(f"the key `shape` with one of {', '.join(REQUIRED_DIMENSIONS)}")
     shape = children["shape"].choice(REQUIRED_DIMENSIONS)
     sizes, more = REQUIRED_DIMENSIONS[shape], OPTIONAL_DIMENSIONS.get(shape, ())
     keys = {key: child.value for key, child in children.items()}

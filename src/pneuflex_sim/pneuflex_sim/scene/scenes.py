@@ -80,7 +80,7 @@ class SceneDescription:
     wrist_rpy: tuple[float, ...]
 
     def inclined(self, inclination: float | None) -> SceneDescription:
-        """The scene with its wall at another inclination [deg], or as it is for None; raises
+        """The scene with its wall at another inclination [deg]; None: the scene itself. Raises
         ValueError without a wall, or for an inclination outside of MIN_INCLINATION to
         MAX_INCLINATION.
         """

@@ -158,8 +158,8 @@ def cache_file(mesh: Mesh) -> Path:
         version = metadata.version("coacd")
     except metadata.PackageNotFoundError as reason:
         raise ValueError(
-            "mesh: expected a convex one, or CoACD to cut it into convex pieces; "
-            "got neither: `pip install coacd`, or give `pieces: hull`"
+            "mesh: expected a convex mesh, got one that CoACD has to cut into convex pieces: "
+            "`pip install coacd`, or give `pieces: hull`"
         ) from reason
     key = hashlib.sha256(repr((version, sorted(COACD_SETTINGS.items()))).encode())
     key.update(mesh.vertices.tobytes() + mesh.indices.tobytes())

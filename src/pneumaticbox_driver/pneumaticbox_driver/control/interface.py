@@ -20,8 +20,8 @@ class BoxView:
     `direction` are the presently commanded valves, `empty` marks channels known to be at ambient
     pressure since their outlet was last open, `shortest_pulse` [s] is that of the valves, `dt` [s]
     the time since the last sample, `mine` marks the channels of the called controller. `setpoints`
-    are NaN for none and for channels of other controllers. `gas` is the product of gas constant and
-    temperature [J/kg], `limits` are gauge pressures [Pa].
+    are NaN where there is none and for channels of other controllers. `gas` is the product of gas
+    constant and temperature [J/kg], `limits` are gauge pressures [Pa].
     """
 
     observer: MassObserver

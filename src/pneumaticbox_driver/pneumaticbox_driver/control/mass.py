@@ -41,7 +41,7 @@ def follow_mass(view: BoxView, target: Floats) -> Valves:
 
 
 def rehearse_mass_control(channels: int) -> None:
-    """Compile or load the kernel before the first sample."""
+    """Compile or load the kernel of mass control, so that the first sample need not wait for it."""
     zeros, valves = np.zeros(channels), np.zeros(channels, dtype=np.int8)
     pair = zeros, zeros
     _decide(zeros, pair, pair, valves, np.zeros(channels, dtype=bool), 0.0, valves)

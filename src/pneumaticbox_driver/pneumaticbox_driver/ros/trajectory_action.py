@@ -222,11 +222,11 @@ def with_effort(point: TrajectoryPoint) -> TrajectoryPoint:
 
 
 def tolerances(given: Sequence[Any], names: Sequence[str], usual: Floats) -> Floats:
-    """Tolerances (n,) in the order of `names` from JointTolerance messages: 0 leaves the `usual`
-    one (n,), a negative one is none (NaN).
+    """Tolerances (n,) in the order of `names` from JointTolerance messages: 0 stands for the
+    `usual` tolerance (n,), a negative number for none (NaN).
 
     Raises:
-        ValueError: a name that is not among the goal's.
+        ValueError: a message has a name that is not in `names`.
     """
     found = usual.copy()
     for one in given:

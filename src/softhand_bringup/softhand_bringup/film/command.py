@@ -122,7 +122,8 @@ def _record(options: argparse.Namespace) -> Recording:
 
 
 def trial_asked_for(options: argparse.Namespace) -> tuple[TrialSettings, Placement]:
-    """Settings and placement of the trial of a cell, or of the given settings and seed.
+    """Settings and placement of the trial that the options ask for: that of a cell in results, or
+    one from settings and seed.
 
     Raises ValueError for a cell that is not in the results.
     """

@@ -102,12 +102,12 @@ class _Written:
                 os.close(opened)
 
     def complete(self) -> None:
-        """Have all of it on the disk."""
+        """Write buffered content of the file to the disk."""
         if self._target is not None:
             _synchronise(self.place)
 
     def take_place(self) -> None:
-        """Take the place of the earlier file."""
+        """Replace the earlier file by this one."""
         if self._target is not None:
             self.place.replace(self._target)
             _synchronise(self._target.parent)

@@ -101,7 +101,7 @@ class Node:
         """Raise DocumentError unless the mapping's key `format` has the value `name`."""
         children = self.mapping()
         if "format" not in children:
-            raise self.error(f"the key format: {name}", "none")
+            raise self.error(f"the key `format` with the value {name}", "none")
         children["format"].choice([name])
 
     def items(self) -> list[Node]:

@@ -136,7 +136,9 @@ def codes_of(records: Iterable[Record]) -> list[str]:
 
 
 def summary(records: Iterable[Record]) -> str:
-    """Successes with their interval by object and variant, and the commonest failures."""
+    """Text with the successes and their interval by object and variant, and with the commonest
+    failures.
+    """
     records, lines = list(records), []
     for group in groups_of(records):
         low, high = (100 * end for end in group.interval)
