@@ -56,7 +56,8 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--experiment",
                 metavar="E",
-                help="free_bending, blocked_tip, uniaxial or hand_pose (default: as columns say)",
+                help="free_bending, blocked_tip, uniaxial, hand_pose or hand_motion (default: as "
+                "columns say; of a hand, poses)",
             ),
             argument(
                 "--map",

@@ -1,4 +1,4 @@
-"""Bags that this suite recorded of a hand that held poses in free air."""
+"""Bags that this suite recorded of a hand that held poses, or moved, in free air."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.importing.bag_tables import TopicTable, read_topics
-from model_lab.importing.hand_poses import HandCourse
+from model_lab.importing.hand_courses import HandCourse, without_jumps
 from model_lab.measurements.bags.messages import messages_of, opened
 from model_lab.measurements.hands import default_markers
 from softhand_common.documents.quoted import listed
@@ -77,19 +77,28 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
             for number in range(counted)
         ]
     ).transpose(2, 0, 1)
+    pose = [f"pose.position.{axis}" for axis in "xyz"]
+    turn = [f"pose.orientation.{axis}" for axis in "xyzw"]
+    turns = _between(tips.time, wrist.time, without_jumps(_columns(wrist, turn, bag)))
+    efforts = _columns(state, [f"effort[{name}]" for name in hand.channels], bag)
     return HandCourse(
         (bag,),
         tips.time,
-        _at(tips.time, state, [f"effort[{name}]" for name in hand.channels], bag),
+        _between(tips.time, state.time, efforts),
         dict(zip(default_markers(hand), places.transpose(1, 0, 2), strict=True)),
-        _at(tips.time, wrist, [f"pose.orientation.{axis}" for axis in "xyzw"], bag),
+        turns / np.linalg.norm(turns, axis=1)[:, None],
+        wrist_places=_between(tips.time, wrist.time, _columns(wrist, pose, bag)),
     )
 
 
-def _at(time: Array, topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
-    """The last values (k, names) of a topic at each time; the first ones before them."""
+def _columns(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
+    """Values (k, names) of a topic."""
     missing = [name for name in names if name not in topic.columns]
     if missing:
         raise DocumentError(f"{bag}: {topic.topic}: expected {listed(names)}, got no {missing[0]}")
-    last = np.maximum(np.searchsorted(topic.time, time, side="right") - 1, 0)
-    return np.stack([topic.columns[name][last] for name in names], axis=1)
+    return np.stack([topic.columns[name] for name in names], axis=1)
+
+
+def _between(time: Array, known: Array, values: Array) -> Array:
+    """Values (k, n) at each time (k,) [s], straight between those (m, n) at known times (m,)."""
+    return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

@@ -1,4 +1,4 @@
-"""Files of a whole hand as a set `hand_pose`: bags of this suite, or tables of tracked markers."""
+"""Files of a whole hand as a set of its poses or motions: this suite's bags, or tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from model_lab.importing.hand_columns import (
     hand_meanings,
     has_markers,
 )
-from model_lab.importing.hand_poses import HandCourse, held_poses, set_of_poses
+from model_lab.importing.hand_courses import HandCourse
+from model_lab.importing.hand_motions import set_of_motions
+from model_lab.importing.hand_poses import held_poses, set_of_poses
 from model_lab.importing.hand_tables import HandFile, courses_of
 from model_lab.importing.importing import ImportedSet, Proposal
 from model_lab.importing.runs import Source
@@ -26,6 +28,7 @@ from model_lab.importing.tables import read_tables
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
 from model_lab.measurements.hands import (
     FREE_FRAME,
+    HAND_MOTION,
     HAND_POSE,
     HandSpecimen,
     default_markers,
@@ -49,26 +52,29 @@ def set_of_hand(
     sheets: Mapping[str, str] | None = None,
     wrist: Mapping[str, Sequence[float]] | None = None,
 ) -> tuple[ImportedSet, Proposal] | None:
-    """(set of the poses of a hand, proposal with the meaning of the columns); None if the files are
-    not of a whole hand: `hand` names no hand with several fingers, or no file has a marker of it.
+    """(set of a hand, proposal with the meaning of the columns): of its poses, or of its motions for
+    the experiment `hand_motion`. None if the files are not of a whole hand: `hand` names no hand
+    with several fingers, or no file has a marker of it.
 
     wrist: roll, pitch and yaw [rad] in which the wrist was held, by the name of the file; "" for
     all others. The other arguments are those of `importing.propose` and `make_set`.
 
-    Raises DocumentError as `set_of_poses`, `course_of_bag` and `courses_of` do, and for an argument
-    about a quantity that sets of a hand do not have.
+    Raises DocumentError as `set_of_poses`, `set_of_motions`, `course_of_bag` and `courses_of` do,
+    and for an argument about a quantity that sets of a hand do not have.
     """
-    if experiment not in (None, HAND_POSE):
+    if experiment not in (None, HAND_POSE, HAND_MOTION):
         return None
     if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
-        if experiment == HAND_POSE:
+        if experiment:
             raise DocumentError(f"--hand: expected a hand with several fingers, got {hand}")
         return None
+    kind = experiment or HAND_POSE
+    cut = set_of_motions if kind == HAND_MOTION else set_of_poses
     stated, given = hand if hand in hand_names() else str(Path(hand).resolve()), maps or {}
     if not given and are_bags_of_hand(files):
         courses = [course_of_bag(bag, described) for bag in files]
         specimen = HandSpecimen(stated, described, _segments_of(files, described))
-        return set_of_poses(courses, specimen), Proposal((), HAND_POSE, {})
+        return cut(courses, specimen), Proposal((), kind, {})
     of = sheets or {}
     tables = [
         table
@@ -76,7 +82,7 @@ def set_of_hand(
         for table in read_tables(path, messages, decimal, of.get(path.name, of.get("", "")))
     ]
     if not any(has_markers(table, described, given) for table in tables):
-        if experiment == HAND_POSE:
+        if experiment:
             raise DocumentError(
                 f"{listed(map(str, files))}: expected x, y and z of "
                 f"{listed(default_markers(described))}, got none; say --map "
@@ -86,10 +92,15 @@ def set_of_hand(
     _check_maps(given, described)
     read = [HandFile(table, hand_meanings(table, described, given)) for table in tables]
     read = [one for one in read if one.parts.meanings] or read
-    proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), HAND_POSE, {})
+    proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), kind, {})
     courses = courses_of(read, described, shifts or {}, wrist or {})
     courses, said = _in_frame_of_wrist(courses, described)
-    found = set_of_poses(courses, HandSpecimen(stated, described, free_frame=bool(said)))
+    if said and kind == HAND_MOTION:
+        raise DocumentError(
+            f"{listed(map(str, files))}: expected places in the frame of the wrist for a motion, "
+            f"got some that lie otherwise: {said[0]}; import poses, and turn the places"
+        )
+    found = cut(courses, HandSpecimen(stated, described, free_frame=bool(said)))
     return replace(found, remarks=(*found.remarks, *said)), proposal
 
 

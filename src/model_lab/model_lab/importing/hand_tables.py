@@ -15,7 +15,7 @@ from model_lab.importing.hand_columns import (
     WRIST_ANGLES,
     WRIST_TURN,
 )
-from model_lab.importing.hand_poses import HandCourse
+from model_lab.importing.hand_courses import HandCourse
 from model_lab.importing.meaning import Meant
 from model_lab.importing.runs import Source, clock_offset, paired
 from model_lab.importing.tables import Table
@@ -134,7 +134,9 @@ def _course(
     time = time[known] - time[known][0]
     check_time(paths[0], {"time": time}, lambda index: f"sample {index + 1}")
     kept = {name: place[known] for name, place in places.items()}
-    return HandCourse(paths, time, pressures[known], kept, attitude[known], tuple(remarks))
+    at = _triple(seen, WRIST)
+    at = at[known] if at is not None else None
+    return HandCourse(paths, time, pressures[known], kept, attitude[known], tuple(remarks), at)
 
 
 def _time_of(file: HandFile, shifts: Mapping[str, float], one_file: bool) -> Array:
