@@ -130,3 +130,20 @@ def test_a_recording_that_is_too_slow_or_never_at_rest_is_refused(tmp_path, step
     }
     with pytest.raises(DocumentError, match="begin with hand and wrist at rest, got none"):
         set_in(tmp_path / "set", replace(course, places=sways))
+
+
+def test_a_motion_in_which_samples_are_missing_is_left_out(tmp_path, steps):
+    course = steps[0]
+    kept = np.abs(course.time - 1.0 - RISE) > 0.03  # in the first step
+    places = {name: place[kept] for name, place in course.places.items()}
+    lost = replace(
+        course,
+        time=course.time[kept],
+        pressures=course.pressures[kept],
+        places=places,
+        wrist=course.wrist[kept],
+        wrist_places=course.wrist_places[kept],
+    )
+    found = set_of_motions([lost], HandSpecimen(HAND, load_hand(HAND)))
+    assert len(found.runs) == 1
+    assert "1 of 2 motions are left out" in found.remarks[-1]

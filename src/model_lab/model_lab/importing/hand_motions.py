@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,16 +53,19 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
     A wrist that is held gives `wrist_rpy`, one that moves the columns `wrist.*`. That the hand
     touches nothing is not tested.
 
-    Raises DocumentError for courses without such a motion, with less than 100 samples a second, of
+    Motions in which samples are missing are left out, and the set says so. Raises DocumentError for
+    courses without such a motion, with less than 100 samples a second, of
     different markers, or of a wrist that moves while nobody says where it is.
     """
     markers = markers_of(courses)
-    parts = [(course, span) for course in courses for span in _motions(course)]
+    seen = [(course, span) for course in courses for span in _motions(course)]
+    parts = [part for part in seen if _is_whole(part)]
     if not parts:
         files = list(dict.fromkeys(path for course in courses for path in course.files))
         raise DocumentError(
             f"{listed(map(str, files))}: expected motions that begin with hand and wrist at rest, "
             "got none; wait for half a second before each"
+            + (f" ({len(seen)} of them lack samples)" if seen else "")
         )
     moved = not all(map(_is_held, parts))
     channels = pressure_columns(specimen.description)
@@ -82,7 +86,11 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
         runs.append(ImportedRun(name, columns, {}, course.files))
         entries[name] = {**entry, "file": f"{name}.csv"}
     units = {name: "m" if index < 3 else "" for index, name in enumerate(WRIST_POSE)}
-    return set_of_runs(HAND_MOTION, courses, specimen, runs, entries, units if moved else None)
+    found = set_of_runs(HAND_MOTION, courses, specimen, runs, entries, units if moved else None)
+    if len(parts) == len(seen):
+        return found
+    left = f"{len(seen) - len(parts)} of {len(seen)} motions are left out: samples are missing"
+    return replace(found, remarks=(*found.remarks, left))
 
 
 def _motions(course: HandCourse) -> list[slice]:
@@ -107,6 +115,12 @@ def _motions(course: HandCourse) -> list[slice]:
         if first > 0 and end - begin >= every * RULES.motion_samples:
             found.append(slice(begin, end, every))
     return found
+
+
+def _is_whole(part: tuple[HandCourse, slice]) -> bool:
+    """Whether no samples are missing."""
+    course, span = part
+    return float(np.diff(course.time[span]).max()) <= RULES.motion_gap
 
 
 def _is_held(part: tuple[HandCourse, slice]) -> bool:
