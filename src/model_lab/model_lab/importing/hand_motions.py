@@ -40,9 +40,9 @@ LONGEST = 3.0  # [s] of a run; what follows until the hand rests again is left o
 LEAST_REST = 0.1  # [s] for which means must stay the same
 AFTER = 0.3  # [s] that a run goes on at rest
 RATE = 100.0  # [Hz] to which a recording is thinned; of the second below, it is refused
-SAME_PLACE = 2e-3  # [m] by which a wrist that is held may move, and one path differ from another
+WRIST_AT_REST = 2e-3  # [m] by which a wrist that is held may move, and one path differ from another
 COMPARED = 50  # instants at which two runs are compared
-IN_TIME = 0.1  # share by which the lengths of repeats may differ
+IN_TIME = 0.4  # share by which the lengths of repeats may differ: they end where all rests
 
 
 def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> ImportedSet:
@@ -130,7 +130,7 @@ def _is_held(part: tuple[HandCourse, slice]) -> bool:
     if turned(attitude, attitude[0]).max() > SAME_ATTITUDE:
         return False
     places = course.wrist_places
-    return places is None or bool(np.ptp(places[span], axis=0).max() <= SAME_PLACE)
+    return places is None or bool(np.ptp(places[span], axis=0).max() <= WRIST_AT_REST)
 
 
 def _path(course: HandCourse) -> Array:
@@ -164,7 +164,7 @@ def _alike(part: tuple[HandCourse, slice], other: tuple[HandCourse, slice]) -> b
     pressures, places = np.split(np.abs(one - two).mean(axis=0), [part[0].pressures.shape[1]])
     return bool(
         pressures.max() <= SAME_PRESSURE
-        and places.max() <= SAME_PLACE
+        and places.max() <= WRIST_AT_REST
         and turned(turn, turn_of_two).mean() <= SAME_ATTITUDE
     )
 
