@@ -52,8 +52,8 @@ def set_of_hand(
     sheets: Mapping[str, str] | None = None,
     wrist: Mapping[str, Sequence[float]] | None = None,
 ) -> tuple[ImportedSet, Proposal] | None:
-    """(set of a hand, proposal with the meaning of the columns), of its poses or, for the experiment
-    `hand_motion`, of its motions. None if the files are not of a whole hand: `hand` names no hand
+    """(set of a hand, proposal with the meaning of the columns): of the poses, or of the motions if
+    the experiment is `hand_motion`. None if the files are not of a whole hand: `hand` names no hand
     with several fingers, or no file has a marker of it.
 
     wrist: roll, pitch and yaw [rad] in which the wrist was held, by the name of the file; "" for
