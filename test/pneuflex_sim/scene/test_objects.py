@@ -165,7 +165,7 @@ def test_a_material_of_no_table_of_friction_is_refused_with_file_and_key(block):
     ("changed", "named"),
     [
         ({"shape": "cone"}, "brick.yaml:.: shape: expected one of cylinder, .*, got 'cone'"),
-        ({"shape": None}, "brick.yaml:.: document: expected the key shape"),
+        ({"shape": None}, "brick.yaml:.: document: expected the key `shape`"),
         ({"mass": 0}, "brick.yaml:.: mass: expected a number from 1e-06 to 1000 kg, got 0"),
         ({"mass": None}, "brick.yaml:.: document: expected the key mass"),
         ({"colour": "red"}, "brick.yaml:.: document: expected only the keys .*, got colour"),
