@@ -130,7 +130,7 @@ class Sequencer:
         options: names of the optional phases to run.
         control_step: time between two commands [s].
         on_phase: called with each phase's name, and at the end with `done`, `aborted` or `failed`.
-        abort: may be set by any thread at any time.
+        abort: event that ends the run; any thread may set it at any time.
         abort_action: what an abort does with the air: `vent` opens every outlet, `hold` keeps it.
         decided: called after each control step; if it returns a text, the run ends early with this
             text as its reason.

@@ -21,8 +21,8 @@ class Progress(tqdm):
     `progress("fitting tube_lag", 7, 31)`.
 
     Args:
-        what: the computation as a whole, such as `diagnosing`.
-        stream: where it is shown; None for the standard error.
+        what: name of the whole computation, such as `diagnosing`.
+        stream: stream to which it is written; None: the standard error.
         patience: time [s] before anything is shown.
         unit: text behind the numbers, such as ` %`.
     """

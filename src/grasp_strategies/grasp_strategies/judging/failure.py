@@ -71,7 +71,7 @@ def stages(strategy: Strategy) -> dict[str, int]:
     """Stage of each phase: before the lift, lift, hold, after the hold.
 
     The lift is the last run of phases before the hold that move the wrist upwards or let time pass;
-    without any, it begins with the last motion of the wrist.
+    without such phases, it begins with the last motion of the wrist.
     """
     phases = strategy.phases
     names = [phase.name for phase in phases]

@@ -80,7 +80,7 @@ PARAMETERS = (
 
 
 def configuration(value: Mapping[str, Any]) -> SimulationConfig:
-    """The simulation that the values of PARAMETERS ask for.
+    """Configuration of the simulation from the values of PARAMETERS by name.
 
     Raises ValueError for values that cannot be used.
     """

@@ -116,7 +116,7 @@ class ObjectDescription:
 
     @property
     def rest_height(self) -> float:
-        """Height of the origin of its axes above the surface that the object lies on [m]."""
+        """Height of the origin of the object's axes above the surface on which it lies [m]."""
         return self.reach((0.0, 0.0, -1.0)) + (COLLISION_MARGIN if self.geometry.pieces else 0.0)
 
     def reach(self, direction: tuple[float, float, float]) -> float:

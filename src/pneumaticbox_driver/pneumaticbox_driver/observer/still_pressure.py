@@ -43,7 +43,9 @@ class StillPressure:
         self.still[channels] = False
 
     def shift(self, channel: int, change: float) -> None:
-        """Shift the earlier samples of a channel by `change` [Pa], for a new offset."""
+        """Shift the earlier samples of a channel by `change` [Pa], as its sensor has a new
+        offset.
+        """
         self._sum[channel] += self._count[channel] * change
         self._last[channel] += change
         self.mean[channel] += change

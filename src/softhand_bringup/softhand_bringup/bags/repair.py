@@ -76,7 +76,7 @@ def recover(content: bytes) -> Iterator[Recovered]:
     """Messages of an MCAP file up to the first incomplete record.
 
     Raises:
-        ValueError: not an MCAP file.
+        ValueError: the content is not an MCAP file.
         TooLargeBag: the unpacked chunks are larger than a bag may be.
     """
     if not content.startswith(MAGIC):
