@@ -47,7 +47,14 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
     return replace(empty, title="simulated hand", runs=tuple(runs))
 
 
-def pressed(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tuple[Array, Array]:
+def pressed(
+    hidden: Hidden,
+    empty: MeasurementSet,
+    run: Run,
+    scale: float,
+    segments: int = SEGMENTS,
+    step: float = STEP,
+) -> tuple[Array, Array]:
     """Wrench (samples, 6) as the gauge reads it, and poses of the wrist (samples, 7), of the
     simulated hand that an arm moves as a run wants it.
     """
@@ -62,8 +69,8 @@ def pressed(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tu
     config = SimulationConfig(
         scene=scene,
         model=Model(effects=(Gravity(mass_scale=1.0), *hidden.effects)),
-        segments=SEGMENTS,
-        step=STEP,
+        segments=segments,
+        step=step,
         modulus_scale=scale,
         rubber_friction_scale=PRESS_FRICTION / of_scene,
         engine=ENGINE,
@@ -71,11 +78,11 @@ def pressed(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tu
     simulation = Simulation(config)
     rigid_skin(simulation.engine.model)
     pressures = np.array([run.columns[name] for name in empty.pressures])[:, 0]
-    for _ in range(round(SETTLED / STEP)):
+    for _ in range(round(SETTLED / step)):
         impose(simulation, pressures)
         simulation.step()
-    between = round(float(time[1] - time[0]) / STEP)
-    steps = np.arange(1, between * (len(time) - 1) + 1) * STEP
+    between = round(float(time[1] - time[0]) / step)
+    steps = np.arange(1, between * (len(time) - 1) + 1) * step
     way = np.array([np.interp(steps, time, one) for one in pose[:, :3].T]).T
     sums, counted = np.zeros((len(time), 6)), np.zeros(len(time))
     wrist = [np.concatenate(simulation.wrist_pose())]

@@ -251,7 +251,8 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
 
 def press_errors(data: MeasurementSet, model: Model) -> Array:
     """Errors (k, samples) of a model's predictions that no repeats show, each by itself: by the
-    zero of the sensor of each channel, by the height of the plate, and by few segments.
+    zero of the sensor of each channel, by the height of the plate, by the engine, and by few
+    segments.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or PRESS_SEGMENTS
@@ -265,4 +266,26 @@ def press_errors(data: MeasurementSet, model: Model) -> Array:
     higher = replace(plate, height=plate.height + RULES.plate_height)
     lifted = predicted(replace(data, plate=higher)) - stated
     finer = 0.0 if data.hand_segments else 1.0 / ((FINE_PRESS_SEGMENTS / segments) ** 2 - 1.0)
-    return np.stack([*zeros, lifted, finer * _taken_off(data, segments)])
+    return np.stack(
+        [*zeros, lifted, *_engine_errors(data, stated), finer * _taken_off(data, segments)]
+    )
+
+
+def _engine_errors(data: MeasurementSet, stated: Array) -> Array:
+    """Errors (k, samples) whose squares add up to those of another engine: a share of the size of
+    force and torque at each sample, correlated in time.
+    """
+    table = data.table
+    found = np.zeros((max(run.samples for run in data.runs), table.samples))
+    number = np.arange(table.samples, dtype=float)
+    for index, run in enumerate(data.runs):
+        wrench = np.array(table.of_run(stated, index))
+        places = np.array(table.of_run(number, index), int)
+        time = run.columns["time"]
+        apart = np.abs(time[:, None] - time) / RULES.press_engine_time
+        root = RULES.press_engine * np.linalg.cholesky(np.exp(-apart))
+        for part in (slice(0, 3), slice(3, 6)):
+            size = np.linalg.norm(wrench[part], axis=0)
+            for output in places[part]:
+                found[: run.samples, output] = (size[:, None] * root).T
+    return found

@@ -1,0 +1,64 @@
+"""What two engines make of the same press: `python -m bench.hands_press.engines [SEGMENTS STEP]`.
+
+A hand without any effect or noise is pressed in MuJoCo and by the lab, with as many segments in
+both. Prints the difference of the wrench over the size of force and torque, root mean square over
+the lab's six planned protocols, and its correlation time: the sources of `Rules.press_engine` and
+`press_engine_time`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from bench.hands_motion.cases import Hidden
+from bench.hands_press.measure import pressed
+from model_lab.bench.hand_press_set import PRESS_RATE, PRESSES, hand_press_set
+from model_lab.experiments.hand_press import PRESS_STEP, HandPress
+from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
+from softhand_common.numerics.arrays import Array
+from softhand_model.effects.load import Gravity
+
+FEW, COARSE = 8, 5e-4  # segments of an actuator; step in MuJoCo [s]
+
+
+def main() -> None:
+    """Press, compare, and print Markdown."""
+    given = sys.argv[1:]
+    segments, step = (int(given[0]), float(given[1])) if given else (FEW, COARSE)
+    empty, runs = hand_press_set(), []
+    for run in empty.runs[: len(PRESSES)]:
+        wrench, wrist = pressed(Hidden("nothing", ""), empty, run, 1.0, segments, step)
+        columns = dict(zip((*WRENCH_COLUMNS, *WRIST_POSE), [*wrench.T, *wrist.T], strict=True))
+        runs.append(replace(run, columns=run.columns | columns))
+    data = replace(empty, runs=tuple(runs))
+    predicted = HandPress(data, segments, PRESS_STEP).predict({}, [Gravity(mass_scale=1.0)])[0]
+    print("| protocol | force | difference | over size | correlation time |\n|---|---|---|---|---|")
+    squares = []
+    for index, run in enumerate(runs):
+        found = np.array(data.table.of_run(predicted, index)).reshape(2, 3, -1)
+        apart = np.array(data.table.of_run(data.table.value, index)).reshape(2, 3, -1) - found
+        size = np.linalg.norm(found, axis=1)
+        squares.append([np.mean(apart**2), np.mean(size**2), _next_product(apart)])
+        print(_row(run.protocol, squares[-1]))
+    print(_row("all", np.mean(squares, axis=0).tolist()))
+
+
+def _next_product(apart: Array) -> float:
+    """Mean product of differences one sample apart."""
+    return float(np.mean(apart[..., 1:] * apart[..., :-1]))
+
+
+def _row(name: str, sums: list[float]) -> str:
+    square, size, after = sums
+    time = -1.0 / (PRESS_RATE * np.log(after / square))
+    return (
+        f"| {name} | {np.sqrt(size):.2f} N | {1e3 * np.sqrt(square):.1f} mN "
+        f"| {np.sqrt(square / size):.4f} | {time:.2f} s |"
+    )
+
+
+if __name__ == "__main__":
+    main()
