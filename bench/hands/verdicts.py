@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects import Effect
 from softhand_model.model_file import load_model
 
 
-def judge(cases: int, make: Callable[[int], tuple[Any, MeasurementSet]], unit: str) -> None:
+def judge(
+    cases: int,
+    make: Callable[[int], tuple[Any, MeasurementSet]],
+    unit: str,
+    classes: Mapping[str, type[Effect]] | None = None,
+) -> None:
     """Diagnose the cases whose numbers the command line gives, or all; print a row for each, and
     sums. make: gives what is hidden in a case (name, strength, where, value) and its set; unit: of
-    the errors, a thousandth of the set's.
+    the errors, a thousandth of the set's; classes: effects that are searched, all if None.
     """
     chosen = [int(text) for text in sys.argv[1:]] or range(cases)
     print(f"| # | hidden | where | verdict | named | before, after, floor [{unit}] | s | score |")
@@ -25,7 +31,7 @@ def judge(cases: int, make: Callable[[int], tuple[Any, MeasurementSet]], unit: s
     for number in chosen:
         hidden, data = make(number)
         begun = time.process_time()
-        answer = diagnose(data, load_model()).diagnosis.as_json()
+        answer = diagnose(data, load_model(), classes).diagnosis.as_json()
         took = time.process_time() - begun
         score = scored(hidden, answer)
         sure += score == "wrong" and answer["confidence"] is not None and not answer["guess"]

@@ -48,5 +48,8 @@ setup(
         "mesh": ["coacd", "manifold3d"],
     },
     zip_safe=False,
-    entry_points={"console_scripts": COMMANDS},
+    entry_points={
+        "console_scripts": COMMANDS,
+        "model_lab.grasps": ["simulator = pneuflex_sim.simulation.replay:replay_grasp"],
+    },
 )

@@ -304,6 +304,8 @@ class Rules:
     frame_markers: int = _rule(3, "markers of a hand whose shape tells a frame", BY_HAND)
     motion_clock: float = _rule(5e-4, "clocks of pressures and markers of a hand [s]", BY_HAND)
     motion_gap: float = _rule(0.015, "time between samples of a motion [s]", BY_HAND)
+    object_rest: float = _rule(0.3, "an object rests from the first sample of a grasp [s]", BY_HAND)
+    object_start: float = _rule(2e-3, "start of an object that is grasped [m]", BY_HAND)
     press_gap: float = _rule(0.1, "time between samples of a press [s]", BY_HAND)
     plate_height: float = _rule(2e-4, "height of a plate as it is stated [m]", BY_HAND)
     press_engine: float = _rule(

@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
+from model_lab.bench.hand_grasp_set import grasped, hand_grasp_set
 from model_lab.bench.hand_motion_set import hand_motion_set, moved_hand
 from model_lab.bench.hand_press_set import hand_press_set, pressed_hand
 from model_lab.bench.layouts import driven_set, hand_pose_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL_CONDUCTANCE
-from model_lab.measurements.hands import HAND_MOTION, PRESS
+from model_lab.measurements.hands import GRASP, HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import check_folder, set_files
 from softhand_common.documents.json_document import json_node
@@ -41,6 +42,7 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "hand_pose": lambda random: hand_pose_set(),
     HAND_MOTION: lambda random: hand_motion_set(),
     PRESS: lambda random: hand_press_set(),
+    GRASP: lambda random: hand_grasp_set(random),
 }
 EXPERIMENTS = tuple(EMPTY)
 NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
@@ -209,10 +211,12 @@ class _Rig:
         return replace(self.empty, runs=tuple(runs), noise=stated)
 
     def _true(self, effects: Sequence[Effect]) -> Array:
-        """What the rig does (samples,): what the model predicts; hands in motion and
-        pressed ones are followed in shorter steps, and cut otherwise.
+        """What the rig does (samples,): what the model predicts; hands in motion,
+        pressed ones and those that grasp are followed in shorter steps, and cut otherwise.
         """
-        made = {HAND_MOTION: moved_hand, PRESS: pressed_hand}.get(self.empty.experiment)
+        made = {HAND_MOTION: moved_hand, PRESS: pressed_hand, GRASP: grasped}.get(
+            self.empty.experiment
+        )
         if made is None:
             return self._predicted(effects)
         (scale,) = self.calibration["modulus_scale"].values()

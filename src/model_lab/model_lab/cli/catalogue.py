@@ -275,9 +275,9 @@ COMMANDS: Mapping[str, Command] = {
         "make measurements with a hidden effect, to try the lab on",
         "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
         "EXPERIMENT is free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, "
-        "hand_pose, hand_motion or press. With --hide one effect acts in it that is sealed in the "
-        "folder, and only `reveal` opens the seal. CSV files are in the units that experiment.yaml "
-        "states, such as kPa and deg.",
+        "hand_pose, hand_motion, press or grasp. With --hide one effect acts in it that is sealed "
+        "in the folder, and only `reveal` opens the seal. CSV files are in the units that "
+        "experiment.yaml states, such as kPa and deg.",
         (
             "model-lab synthesize free_bending --hide --seed 3 --out trial",
             "model-lab diagnose trial && model-lab reveal trial",

@@ -47,6 +47,7 @@ from model_lab.diagnosis.selection import Selection, detectable_effects, select,
 from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
+from model_lab.experiments.grasp_rollouts import use_processes
 from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import Localisation, localise
@@ -102,6 +103,7 @@ def diagnose(
 
     Raises ValueError for data that the model cannot use.
     """
+    use_processes(jobs)
     known = effect_classes() if classes is None else classes
     checked = find_all_slips(data, model, known, tell)
     why_not = outside(checked.data, model.base)

@@ -13,6 +13,7 @@ from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
+from model_lab.experiments.hand_grasp import HandGrasp
 from model_lab.experiments.hand_motion import HandMotion
 from model_lab.experiments.hand_pose import HandPose
 from model_lab.experiments.hand_press import HandPress
@@ -66,6 +67,7 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "hand_pose": HandPose,
     "hand_motion": HandMotion,
     "press": HandPress,
+    "grasp": HandGrasp,
 }
 
 

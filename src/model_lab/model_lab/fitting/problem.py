@@ -10,13 +10,14 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_grasp import grasp_errors, within_simulated
 from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import own_error, with_weight
 from model_lab.experiments.hand_press import press_errors
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
-from model_lab.measurements.hands import HAND_MOTION, PRESS
+from model_lab.measurements.hands import GRASP, HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
@@ -33,6 +34,7 @@ SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
 OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | Array]] = {
     HAND_MOTION: own_errors,
     PRESS: press_errors,
+    GRASP: grasp_errors,
 }  # of predictions; those of other experiments are `own_error`
 
 Result = TypeVar("Result")
@@ -100,6 +102,8 @@ def pose_problem(
     known = in_the_range_of(
         data, at_places(data.hand, known, data.markers) if data.of_hand else known
     )
+    if data.experiment == GRASP:
+        known = within_simulated(known)
     free = [known[effect.name] for effect in given]
 
     def forward_of(data: MeasurementSet) -> Forward:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.hands import FORCES, MARKER_AXES, PRESS
+from model_lab.measurements.hands import FORCES, GRASP, MARKER_AXES, PRESS
 from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, down_of
 from model_lab.measurements.units import Display
 from model_lab.rules import RULES
@@ -189,6 +189,9 @@ def _hand_axes(data: MeasurementSet) -> list[Axis]:
     if data.experiment == PRESS:
         part = data.table.output // len(FORCES)
         return [*axes, Axis("part", "part", "", part.astype(float), ("force", "torque"))]
+    if data.experiment == GRASP:
+        one = data.table.output.astype(float)
+        return [*axes, Axis("part", "part", "", one, data.outputs)]
     marker = data.table.output // len(MARKER_AXES)
     return [*axes, Axis(MARKER, MARKER, "", marker.astype(float), tuple(data.markers))]
 

@@ -10,19 +10,26 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError, Node
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
-HAND_POSE, HAND_MOTION, PRESS = "hand_pose", "hand_motion", "press"
-OF_HANDS = (HAND_POSE, HAND_MOTION, PRESS)  # experiments
+HAND_POSE, HAND_MOTION, PRESS, GRASP = "hand_pose", "hand_motion", "press", "grasp"
+OF_HANDS = (HAND_POSE, HAND_MOTION, PRESS, GRASP)  # experiments
+WITH_WRENCH = (PRESS, GRASP)
 FOLLOWED = (HAND_MOTION, PRESS)  # in time, from the first sample on
 MARKER_AXES = ("x", "y", "z")
 MOST_SEGMENTS = 80  # of an actuator
 FREE_FRAME = "free"
 FRAMES = ("wrist", FREE_FRAME)  # in which places are
-PRESSURE_OF = "pressure."  # before the name of a channel
+PRESSURE_OF, MASS_OF = "pressure.", "mass."  # before the name of a channel
 FORCES, TORQUES = (tuple(f"wrench.{part}{axis}" for axis in "xyz") for part in "ft")
 WRENCH_COLUMNS = (*FORCES, *TORQUES)  # at the wrist, in the axes of the world
 TORQUE_ARM = 0.1  # [m] over which a torque counts as a force
 LARGEST_FRICTION = 10.0  # [-] of a plate that is believed
-WRIST_POSE = tuple(f"wrist.{part}" for part in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+WRIST_POSE, OBJECT_POSE = (
+    tuple(f"{body}.{part}" for part in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+    for body in ("wrist", "object")
+)
+OBJECT_PLACE = OBJECT_POSE[:3]
+PLACE_STIFFNESS = 100.0  # [N/m] over which a way of the object counts as a force
+GAUGE_AREA = 1e-4  # [m2] over which a pressure does
 
 
 @dataclass(frozen=True)
@@ -51,6 +58,14 @@ class Plate:
 
     friction: float
     height: float = 0.0
+
+
+@dataclass(frozen=True)
+class Grasped:
+    """What is grasped, and where: object and scene of the simulator, by name or file."""
+
+    object: str
+    scene: str = "table"
 
 
 @dataclass(frozen=True)
@@ -125,6 +140,12 @@ def read_plate(node: Node) -> Plate:
     return Plate(fields["friction"].number(above=0.0, high=LARGEST_FRICTION), height)
 
 
+def read_grasped(object_node: Node, scene_node: Node | None) -> Grasped:
+    """What is grasped; raises DocumentError naming key, expected and got."""
+    usual = Grasped(object_node.text())
+    return usual if scene_node is None else Grasped(usual.object, scene_node.text())
+
+
 def _marker(node: Node, actuators: Sequence[str]) -> Marker:
     fields = node.fields(["actuator"], ["at", "offset"])
     return Marker(
@@ -148,6 +169,11 @@ def the_hand(hands: Mapping[str, HandSpecimen | None], place: str) -> HandDescri
 def pressure_columns(hand: HandDescription) -> tuple[str, ...]:
     """Names of the pressure columns of a hand, in the order of its channels."""
     return tuple(f"{PRESSURE_OF}{channel}" for channel in hand.channels)
+
+
+def mass_columns(hand: HandDescription) -> tuple[str, ...]:
+    """Names of the columns of air mass above the fill at rest, in the order of the channels."""
+    return tuple(f"{MASS_OF}{channel}" for channel in hand.channels)
 
 
 def marker_columns(markers: Iterable[str]) -> tuple[str, ...]:

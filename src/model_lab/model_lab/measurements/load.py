@@ -13,11 +13,17 @@ from model_lab.measurements.bags.columns import Source, read_bag_columns
 from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.csv_file import TableError, read_columns
 from model_lab.measurements.hands import (
+    GRASP,
+    OBJECT_PLACE,
     OF_HANDS,
     PRESS,
+    WITH_WRENCH,
+    WRENCH_COLUMNS,
     default_markers,
     marker_columns,
+    mass_columns,
     pressure_columns,
+    read_grasped,
     read_markers,
     read_plate,
     the_hand,
@@ -64,7 +70,7 @@ Units = dict[str, Unit]
 Told = Callable[[float], None]  # with the part of a bag that has been read
 
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
-HAND_KEYS = ("markers", "plate")
+HAND_KEYS = ("markers", "plate", "object", "scene")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
@@ -98,14 +104,18 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
     fields = known_fields(read_document(document, SET_FORMAT), TOP_KEYS, [*MORE_KEYS, *HAND_KEYS])
     experiment = fields["experiment"].choice(OUTPUTS)
     plate = read_plate(fields["plate"]) if "plate" in fields else None
+    grasped = read_grasped(fields["object"], fields.get("scene")) if "object" in fields else None
     title = fields["title"].text() if "title" in fields else ""
     of_hands = experiment in OF_HANDS
     specimens = read_specimens(fields["specimens"], of_hands)
     markers, columns = {}, (INPUTS[experiment], OUTPUTS[experiment])
-    if experiment == PRESS:
+    if experiment in WITH_WRENCH:
         hand = the_hand({name: one.hand for name, one in specimens.items()}, str(document))
         columns = (*INPUTS[PRESS], *pressure_columns(hand)), OUTPUTS[PRESS]
-    elif of_hands:
+    if experiment == GRASP:
+        measured = (*WRENCH_COLUMNS, *pressure_columns(hand), *OBJECT_PLACE)
+        columns = (*INPUTS[GRASP], *mass_columns(hand)), measured
+    if of_hands and experiment not in WITH_WRENCH:
         hand = the_hand({name: one.hand for name, one in specimens.items()}, str(document))
         stated_markers = "markers" in fields
         markers = read_markers(fields["markers"], hand) if stated_markers else default_markers(hand)
@@ -129,6 +139,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         doubts=tuple(reader.doubts),
         markers=markers,
         plate=plate,
+        grasped=grasped,
     )
 
 

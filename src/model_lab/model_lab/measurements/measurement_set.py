@@ -12,18 +12,26 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.hands import (
+    GAUGE_AREA,
+    GRASP,
     HAND_MOTION,
     HAND_POSE,
+    OBJECT_PLACE,
+    OBJECT_POSE,
     OF_HANDS,
+    PLACE_STIFFNESS,
     PRESS,
     TORQUE_ARM,
     TORQUES,
+    WITH_WRENCH,
     WRENCH_COLUMNS,
     WRIST_POSE,
+    Grasped,
     HandSpecimen,
     Marker,
     Plate,
     marker_columns,
+    mass_columns,
     pressure_columns,
 )
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS, SampleTable, make_table
@@ -50,6 +58,7 @@ OUTPUTS = {
     "base_torque": ("torque_x", "torque_y", "torque_z"),
     **dict.fromkeys(OF_HANDS, ()),  # those of its markers
     PRESS: WRENCH_COLUMNS,
+    GRASP: WRENCH_COLUMNS,  # pressures, and places of the object
 }
 INPUTS = {
     "free_bending": ("pressure",),
@@ -61,6 +70,7 @@ INPUTS = {
     HAND_POSE: (),  # the pressures of its channels
     HAND_MOTION: ("time",),  # and the same pressures
     PRESS: ("time", *WRIST_POSE),  # and the same pressures
+    GRASP: ("time", *WRIST_POSE, *OBJECT_POSE[3:]),  # and the masses of air in its channels
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",
@@ -70,7 +80,7 @@ OUTPUT_UNITS = {
     "valve_pulse": "kg",
     "base_torque": "N m",
     **dict.fromkeys(OF_HANDS, "m"),
-    PRESS: "N",  # torques are counted over TORQUE_ARM
+    **dict.fromkeys(WITH_WRENCH, "N"),  # torques are counted over TORQUE_ARM
 }
 MODES = ("uniaxial", "pure_shear", "equibiaxial")  # in which rubber is stretched
 INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
@@ -170,7 +180,8 @@ class MeasurementSet:
     (`measurements.wild_samples`). units: units of the columns as stated; values are in SI units
     nevertheless. bags: names of the runs that were read from bags. doubts: error messages on values
     that were kept although they are impossible for their column (`measurements.rows`). markers: of
-    a hand, by name. plate: onto which a hand was pressed; None in other experiments.
+    a hand, by name. plate: onto which a hand was pressed; None in other experiments. grasped:
+    object and scene of a grasp; None in other experiments.
     """
 
     experiment: str
@@ -187,6 +198,7 @@ class MeasurementSet:
     doubts: tuple[str, ...] = ()
     markers: Mapping[str, Marker] = field(default_factory=dict)
     plate: Plate | None = None
+    grasped: Grasped | None = None
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":
@@ -223,6 +235,8 @@ class MeasurementSet:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the columns from which a model predicts the outputs."""
+        if self.experiment == GRASP:
+            return (*INPUTS[GRASP], *mass_columns(self.hand))
         return (*INPUTS[self.experiment], *(self.pressures if self.of_hand else ()))
 
     @property
@@ -233,6 +247,8 @@ class MeasurementSet:
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the measured columns that a model predicts."""
+        if self.experiment == GRASP:
+            return (*WRENCH_COLUMNS, *self.pressures, *OBJECT_PLACE)
         if self.of_hand and self.experiment != PRESS:
             return marker_columns(self.markers)
         return OUTPUTS[self.experiment]
@@ -240,9 +256,14 @@ class MeasurementSet:
     @property
     def output_scales(self) -> Array:
         """Factors (outputs,) from measured columns to values of the table: 1, but for torques
-        1/TORQUE_ARM [1/m].
+        1/TORQUE_ARM [1/m], and in grasps GAUGE_AREA [m2] for pressures and PLACE_STIFFNESS [N/m]
+        for places of the object.
         """
-        return np.array([1.0 / TORQUE_ARM if n in TORQUES else 1.0 for n in self.outputs])
+        scales = dict.fromkeys(self.outputs, 1.0) | dict.fromkeys(TORQUES, 1.0 / TORQUE_ARM)
+        if self.experiment == GRASP:
+            scales |= dict.fromkeys(self.pressures, GAUGE_AREA)
+            scales |= dict.fromkeys(OBJECT_PLACE, PLACE_STIFFNESS)
+        return np.array([scales[name] for name in self.outputs])
 
     @property
     def unit(self) -> str:

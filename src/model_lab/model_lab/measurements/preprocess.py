@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from model_lab.aliases import Array
-from model_lab.measurements.hands import FOLLOWED
+from model_lab.measurements.hands import FOLLOWED, GRASP
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 
@@ -36,11 +36,12 @@ def thinned(
     """The set with every k-th sample of its longer runs, so that a search takes a minute or two:
     about `largest` samples in all, and at least `shortest` in each run.
 
-    Valve pulses stay as they are, as each one counts. So do motions, which need the whole course of
-    the input; but with `largest` 1, the first half of each run is kept.
+    Valve pulses stay as they are, as each one counts, and grasps, as a simulation replays the whole
+    of each. So do motions, which need the whole course of the input; but with `largest` 1, the
+    first half of each run is kept.
     """
     samples = sum(run.samples for run in data.runs) * len(data.outputs)
-    if samples <= largest or data.experiment == "valve_pulse":
+    if samples <= largest or data.experiment in ("valve_pulse", GRASP):
         return data
     if data.experiment in FOLLOWED:
         return _begun(data) if largest == 1 else data

@@ -56,6 +56,7 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
             else {}
         ),
         **({} if data.plate is None else {"plate": asdict(data.plate)}),
+        **({} if data.grasped is None else asdict(data.grasped)),
         "columns": column_entries(data.runs[0].columns),
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: run_entry(run) for run in data.runs},

@@ -61,6 +61,8 @@ def unit_of(column: str) -> str | None:
         return COLUMN_UNITS[column]
     if column.startswith("pressure."):
         return "Pa"
+    if column.startswith("mass."):
+        return "kg"
     if QUATERNION_COLUMN.fullmatch(column):
         return ""
     if column.startswith("wrench."):

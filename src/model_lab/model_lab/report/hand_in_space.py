@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,9 @@ from softhand_common.documents.output_file import save_figure
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.model_file import Model, load_model
+
+Picture = Callable[[MeasurementSet, Sequence[tuple[str, Model]], Path], None]
+"""Writes a picture of a set and of models, by name, to a file."""
 
 VIEW = {"elev": 18.0, "azim": 35.0}  # [deg]
 LINE_SHARES = np.linspace(0.0, 1.0, 25)  # shares of a finger's length at which its line is drawn
@@ -85,11 +88,13 @@ def _measured(run: Run, sample: int, marker: str) -> Array:
     return np.array([run.columns[f"{marker}.{axis}"][sample] for axis in "xyz"])
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(
+    arguments: Sequence[str] | None = None, picture: Picture = draw, name: str = "hand_in_space"
+) -> int:
     """Draw what the command line asks for. The exit status is 2, with one line that says why, if
     that is not possible.
     """
-    parser = argparse.ArgumentParser("hand_in_space", description=__doc__)
+    parser = argparse.ArgumentParser(name, description=__doc__)
     parser.add_argument("set", metavar="SET", type=Path, help="folder of a set of a hand")
     parser.add_argument("models", metavar="MODEL", nargs="+", help="names or files")
     parser.add_argument("out", metavar="OUT.png", type=Path, help="picture to write")
@@ -98,9 +103,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         data = load_measurements(given.set)
         if not data.of_hand:
             raise ValueError(f"{given.set}: expected a set of a hand, got {data.experiment}")
-        draw(data, [(Path(name).stem, load_model(name)) for name in given.models], given.out)
+        picture(data, [(Path(file).stem, load_model(file)) for file in given.models], given.out)
     except ValueError as error:
-        print(f"hand_in_space: {error}", file=sys.stderr)
+        print(f"{name}: {error}", file=sys.stderr)
         return 2
     return 0
 

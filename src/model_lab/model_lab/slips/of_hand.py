@@ -9,7 +9,7 @@ from typing import Any
 
 from model_lab.experiments.hand_pose import turned_frame
 from model_lab.measurements.hand_frame import WristFrame
-from model_lab.measurements.hands import FORCES, HAND_MOTION, MARKER_AXES, PRESS, TORQUES
+from model_lab.measurements.hands import FORCES, HAND_MOTION, MARKER_AXES, TORQUES, WITH_WRENCH
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.slips.columns import (
     Candidate,
@@ -30,14 +30,14 @@ ALL_FORCES, ALL_TORQUES = "all forces", "all torques"
 def candidates_of_hand(data: MeasurementSet) -> Iterator[Candidate]:
     """All slips that a set of a hand may have."""
     measured: dict[str, Sequence[str]] = {ALL_MARKERS: data.outputs}
-    if data.experiment == PRESS:
+    if data.experiment in WITH_WRENCH:
         measured = {ALL_FORCES: FORCES, ALL_TORQUES: TORQUES}
     for words, columns in ((ALL_PRESSURES, data.pressures), *measured.items()):
         yield from _units(data, words, columns)
     yield _absolute(data)
     for first, second in combinations(data.pressures, 2):
         yield _exchanged(data, (first, second), {first: second, second: first})
-    if data.experiment == PRESS:
+    if data.experiment in WITH_WRENCH:
         return
     for one, other in combinations(data.markers, 2):
         pairs = {f"{one}.{axis}": f"{other}.{axis}" for axis in MARKER_AXES}

@@ -23,6 +23,7 @@ from pneuflex_sim.scene.object_spring import HOLDING_MASS as HOLDING_MASS
 from pneuflex_sim.scene.object_spring import ObjectSpring
 from pneuflex_sim.simulation.config import SimulationConfig
 from softhand_model.effects import FlowEffect
+from softhand_model.effects.hand import object_mass_factor
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.pneumatics.plant import PneumaticPlant
@@ -58,6 +59,7 @@ class Simulation:
         self.wrist = self._new_wrist()
         self.air = AirCoupling(layout)
         self._layout, self._weight_scale = layout, model.gravity_scale
+        self._mass_factor = object_mass_factor(model.effects)
         self._make_world()
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
@@ -93,7 +95,7 @@ class Simulation:
         self.engine: Engine = build_engine(config.engine, around)
         self.engine.scale_friction(config.friction_scale)
         if self._body is not None:
-            self._body.set_mass(self._body.description.mass * config.object_mass_scale)
+            self._body.set_mass(self._stated_mass * config.object_mass_scale)
 
     @property
     def bodies(self) -> Hand:
@@ -103,6 +105,11 @@ class Simulation:
     @property
     def _body(self) -> BodyOfObject | None:
         return self.engine.object
+
+    @property
+    def _stated_mass(self) -> float:
+        """Mass of the object [kg] as described, and as the model's effects have it."""
+        return self._mass_factor * self._object().description.mass
 
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
@@ -157,7 +164,7 @@ class Simulation:
         )
         self.engine.scale_friction(friction_scale)
         if self._body is not None:
-            self._body.set_mass(self._body.description.mass * mass_scale)
+            self._body.set_mass(self._stated_mass * mass_scale)
         self._put_object()
 
     # ---------------------------------------------------------------- commands

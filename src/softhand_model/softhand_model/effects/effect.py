@@ -27,6 +27,7 @@ EXPERIMENTS = (
     "hand_pose",
     "hand_motion",
     "press",
+    "grasp",
 )
 
 OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured

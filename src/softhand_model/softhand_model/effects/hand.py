@@ -22,7 +22,8 @@ from softhand_model.hand.hand import HandDescription
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
 WITH_MARKERS = frozenset({"hand_pose", "hand_motion"})
-HAND_EXPERIMENTS = WITH_MARKERS | {"press"}
+WITH_CONTACT = frozenset({"press", "grasp"})
+HAND_EXPERIMENTS = WITH_MARKERS | WITH_CONTACT
 LARGEST_TILT, USUAL_TILT = 0.6, 0.12  # [rad]
 
 PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each made once
@@ -117,6 +118,10 @@ class HandEffect(Effect):
 
     def friction_factor(self) -> float:
         """Factor [-] on the friction of the rubber of the hand with other things."""
+        return 1.0
+
+    def object_mass_factor(self) -> float:
+        """Factor [-] on the mass of the object that is grasped."""
         return 1.0
 
     def damping_time(self) -> float | None:
@@ -296,6 +301,11 @@ def palm_factor(effects: Iterable[Effect]) -> float:
 def friction_factor(effects: Iterable[Effect]) -> float:
     """Factor [-] of all effects on the friction of the rubber of the hand with other things."""
     return float(np.prod([effect.friction_factor() for effect in effects_of_hand(effects)]))
+
+
+def object_mass_factor(effects: Iterable[Effect]) -> float:
+    """Factor [-] on the mass of the object that is grasped, under all the effects."""
+    return float(np.prod([effect.object_mass_factor() for effect in effects_of_hand(effects)]))
 
 
 def damping_time(effects: Iterable[Effect]) -> float:

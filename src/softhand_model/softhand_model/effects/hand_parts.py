@@ -9,7 +9,12 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.hand import WITH_MARKERS, HandEffect, turn_parameters
+from softhand_model.effects.hand import (
+    WITH_CONTACT,
+    WITH_MARKERS,
+    HandEffect,
+    turn_parameters,
+)
 from softhand_model.hand.hand import HandDescription
 
 FARTHEST_MARKER, USUAL_MARKER_OFFSET = 0.05, 0.008  # [m]
@@ -110,7 +115,7 @@ class Friction(HandEffect):
     """
 
     name = "friction"
-    experiments = frozenset({"press"})
+    experiments = WITH_CONTACT
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
         sorted(WITH_MARKERS), "the hand touches nothing"
     )
@@ -132,6 +137,35 @@ class Friction(HandEffect):
 
     def friction_factor(self) -> float:
         """Factor [-] on the friction of the rubber of the hand with other things."""
+        return float(self.values["factor"])
+
+
+class ObjectMass(HandEffect):
+    """The object that is grasped is heavier or lighter than its description says."""
+
+    name = "object_mass"
+    experiments = frozenset({"grasp"})
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("hand_motion", "hand_pose", "press"), "nothing is grasped"
+    )
+    parameters = (
+        Parameter(
+            "factor",
+            *PROPERTY_FACTORS,
+            "mass of the object over the one described",
+            (0.5, 2.0),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The object."""
+        return [{}]
+
+    def object_mass_factor(self) -> float:
+        """Factor [-] on the mass of the object that is grasped."""
         return float(self.values["factor"])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.hand import HandEffect
+from softhand_model.effects.hand import WITH_CONTACT, HandEffect
 from softhand_model.hand.hand import HandDescription
 
 FORCE_BIAS, USUAL_FORCE_BIAS = 5.0, 0.3  # [N]
@@ -17,9 +17,11 @@ TORQUE_BIAS, USUAL_TORQUE_BIAS = 0.5, 0.03  # [N m]
 
 
 class OfGauge(HandEffect):
-    """Base class of the errors of the force-torque sensor at the wrist, in presses."""
+    """Base class of the errors of the force-torque sensor at the wrist, in presses and
+    grasps.
+    """
 
-    experiments = frozenset({"press"})
+    experiments = WITH_CONTACT
     of_measurement = True
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("hand_motion", "hand_pose"), "no wrench is measured"

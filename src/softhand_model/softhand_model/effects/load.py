@@ -230,7 +230,9 @@ class Gravity(LoadEffect):
     """
 
     name = "gravity"
-    experiments = frozenset({"free_bending", "base_torque", "hand_pose", "hand_motion", "press"})
+    experiments = frozenset(
+        {"free_bending", "base_torque", "hand_pose", "hand_motion", "press", "grasp"}
+    )
     bases = frozenset({"pneuflex"})
     parameters = (
         Parameter(
@@ -247,6 +249,7 @@ class Gravity(LoadEffect):
         "hand_pose": "the base model of hands has their weight",
         "hand_motion": "the base model of hands has their weight",
         "press": "the base model of hands has their weight",
+        "grasp": "the base model of hands has their weight",
         "blocked_tip": "a blocked finger stays straight: its weight has no lever",
         **unseen_when_stretched("the weight of a strip is nothing against its stress"),
     }

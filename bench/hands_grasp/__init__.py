@@ -1,0 +1,1 @@
+"""Hidden effects of hands that grasp: sets made by another engine, judged by the lab."""

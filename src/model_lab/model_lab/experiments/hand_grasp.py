@@ -1,0 +1,260 @@
+"""Grasps of a whole hand: wrench at the wrist, pressures, and where the object is."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from model_lab.aliases import Array
+from model_lab.experiments.grasp_rollouts import (
+    FINER_ENGINES,
+    OTHER_ENGINE,
+    USUAL_ENGINE,
+    Engine,
+    Tried,
+    columns_of,
+    of_gauge,
+    rollouts,
+)
+from model_lab.experiments.hand_pose import in_lane
+from model_lab.experiments.samples import modulus_scales
+from model_lab.measurements.hands import GRASP, OBJECT_PLACE, PLACE_STIFFNESS, WRIST_POSE
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.specimens import DOCUMENT, require_columns
+from model_lab.rules import RULES
+from softhand_common.documents.yaml_document import DocumentError
+from softhand_common.numerics.rotations import matrices
+from softhand_model.effects import Effect, Parameter
+from softhand_model.effects.hand import HandEffect, effects_of_hand
+from softhand_model.model_file import Model
+
+SIMULATED_MODULI = (0.85, 1.0, 1.15)  # that are simulated
+BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutral value
+LIFTED_SHARE = 0.5  # of the wrist's way up, which an object has gone that is held
+
+
+class HandGrasp:
+    """Wrenches [N and N m], pressures [Pa] and places of the object [m] (lanes, samples), each
+    times its scale, of hands that grasp, run after run.
+
+    A simulator replays the wrist's path and the air of each run. Effects that stay are simulated.
+    Of those that are sought, and of the modulus, predictions are a sum of the changes by each
+    parameter alone: these go through simulations at a few values (PCHIP), so that contacts which
+    chatter have no slopes. Changes are simulated in the first run of each protocol. What is no
+    change of the hand, but of its gauge, is exact.
+
+    Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
+    """
+
+    def __init__(self, data: MeasurementSet, engine: Engine = USUAL_ENGINE) -> None:
+        require_columns(data, data.inputs, f"the model of {data.experiment}")
+        if data.grasped is None:
+            raise DocumentError(
+                f"{data.folder / DOCUMENT}: expected the key object, got none; add object: cylinder"
+            )
+        self._data, self._engine = data, engine
+        self._courses: dict[Hashable, _Course] = {}
+        turns = np.concatenate([columns_of(run, WRIST_POSE[3:]) for run in data.runs])
+        self._turn = np.moveaxis(matrices(turns.T), -1, 0)
+        self._batch = np.concatenate(
+            [np.full(run.samples, data.specimens[run.specimen].batch) for run in data.runs]
+        )
+        first = {member: group[0] for group in data.groups() for member in group}
+        sizes = [run.samples for run in data.runs]
+        self._twin = [first[n] if sizes[first[n]] == sizes[n] else n for n in range(len(sizes))]
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Names of the calibration with the values from which a search starts."""
+        return modulus_scales(self._data)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Predictions (lanes, samples): calibration (lanes,) by name, effects in lanes."""
+        sought = [effect for effect in effects if any(map(np.ndim, effect.values.values()))]
+        stays = [effect for effect in effects if effect not in sought]
+        numbers = [*calibration.values(), *(v for e in sought for v in e.values.values())]
+        lanes = max((np.size(number) for number in numbers), default=1)
+        seen = np.tile(self._stated(stays), (lanes, 1, 1))
+        for name, scales in calibration.items():
+            mine = self._batch == name.removeprefix("modulus_scale[").removesuffix("]")
+            moved = self._by_modulus(stays)(np.broadcast_to(np.ravel(scales), lanes))
+            seen[:, mine] += moved[:, mine]
+        for effect in sought:
+            for parameter in [] if of_gauge(effect) else effect.parameters:
+                values = np.broadcast_to(np.ravel(effect.values[parameter.name]), lanes)
+                seen += self._by_parameter(stays, type(effect), parameter)(values)
+        table, rows = self._data.table, self._data.output_scales
+        predicted = np.empty((lanes, table.samples))
+        for lane in range(lanes):
+            read = self._read(seen[lane], [in_lane(effect, lane) for effect in effects])
+            predicted[lane] = (rows[:, None] * read.T)[table.output, table.row]
+        return predicted
+
+    def _stated(self, effects: Sequence[Effect]) -> Array:
+        """What is seen (rows, outputs) with these effects and the stated modulus."""
+        every = range(len(self._data.runs))
+        return np.concatenate(rollouts(self._data, every, [(effects, 1.0)], self._engine)[0])
+
+    def of_firsts(
+        self, data: MeasurementSet, tried: Sequence[Tried], engine: Engine = USUAL_ENGINE
+    ) -> Array:
+        """What is seen (tried, rows, outputs) with some effects and moduli, of each run what is
+        seen in the first of its protocol. data: the set, perhaps with other starts.
+        """
+        firsts = sorted(set(self._twin))
+        whole = [
+            dict(zip(firsts, of_runs, strict=True))
+            for of_runs in rollouts(data, firsts, tried, engine)
+        ]
+        return np.stack([np.concatenate([one[n] for n in self._twin]) for one in whole])
+
+    def _changes(self, effects: Sequence[Effect], tried: Sequence[Tried]) -> Array:
+        """Changes (tried, rows, outputs) by other effects and moduli."""
+        seen = self.of_firsts(self._data, [(effects, 1.0), *tried], self._engine)
+        return np.asarray(seen[1:] - seen[0])
+
+    def _by_modulus(self, effects: Sequence[Effect]) -> _Course:
+        tried = [(effects, scale) for scale in SIMULATED_MODULI]
+        key = (*_told(effects),)
+        if key not in self._courses:
+            changes = self._changes(effects, tried)
+            self._courses[key] = _Course(np.array(SIMULATED_MODULI), changes, False)
+        return self._courses[key]
+
+    def _by_parameter(
+        self, effects: Sequence[Effect], kind: type[Effect], parameter: Parameter
+    ) -> _Course:
+        key = (*_told(effects), kind.name, parameter.name)
+        if key not in self._courses:
+            values, neutral = simulated_values(parameter), float(parameter.neutral or 0.0)
+            still = {other.name: other.neutral for other in kind.parameters}
+            moved = [value for value in values if value != neutral]
+            alike = len(moved) > 1 and not parameter.logarithmic  # both ways: one is simulated
+            tried = [
+                ([*effects, kind(**{**still, parameter.name: value})], 1.0)  # type: ignore[arg-type]
+                for value in (moved[-1:] if alike else moved)
+            ]
+            changes = self._changes(effects, tried)
+            changes = np.concatenate([-changes, changes]) if alike else changes
+            changes = np.insert(changes, values.index(neutral), 0.0, axis=0)
+            self._courses[key] = _Course(np.array(values), changes, parameter.logarithmic)
+        return self._courses[key]
+
+    def _read(self, seen: Array, effects: Sequence[Effect]) -> Array:
+        """What is read (rows, outputs) of what there is: the gauge at the wrist may err."""
+        wrench, gain = seen[:, :6], 1.0
+        for effect in effects_of_hand(effects):
+            gain *= effect.wrench_gain()
+            bias = effect.wrench_bias().reshape(2, 3)
+            wrench = wrench + (self._turn[:, None] @ bias[..., None]).reshape(-1, 6)
+        return np.hstack([gain * wrench, seen[:, 6:]])
+
+
+def _told(effects: Sequence[Effect]) -> Sequence[Hashable]:
+    """What distinguishes effects that stay."""
+    return sorted((effect.name, *map(float, effect.values.values())) for effect in effects)
+
+
+class _Course:
+    """Changes (lanes, rows, outputs) at values (lanes,) of a parameter, through those (values,
+    rows, outputs) that were simulated; beyond them as at the last. Those without a result are left
+    out.
+    """
+
+    def __init__(self, values: Array, changes: Array, logarithmic: bool) -> None:
+        self._inward = np.log if logarithmic else np.asarray
+        known = np.isfinite(changes).all(axis=(1, 2))
+        self._at = self._inward(values[known])
+        enough = len(self._at) > 1
+        self._through = PchipInterpolator(self._at, changes[known]) if enough else None
+        self._shape = changes.shape[1:]
+
+    def __call__(self, values: Array) -> Array:
+        if self._through is None:
+            return np.full((len(values), *self._shape), np.nan)
+        inside = np.clip(self._inward(values), self._at[0], self._at[-1])
+        return np.asarray(self._through(inside))
+
+
+def simulated_values(parameter: Parameter) -> list[float]:
+    """Values of a parameter that are simulated, its neutral one among them: the others are somewhat
+    beyond the ends of its usual range.
+    """
+    low, high = parameter.typical or (parameter.low, parameter.high)
+    neutral = float(parameter.neutral or 0.0)
+    inward, outward = (np.log, np.exp) if parameter.logarithmic else (np.asarray, np.asarray)
+    ends = np.array([high]) if low >= neutral else np.array([low, high])
+    found = outward(inward(neutral) + BEYOND_USUAL * (inward(ends) - inward(neutral)))
+    inside = np.clip(found, parameter.low, parameter.high)
+    return np.unique(np.append(inside.round(12), neutral)).tolist()
+
+
+def within_simulated(classes: Mapping[str, type[Effect]]) -> dict[str, type[Effect]]:
+    """The classes with parameters bounded to what is simulated."""
+    return {name: _bounded(kind) for name, kind in classes.items()}
+
+
+def _bounded(kind: type[Effect]) -> type[Effect]:
+    if GRASP not in kind.experiments or not issubclass(kind, HandEffect) or kind.of_measurement:
+        return kind
+    bounded = []
+    for parameter in kind.parameters:
+        values = simulated_values(parameter)
+        low, high = parameter.typical or (parameter.low, parameter.high)
+        usual = (max(low, values[0]), min(high, values[-1]))
+        bounded.append(replace(parameter, low=values[0], high=values[-1], typical=usual))
+    parts = {"parameters": tuple(bounded), "__doc__": kind.__doc__}
+    return type(kind.__name__, (kind,), parts)
+
+
+def simulated(
+    data: MeasurementSet, effects: Sequence[Effect], scale: float, engine: Engine
+) -> Array:
+    """What a set would read (samples,) [N] with these effects and a factor on the modulus."""
+    grasp, every = HandGrasp(data, engine), range(len(data.runs))
+    seen = np.concatenate(rollouts(data, every, [(effects, scale)], engine)[0])
+    table, scales = data.table, data.output_scales[:, None]
+    return np.asarray((scales * grasp._read(seen, effects).T)[table.output, table.row])
+
+
+def grasp_errors(data: MeasurementSet, model: Model) -> Array:
+    """Errors (k, samples) of a model's predictions that no repeats show, each by itself: by where
+    the object starts, along x and along y, by more segments, by a shorter step, and by the engine,
+    if the other one is installed. They are those of the first run of each protocol.
+    """
+    acting = [effect for effect in model.effects if data.experiment in effect.experiments]
+    tried = [
+        (data, engine)
+        for engine in (*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else []))
+    ]
+    tried += [(_shifted(data, name), USUAL_ENGINE) for name in OBJECT_PLACE[:2]]
+    grasp, table, scales = HandGrasp(data), data.table, data.output_scales[:, None]
+    stated = grasp.of_firsts(data, [(acting, 1.0)])[0]
+    changes = [grasp.of_firsts(other, [(acting, 1.0)], engine)[0] for other, engine in tried]
+    return np.stack([(scales * (one - stated).T)[table.output, table.row] for one in changes])
+
+
+def _shifted(data: MeasurementSet, name: str) -> MeasurementSet:
+    """The set with the object elsewhere along an axis."""
+    runs = (
+        replace(run, columns={**run.columns, name: run.columns[name] + RULES.object_start})
+        for run in data.runs
+    )
+    return replace(data, runs=tuple(runs))
+
+
+def held(data: MeasurementSet, predicted: Array | None = None) -> list[bool]:
+    """Whether each run ends with the object held, so that it has gone half of the wrist's way up at
+    least: as measured, or as predicted (samples,).
+    """
+    values = data.table.value if predicted is None else predicted
+    found = []
+    for number, run in enumerate(data.runs):
+        height = data.table.of_run(values, number)[data.outputs.index(OBJECT_PLACE[2])]
+        wrist = run.columns[WRIST_POSE[2]]
+        up = (height[-1] - height[0]) / PLACE_STIFFNESS
+        found.append(bool(up > LIFTED_SHARE * (wrist[-1] - wrist.min())))
+    return found
