@@ -15,7 +15,7 @@ from softhand_design.mould.checks import OVERLAP, Check
 from softhand_design.mould.measure import OUTSIDE, hits_of, read_stl
 from softhand_design.mould.plan import MILLI, Array
 
-RAYS_ACROSS = 60  # and as many along, through each part
+RAYS_ACROSS = 40  # and as many along, through each part
 BY_RAYS, BY_FORMULA = 2.0, 0.5  # how far a volume may be off [%]
 LENGTH_OFF = 0.05  # of a measured length [mm]
 GAP_SEARCH = 5.0  # gaps are searched up to here [mm]

@@ -9,7 +9,7 @@ import numpy as np
 from softhand_design.kit.palm_sheet import bend, flat, volume
 from softhand_design.kit.parameters import KitParameters
 from softhand_design.kit.part import POLYAMIDE, SILICONE, Part
-from softhand_design.kit.rubber import LAYER, casts, layers
+from softhand_design.kit.rubber import casts, layers
 from softhand_design.kit.saddle import build_saddles
 from softhand_design.kit.scaffold import Scaffold, build_scaffold, plate_of
 from softhand_design.kit.trays import mesh_cut, tray
@@ -56,18 +56,15 @@ def build_kit(hand: HandDescription, used: KitParameters | None = None) -> Kit:
     rubber = casts(hand)
     flats = layers(hand, used)
     soft = [*rubber, *(part for part, _ in flats)]
-    rooms = [room for part in soft for room in part.room().values()]
+    named = {name: room for part in soft for name, room in part.room().items()}
+    rooms = list(named.values())
     clear = [room for part in soft for room in part.room(used.gap).values()]
-    parents = {chain.mount.parent for chain in hand.chains} - {WRIST}
-    ends = {name for parent in parents for name in hand.chain(parent).actuators}
-    held = [part for part in soft if {name.removesuffix(LAYER) for name in part.copies} & ends]
-    glued = {name: room for part in held for name, room in part.room(used.glue).items()}
     bent = bend(hand.sheet, rooms) if hand.sheet else None
     scaffold = build_scaffold(hand, rooms, clear, bent, used)
     plastic = next((chain.strut.density for chain in hand.chains if chain.strut), Strut.density)
     name = f"{hand.name}_scaffold"
     structure = [Part(name, POLYAMIDE, plastic, scaffold.solid, {"scaffold": IN_PLACE})]
-    for chain, solid in build_saddles(hand, glued, used).items():
+    for chain, solid in build_saddles(hand, named, used).items():
         title = f"saddle of {chain}"
         structure.append(
             Part(f"{hand.name}_{chain}_saddle", POLYAMIDE, plastic, solid, {title: IN_PLACE})

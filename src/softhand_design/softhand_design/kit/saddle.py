@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from softhand_design.kit.frames import base_height, mount_poses
 from softhand_design.kit.parameters import KitParameters
 from softhand_design.kit.rubber import LAYER
 from softhand_design.kit.scaffold import base_section
-from softhand_design.kit.solids import Solid, box, joined
+from softhand_design.kit.solids import Solid, box, hull_around, joined
 from softhand_design.mould.plan import MILLI, nose_length
 from softhand_model.hand.hand import WRIST, HandDescription
 
@@ -16,13 +18,12 @@ SMOOTHED_EDGE = 0.02  # [mm] below which edges are no form, and would not surviv
 
 
 def build_saddles(
-    hand: HandDescription, clear: Mapping[str, Solid], used: KitParameters
+    hand: HandDescription, rooms: Mapping[str, Solid], used: KitParameters
 ) -> dict[str, Solid]:
     """Saddles [mm] in the wrist frame by the chains that are mounted on others: prisms under their
-    bases, with the others' ends cut out.
+    bases, with the others' ends, and space for adhesive around them, cut out.
 
-    `clear` is the room [mm] of casts and layers with what the adhesive takes, in the wrist frame,
-    by their names.
+    `rooms` [mm] are those of casts and layers in the wrist frame, by their names.
     """
     found, frames = {}, mount_poses(hand)
     for chain in hand.chains:
@@ -32,10 +33,17 @@ def build_saddles(
         depth = max(
             nose_length(float(part.width(part.length)) / MILLI / 2.0) for part in ends.values()
         )
-        held = joined(room for name, room in clear.items() if name.removesuffix(LAYER) in ends)
         low, high = base_section(chain, used.layer)
         top = base_height(chain)
         prism = box([*low, top - depth], [*high, top]).transform(frames[chain.name])
+        first, last = np.reshape(prism.bounding_box(), (2, 3))
+        near = box(first - 2.0 * used.glue, last + 2.0 * used.glue)
+        held = joined(
+            hull_around(room ^ near, used.glue)
+            for name, room in rooms.items()
+            if name.removesuffix(LAYER) in ends
+        )
         pieces = (prism - held).decompose()
-        found[chain.name] = max(pieces, key=lambda piece: piece.volume()).simplify(SMOOTHED_EDGE)
+        whole = max(pieces, key=lambda piece: piece.volume())
+        found[chain.name] = whole.simplify(SMOOTHED_EDGE)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import product
 from typing import TypeAlias
 
 import manifold3d
@@ -34,6 +35,14 @@ def grown(solid: Solid, gap: float) -> Solid:
     for axis in gap * np.eye(3):
         found = joined([found, found.translate(tuple(axis)), found.translate(tuple(-axis))])
     return found.simplify(coarse)
+
+
+def hull_around(solid: Solid, gap: float) -> Solid:
+    """The convex hull of the solid with a gap [mm] to all sides; nothing around nothing."""
+    if solid.is_empty():
+        return solid
+    corners = gap * np.array(list(product((-1.0, 1.0), repeat=3)))
+    return Solid.batch_hull([solid.translate(tuple(corner)) for corner in corners])
 
 
 def overlap(one: Solid, other: Solid) -> float:
