@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.hands_motion.measure import ENGINE, GAUGE_NOISE, MODULUS_SCALES, SEGMENTS, STEP, impose
 from bench.hands_press.cases import CONTROL, Hidden
+from bench.kept import revision_of
 from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, hand_press_set
 from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet, Run
@@ -24,6 +27,7 @@ from softhand_model.model_file import Model
 
 SETTLED = 0.4  # [s] before the first sample
 FORCE_NOISE, TORQUE_NOISE = 0.01, 0.001  # one sigma [N], [N m]
+KEPT = Path("out/bench/hands_press")
 AVERAGED = 0.5  # share of the time between samples over which the gauge averages
 
 
@@ -31,7 +35,7 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
     """Two noisy repeats of six protocols of the lab's planned set."""
     empty = hand_press_set()
     scale = float(random.uniform(*MODULUS_SCALES))
-    truth = {run.protocol: pressed(hidden, empty, run, scale) for run in empty.runs[: len(PRESSES)]}
+    truth = {run.protocol: kept(hidden, empty, run, scale) for run in empty.runs[: len(PRESSES)]}
     level = np.repeat([FORCE_NOISE, TORQUE_NOISE], 3)
     runs = []
     for run in empty.runs:
@@ -45,6 +49,23 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
             columns[name] = run.columns[name] + GAUGE_NOISE * random.standard_normal(run.samples)
         runs.append(replace(run, columns=columns))
     return replace(empty, title="simulated hand", runs=tuple(runs))
+
+
+def kept(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tuple[Array, Array]:
+    """As `pressed`; kept in a folder, as long as the simulator stays as it is, so that a case that
+    was stopped goes on.
+    """
+    effects = [(effect.name, effect.values) for effect in hidden.effects]
+    what = repr(
+        (effects, hidden.where, scale, revision_of(["src/pneuflex_sim", "bench/hands_press"]))
+    )
+    file = KEPT / f"{run.protocol}-{sha256(what.encode()).hexdigest()[:16]}.npz"
+    if not file.is_file():
+        wrench, wrist = pressed(hidden, empty, run, scale)
+        KEPT.mkdir(parents=True, exist_ok=True)
+        np.savez(file, wrench=wrench, wrist=wrist)
+    found = np.load(file)
+    return found["wrench"], found["wrist"]
 
 
 def pressed(

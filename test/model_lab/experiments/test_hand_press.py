@@ -127,6 +127,25 @@ def test_engines_differ_by_a_share_of_the_force_for_a_while():
     assert np.diag(covariance, 1) == pytest.approx(later, rel=1e-6, abs=1e-18)
 
 
+def test_repeats_whose_sensors_differ_little_are_pressed_once_at_their_mean():
+    (run,) = single("all_forward").runs[:1]
+    column = single().pressures[0]
+    moved = [
+        replace(run, name=name, columns={**run.columns, column: run.columns[column] + shift})
+        for name, shift in (("a", 0.0), ("b", 80.0), ("c", 150.0))
+    ]
+    data = replace(single("all_forward"), runs=tuple(moved))
+    model = HandPress(data, 8, PRESS_STEP)
+    found = [np.array(data.table.of_run(model.predict({}, [WEIGHT])[0], run)) for run in range(3)]
+    assert (found[0] == found[1]).all()
+    alone = HandPress(replace(data, runs=tuple(moved[:1])), 8, PRESS_STEP)
+    higher = replace(moved[0], columns={**run.columns, column: run.columns[column] + 40.0})
+    mean = replace(data, runs=(higher,))
+    expected = HandPress(mean, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
+    assert np.ravel(mean.table.of_run(expected, 0)) == pytest.approx(np.ravel(found[0]), abs=1e-9)
+    assert rms(found[2] - found[0]) > rms(alone.predict({}, [WEIGHT])[0] - expected)
+
+
 def lowered(run):
     return replace(run, columns={**run.columns, "wrist.z": run.columns["wrist.z"] - 0.06})
 

@@ -77,8 +77,13 @@ class HandPress(HandPose):
         self._batch = np.array([data.specimens[run.specimen].batch for run in data.runs])[self._run]
         largest = HIGHEST_OVER_LIMIT * self._hand.max_pressures()
         self._possible = bool((np.abs(self._pressures).max(axis=1) < largest).all())
-        self._paths = [_path(run, self._step) for run in data.runs]
-        self._driven = [(_driven(data, run), run.temperature) for run in data.runs]
+        self._first = _first_alike(data)
+        for first in set(self._first):
+            mine = [self._run == run for run, other in enumerate(self._first) if other == first]
+            mean = np.mean([self._pressures[:, rows] for rows in mine], axis=0)
+            for rows in mine:
+                self._pressures[:, rows] = mean
+        self._paths = {first: _path(data.runs[first], self._step) for first in set(self._first)}
         turns = np.concatenate([_pose(run)[:, 3:] for run in data.runs])
         self._turn = np.moveaxis(matrices(turns.T), -1, 0)
 
@@ -126,22 +131,21 @@ class HandPress(HandPose):
     def _moved(
         self, body: Any, pressures: Array, gravity: float, scale: float, rows: Indices
     ) -> Any:
-        first: dict[tuple[bytes, float], int] = {}  # as repeats may be driven alike
         mine = np.unique(self._run[rows]).tolist()
-        alike = {index: first.setdefault(self._driven[index], index) for index in mine}
-        runs = [self._data.runs[index] for index in first.values()]
+        first = sorted({self._first[index] for index in mine})
+        runs = [self._data.runs[index] for index in first]
         wrenches = body.press(
-            [self._paths[index] for index in first.values()],
+            [self._paths[index] for index in first],
             [run.columns["time"] for run in runs],
-            [pressures[:, self._run[rows] == index] for index in first.values()],
+            [pressures[:, self._run[rows] == index] for index in first],
             self._plate.height,
             body.friction,
             scale,
             [run.temperature for run in runs],
             gravity,
         )
-        known = dict(zip(first.values(), wrenches, strict=True))
-        return np.concatenate([known[alike[index]] for index in mine])
+        known = dict(zip(first, wrenches, strict=True))
+        return np.concatenate([known[self._first[index]] for index in mine])
 
     def _markers_of(
         self, body: MovingBody, shape: Any, effects: Sequence[Effect], rows: int
@@ -173,6 +177,28 @@ def _plate_of(data: MeasurementSet) -> Plate:
             "add plate: {friction: 0.6}"
         )
     return data.plate
+
+
+def _first_alike(data: MeasurementSet) -> list[int]:
+    """For each run the first one that is driven like it: along the same path, in the same batch,
+    by pressures that differ less (rms) than the zeros of sensors may. They are pressed once, at
+    their mean pressures.
+    """
+    firsts: dict[Hashable, list[int]] = {}
+    found = []
+    for index, run in enumerate(data.runs):
+        path = b"".join(run.columns[name].tobytes() for name in ("time", *WRIST_POSE))
+        known = firsts.setdefault((path, run.temperature, data.specimens[run.specimen].batch), [])
+        for first in known:
+            other = data.runs[first].columns
+            apart = [np.mean((run.columns[name] - other[name]) ** 2) for name in data.pressures]
+            if max(apart) < RULES.pressure_zero**2:
+                found.append(first)
+                break
+        else:
+            known.append(index)
+            found.append(index)
+    return found
 
 
 def _driven(data: MeasurementSet, run: Run) -> bytes:
