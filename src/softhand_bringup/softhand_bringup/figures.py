@@ -164,7 +164,7 @@ def draw_frames(
     scene: str,
     wall_inclination: float | None = None,
 ) -> None:
-    """Draw a contact sheet of rendered states of the grasp, each with its phase and time.
+    """Draw one picture with rendered frames of the grasp, each with its phase and time.
 
     Args:
         bag: bag of the grasp.

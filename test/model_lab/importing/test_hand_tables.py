@@ -165,7 +165,7 @@ def test_what_is_open_is_refused_with_what_to_say(tmp_path, name):
 
 def test_pressures_without_a_unit_are_refused(tmp_path):
     files = one_row_a_pose(tmp_path, PLAIN, (1e-3, 1e3))
-    with pytest.raises(DocumentError, match="unit of pressure, got none; say it of all: --map"):
+    with pytest.raises(DocumentError, match="unit of pressure, got none; for all pressures"):
         set_of_hand(files, HAND, wrist=HELD)
 
 

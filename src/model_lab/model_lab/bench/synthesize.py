@@ -124,7 +124,7 @@ def synthesize(
         raise ValueError(f"noise: expected a number between 0 and 1, got {noise:g}")
     if experiment not in EMPTY:
         raise ValueError(
-            f"experiment: expected one of {', '.join(EXPERIMENTS)} to synthesize, got {experiment}"
+            f"experiment to synthesize: expected one of {', '.join(EXPERIMENTS)}, got {experiment}"
         )
     random = np.random.default_rng(seed)
     bench = _Rig(EMPTY[experiment](random), random, noise)

@@ -41,8 +41,8 @@ class Judgement:
 
     @property
     def most_confidence(self) -> float:
-        """Upper limit (0 to 1) of the confidence: it is lower if much error is left, or some error
-        with the calibration on a bound.
+        """Highest confidence (0 to 1) that a diagnosis may state. It is lower if much error stays
+        unexplained, or if any does while a calibrated parameter lies on its bound.
         """
         rules, left = self.problem.rules, self.named.held_out.rmse / self.problem.floor.total
         if self.at_bound and left > rules.bound_error:

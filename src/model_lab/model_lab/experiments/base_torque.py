@@ -321,8 +321,8 @@ class Solved:
     loads: BaseLoad
 
     def others(self, chain: HeldChain, hold: Hold, values: Array) -> Solved:
-        """Loads of `hold` in other lanes, with values (lanes, k); each is solved starting from the
-        nearest solved lane.
+        """Force and torque at the base in `hold` for further parameter sets, values (sets, k), each
+        solved starting from the nearest set that is solved already.
         """
         lanes = np.concatenate([self.values, values])
         samples = np.arange(hold.position.shape[1] // len(values))

@@ -170,7 +170,7 @@ def _of_place(table: Table, name: str, found: Mapping[str, Column], unit: str) -
     if not unit:
         raise DocumentError(
             f"{table.path}: expected the unit of {listed(one.name for one in found.values())}, got "
-            f"none; say it of all places: --map {ALL_PLACES}=:mm"
+            f"none; for all places at once: --map {ALL_PLACES}=:mm"
         )
     try:
         column_unit(f"{name}.x", unit)
@@ -273,7 +273,7 @@ def _of_pressure(table: Table, name: str, column: Column, given: Maps) -> Meant:
     if usual is None:
         raise DocumentError(
             f"{table.path}: {column.name}: expected a unit of pressure, got "
-            f"{shortened(unit) or 'none'}; say it of all: --map {OF_PRESSURE}=:kPa"
+            f"{shortened(unit) or 'none'}; for all pressures at once: --map {OF_PRESSURE}=:kPa"
         )
     if kind_of_pressure(unit)[1] == ABSOLUTE:
         raise DocumentError(

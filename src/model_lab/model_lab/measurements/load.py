@@ -277,7 +277,10 @@ class _RunReader:
         """Columns (samples,) of a run in SI units by name, and its lead."""
         if ("file" in fields) == ("bag" in fields):
             got = "both" if "file" in fields else "neither"
-            raise node.error("either file (CSV) or bag (a rosbag2 folder, or a ROS 1 file)", got)
+            raise node.error(
+                "one of the keys `file` (a CSV file) and `bag` (a rosbag2 folder or a ROS 1 file)",
+                got,
+            )
         if "file" in fields:
             path = self._path(fields["file"])
             columns = self._csv(fields["file"], path, specimen)

@@ -64,7 +64,9 @@ class EmbeddedRig:
 
     @property
     def mass(self) -> Floats:
-        """True air masses above those at rest (n,) [kg], which the driver does not know."""
+        """True air mass (n,) [kg] that each simulated channel holds beyond that at ambient
+        pressure. The driver cannot see it.
+        """
         return self.plant.mass - self._rest
 
     def command(self, valves: ArrayLike) -> None:

@@ -185,7 +185,7 @@ class PulseRecorder:
         return self.rest.mean - AMBIENT_PRESSURE
 
     def zero(self) -> Step:
-        """Determine the offsets of the sensors; all channels must be at ambient pressure."""
+        """Steps that measure the offsets of the sensors, with all channels at ambient pressure."""
         reading = yield from average(self._n, 2 * self._averaging)
         self.offsets = reading.mean - AMBIENT_PRESSURE
         self.rest = self._without_offset(reading)

@@ -226,7 +226,7 @@ class CalibrationRun:
             if pressure < LEAST_LIFT:
                 raise ValueError(
                     f"channel {name}: the pressure does not rise with the inlet open: check the "
-                    "supply, the tube and the volume"
+                    "supply, the tube and the bottle"
                 )
 
     def _vent(self) -> Step:

@@ -85,7 +85,9 @@ class Outline:
     s: Array
 
     def moved(self, distance: ArrayLike) -> Array:
-        """Points (n, 2) [mm] moved outwards by a distance [mm]."""
+        """Points (n, 2) [mm] of the outline, moved along its outward normals by one distance [mm],
+        or by one for each point (n,).
+        """
         return self.points + np.asarray(distance, float)[..., None] * self.normals
 
 
