@@ -166,6 +166,16 @@ def test_a_tray_that_is_too_shallow_or_too_narrow_is_found(made):
     assert found == {f"{name}: space in its tray"}
 
 
+@pytest.mark.parametrize("turn", [-0.5, 0.0, 0.9])
+def test_a_thumb_at_another_angle_gets_a_saddle_that_fits(turn):
+    hand = load_hand("rbo_hand_2")
+    palm, thumb = hand.chain("palm"), hand.chain("thumb")
+    mount = replace(thumb.mount, rpy=(0.0, 0.0, turn))
+    kit = build_kit(replace(hand, chains=(palm, replace(thumb, mount=mount)), sheet=None))
+    assert failures(kit) == set()
+    assert kit.structure[1].read.volume() > 1000.0
+
+
 def test_the_arcs_of_a_right_hand_are_cast_in_mirrored_moulds():
     arcs = [one for one in casts(load_hand("rbo_hand_2")) if "Palm" in one.name]
     assert {one.name for one in arcs} == {

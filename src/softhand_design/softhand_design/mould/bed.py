@@ -34,13 +34,13 @@ class Bed:
 
     def text(self) -> str:
         """Text on where each part lies, and how much room is needed."""
-        rows = [f"{'on the bed [mm]':<24}{'x':>16}{'y':>16}{'height':>9}"]
+        rows = [f"{'on the bed [mm]':<32}{'x':>16}{'y':>16}{'height':>9}"]
         high = np.zeros(3)
         for name, part in self.parts.items():
             x0, y0, _, x1, y1, z1 = part.bounding_box()
             high = np.maximum(high, (x1, y1, z1))
             places = (f"{x0:.0f} to {x1:.0f}", f"{y0:.0f} to {y1:.0f}")
-            rows.append(f"{name:<24}{places[0]:>16}{places[1]:>16}{z1:>9.0f}")
+            rows.append(f"{name:<32}{places[0]:>16}{places[1]:>16}{z1:>9.0f}")
         need = " x ".join(f"{value:.0f}" for value in high)
         return "\n".join([*rows, f"needs {need} of {self.size[0]:g} x {self.size[1]:g}"])
 
