@@ -5,13 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model_lab.bench.hand_grasp_set import hand_grasp_set
+from model_lab.bench.hand_grasp_set import grasped, hand_grasp_set
+from model_lab.comparison.add import add_effect, write_model
+from model_lab.comparison.compare import errors_of
+from model_lab.diagnosis.diagnose import diagnose
 from model_lab.experiments import grasp_rollouts
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.grasp_rollouts import Engine
 from model_lab.experiments.hand_grasp import HandGrasp, held, simulated, simulated_values
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.save import write_set
+from softhand_model.effects import effect_classes
 from softhand_model.effects.hand_parts import Friction, ObjectMass
 from softhand_model.effects.load import STANDARD_GRAVITY, Gravity
+from softhand_model.model_file import load_model
 
 WEIGHT = Gravity(mass_scale=1.0)
 CYLINDER = 0.106  # [kg], table 8.1 of the thesis
@@ -21,6 +28,35 @@ FAST = Engine(step=0.0025, name="mujoco")
 def planned(*protocols, repeats="ab"):
     data = hand_grasp_set(np.random.default_rng(3), repeats=repeats)
     return replace(data, runs=tuple(run for run in data.runs if run.protocol in protocols))
+
+
+def test_from_a_set_on_disk_to_a_model_file(tmp_path):
+    empty = planned("usual", "near", repeats="a")
+    true = grasped(empty, 1.0, (ObjectMass(factor=1.9),))  # with other segments and steps
+    random, runs = np.random.default_rng(1), []
+    for number, run in enumerate(empty.runs):
+        parts = empty.table.of_run(true, number)
+        noisy = (parts + 0.02 * random.standard_normal(parts.shape)).T / empty.output_scales
+        runs.append(
+            replace(run, columns={**run.columns, **dict(zip(empty.outputs, noisy.T, strict=True))})
+        )
+    write_set(replace(empty, runs=tuple(runs)), tmp_path / "set")
+    data, seen = load_measurements(tmp_path / "set"), ("object_mass", "wrench_gain")
+    classes = {name: kind for name, kind in effect_classes().items() if name in seen}
+
+    answer = diagnose(data, load_model("gravity"), classes).diagnosis.as_json()
+    assert answer["verdict"] == "effects_missing"
+    (named,) = answer["effects"]
+    assert named["name"] == "object_mass"
+    assert named["parameters"]["factor"]["value"] == pytest.approx(1.9, rel=0.05)
+
+    addition = add_effect("object_mass", data, load_model("gravity"), classes)
+    write_model(tmp_path / "mended.yaml", addition.model)
+    before, after = (
+        errors_of(data, load_model(name)).as_is.rmse
+        for name in ("gravity", tmp_path / "mended.yaml")
+    )
+    assert after < 0.5 * before
 
 
 def test_a_held_object_pulls_at_the_wrist_with_its_weight():
