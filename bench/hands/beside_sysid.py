@@ -20,8 +20,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from mujoco.sysid._src.optimize import optimize
-from mujoco.sysid._src.parameter import Parameter, ParameterDict
 
 import model_lab as lab
 from bench.hands.cases import Hidden, hidden_in
@@ -102,12 +100,16 @@ def _named(kind: str, where: dict[str, str]) -> str:
 
 def _by_sysid(hidden: Hidden, data: MeasurementSet) -> tuple[float, float]:
     """Parameter and processor time [s] of a fit by mujoco.sysid, in the engine of the data."""
+    # here, as the extra `sysid` of mujoco-core is not installed with this project
+    from mujoco.sysid._src.optimize import optimize
+    from mujoco.sysid._src.parameter import Parameter, ParameterDict
+
     name, neutral, bounds = KINDS[hidden.name]
     plain = Hidden(load_hand(HAND), hidden.name, "")
     kind = _kind(hidden.name)
     kind = kind.at(**hidden.where) if hidden.where else kind
 
-    def residual(x: Array, known: ParameterDict) -> tuple[list[Array], None, None]:
+    def residual(x: Array, known: Any) -> tuple[list[Array], None, None]:
         scale, value = np.asarray(x, float).ravel()
         acting = replace(plain, effects=(kind(**{name: value}),))
         left = []
