@@ -306,6 +306,9 @@ class Rules:
     motion_gap: float = _rule(0.015, "time between samples of a motion [s]", BY_HAND)
     object_rest: float = _rule(0.3, "an object rests from the first sample of a grasp [s]", BY_HAND)
     object_start: float = _rule(2e-3, "start of an object that is grasped [m]", BY_HAND)
+    lifted_share: float = _rule(
+        0.5, "way up of an object that is held, over that of the wrist", BY_HAND
+    )
     press_gap: float = _rule(0.1, "time between samples of a press [s]", BY_HAND)
     plate_height: float = _rule(2e-4, "height of a plate as it is stated [m]", BY_HAND)
     press_engine: float = _rule(

@@ -63,7 +63,10 @@ def test_a_model_file_says_where(tmp_path):
     [
         ("{name: crosstalk, parameters: {share: 0.25}}", "where: expected from, to, got none"),
         ("{name: mount_tilt, where: {actuator: thumb}}", "where: expected chain, got actuator"),
-        ("{name: gravity, where: {chain: thumb}, parameters: {mass_scale: 1}}", "no place"),
+        (
+            "{name: gravity, where: {chain: thumb}, parameters: {mass_scale: 1}}",
+            "expected no key `where`",
+        ),
     ],
 )
 def test_a_place_that_is_missing_or_meaningless_is_said(tmp_path, entry, message):

@@ -42,14 +42,14 @@ OTHER_ENGINE = Engine(name="mujoco")
 
 
 _KEPT: dict[Hashable, Array] = {}
-_PROCESSES = 1
+_processes = 1
 _tasks: list[tuple[Any, ...]] = []  # inherited by forked processes
 
 
 def use_processes(jobs: int) -> None:
     """Let rollouts run in so many processes from now on."""
-    global _PROCESSES
-    _PROCESSES = jobs
+    global _processes
+    _processes = jobs
 
 
 def rollouts_done() -> int:
@@ -88,11 +88,11 @@ def rollouts(
 def _simulated(tasks: list[tuple[Any, ...]]) -> list[Array]:
     """Results of tasks, by processes where there are several and this is none of them."""
     global _tasks
-    if _PROCESSES < 2 or len(tasks) < 2 or current_process().daemon:
+    if _processes < 2 or len(tasks) < 2 or current_process().daemon:
         return [_roll(*task) for task in tasks]
     _replay()  # before the fork, so that no process loads it anew
     _tasks = tasks
-    with get_context("fork").Pool(min(_PROCESSES, len(tasks))) as pool:
+    with get_context("fork").Pool(min(_processes, len(tasks))) as pool:
         return pool.map(_work, range(len(tasks)), chunksize=1)
 
 

@@ -34,7 +34,6 @@ from softhand_model.model_file import Model
 
 SIMULATED_MODULI = (0.85, 1.0, 1.15)  # that are simulated
 BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutral value
-LIFTED_SHARE = 0.5  # of the wrist's way up, which an object has gone that is held
 
 
 class HandGrasp:
@@ -256,5 +255,5 @@ def held(data: MeasurementSet, predicted: Array | None = None) -> list[bool]:
         height = data.table.of_run(values, number)[data.outputs.index(OBJECT_PLACE[2])]
         wrist = run.columns[WRIST_POSE[2]]
         up = (height[-1] - height[0]) / PLACE_STIFFNESS
-        found.append(bool(up > LIFTED_SHARE * (wrist[-1] - wrist.min())))
+        found.append(bool(up > RULES.lifted_share * (wrist[-1] - wrist.min())))
     return found
