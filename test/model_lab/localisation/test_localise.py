@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from model_lab.bench.layouts import hand_pose_set
-from model_lab.localisation.localise import RUN_BLOCKS, RUNS, localise
+from model_lab.localisation.axes import Axis
+from model_lab.localisation.bins import make_bins
+from model_lab.localisation.localise import RUN_BLOCKS, RUNS, localise, where_phrase
 from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen, down_of
 
@@ -278,3 +280,10 @@ def test_of_a_hand_it_says_which_marker_which_channel_and_which_way_the_weight_p
     along = np.array([down_of(run)[1] for run in data.runs])[table.run]
     of_weight = localise(data, noise + 2e-3 * along * (table.output == 3)).axes
     assert "down.y" in [one.against for one in of_weight[:2]]
+
+
+def test_on_an_axis_of_one_bin_the_error_lies_everywhere():
+    values = np.full(4, 1e5)
+    bins = make_bins(Axis("pressure", "pressure", "Pa", values))
+    assert bins.count == 1
+    assert where_phrase(bins, np.array([1.0]), np.array([len(values)])) == "everywhere"

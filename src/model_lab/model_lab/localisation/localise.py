@@ -38,6 +38,8 @@ def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
     excess = error / error.sum() - count / count.sum()
     if bins.axis.categories:
         return _category_phrase(bins.axis, excess)
+    if bins.count < 2:
+        return "everywhere"
     part = _part(excess)
     if part.gain < RULES.part_share:
         return "everywhere"
