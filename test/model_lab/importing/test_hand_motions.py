@@ -147,3 +147,18 @@ def test_a_motion_in_which_samples_are_missing_is_left_out(tmp_path, steps):
     found = set_of_motions([lost], HandSpecimen(HAND, load_hand(HAND)))
     assert len(found.runs) == 1
     assert "1 of 2 motions are left out" in found.remarks[-1]
+
+
+def test_a_recording_of_one_sample_has_no_motion(tmp_path, steps):
+    course = steps[0]
+    places = {name: place[:1] for name, place in course.places.items()}
+    one = replace(
+        course,
+        time=course.time[:1],
+        pressures=course.pressures[:1],
+        places=places,
+        wrist=course.wrist[:1],
+        wrist_places=course.wrist_places[:1],
+    )
+    with pytest.raises(DocumentError, match="begin with hand and wrist at rest, got none"):
+        set_in(tmp_path / "set", one)

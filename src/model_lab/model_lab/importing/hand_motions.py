@@ -39,7 +39,7 @@ from softhand_common.numerics.rotations import to_rpy
 LONGEST = 3.0  # [s] of a run; what follows until the hand rests again is left out
 LEAST_REST = 0.1  # [s] for which means must stay the same
 AFTER = 0.3  # [s] that a run goes on at rest
-RATE = 100.0  # [Hz] to which a recording is thinned; of the second below, it is refused
+RATE = 100.0  # [Hz] that a recording must have; a faster one is thinned to it
 WRIST_AT_REST = 2e-3  # [m] by which a wrist that is held may move, and one path differ from another
 COMPARED = 50  # instants at which two runs are compared
 IN_TIME = 0.4  # share by which the lengths of repeats may differ: they end where all rests
@@ -53,9 +53,11 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
     A wrist that is held gives `wrist_rpy`, one that moves the columns `wrist.*`. That the hand
     touches nothing is not tested.
 
-    Motions in which samples are missing are left out, and the set says so. Raises DocumentError for
-    courses without such a motion, with less than 100 samples a second, of
-    different markers, or of a wrist that moves while nobody says where it is.
+    Motions in which samples are missing are left out, and the set says so.
+
+    Raises DocumentError for courses without such a motion, with samples farther apart than
+    `Rules.motion_gap`, with different markers, or with a wrist that moves while no file tells its
+    position.
     """
     markers = markers_of(courses)
     seen = [(course, span) for course in courses for span in _motions(course)]
@@ -96,6 +98,8 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
 def _motions(course: HandCourse) -> list[slice]:
     """Samples of each motion, from the last one at rest on, thinned to about RATE."""
     time = course.time
+    if len(time) < RULES.motion_samples:
+        return []
     period = float(np.median(np.diff(time)))
     if period > RULES.motion_gap:
         raise DocumentError(
@@ -136,7 +140,7 @@ def _is_held(part: tuple[HandCourse, slice]) -> bool:
 def _path(course: HandCourse) -> Array:
     """Place [m] and quaternion (k, 7) of the wrist in the world.
 
-    Raises DocumentError where nobody says where the wrist is.
+    Raises DocumentError where no file tells the position.
     """
     if course.wrist_places is None:
         raise DocumentError(
