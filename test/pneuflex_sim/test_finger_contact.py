@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
 from pneuflex_sim.bullet import pybullet
+from pneuflex_sim.engines import ENGINES, MUJOCO, PYBULLET
 from pneuflex_sim.hand.collision import SKIN_PATCH, SKIN_STIFFNESS, SKIN_TWIST, Touch
 from pneuflex_sim.scene.friction import BodyFriction
 from pneuflex_sim.world import World
 from softhand_model.hand.hand import load_hand
 
+SIDES = ("left", "right")
 RADIUS, MASS = 0.02, 0.05  # of a ball [m], [kg]
 INWARD = np.radians(25.0)  # of each finger about its length: they bend towards each other
 
@@ -42,33 +45,65 @@ def curled(simulate, hold_pressure, **config):
 
 def overlap(simulation):
     """How deep [m] the fingers are in each other, whether they touch or not."""
+    if simulation.config.engine == MUJOCO:
+        return overlap_in_mujoco(simulation.engine)
     found = pybullet.getClosestPoints(
         *simulation.bodies.ids, 0.0, physicsClientId=simulation.engine.world.client
     )
     return max((-point[8] for point in found), default=0.0)
 
 
-def test_fingers_pass_through_each_other_by_default(simulate, hold_pressure):
-    simulation = curled(simulate, hold_pressure, step=0.005)
-    left, right = (simulation.fingertips()[name][0] for name in ("left", "right"))
+def overlap_in_mujoco(engine):
+    model, margin = engine.model, engine.model.geom_margin
+    geoms = {side: [k for k in range(model.ngeom) if side in model.geom(k).name] for side in SIDES}
+    gaps = [
+        mujoco.mj_geomDistance(model, engine.data, first, second, 0.05, None)
+        - (margin[first] + margin[second])
+        for first in geoms["left"]
+        for second in geoms["right"]
+    ]
+    return max(0.0, -min(gaps))
+
+
+def touching_force(simulation):
+    """Sum of the normal forces [N] between the fingers."""
+    return sum(c.force for c in simulation.contacts() if {c.first, c.second} == set(SIDES))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_fingers_pass_through_each_other_by_default(simulate, hold_pressure, engine):
+    simulation = curled(simulate, hold_pressure, engine=engine, step=0.004)
+    left, right = (simulation.fingertips()[name][0] for name in SIDES)
     assert left[1] < right[1] - 0.01  # each came from the other side
     assert overlap(simulation) > 0.01
 
 
-@pytest.mark.parametrize("step", [0.001, 0.002, 0.005])
+@pytest.mark.parametrize(
+    ("engine", "step"),
+    [(PYBULLET, 0.001), (PYBULLET, 0.002), (PYBULLET, 0.005), (MUJOCO, 0.001), (MUJOCO, 0.004)],
+)
 @pytest.mark.parametrize("segments", [5, 10])
 def test_fingers_that_touch_stay_on_their_sides_and_come_to_rest(
-    simulate, hold_pressure, step, segments
+    simulate, hold_pressure, engine, step, segments
 ):
-    simulation = curled(simulate, hold_pressure, step=step, segments=segments, finger_contact=True)
-    left, right = (simulation.fingertips()[name][0] for name in ("left", "right"))
+    config = {"engine": engine, "step": step, "segments": segments, "finger_contact": True}
+    simulation = curled(simulate, hold_pressure, **config)
+    left, right = (simulation.fingertips()[name][0] for name in SIDES)
     assert left[1] > right[1] + 0.005
     assert overlap(simulation) < 5e-4
     assert np.abs(simulation.bodies.v).max() < 5e-3
-    points = pybullet.getContactPoints(
-        *simulation.bodies.ids, physicsClientId=simulation.engine.world.client
-    )
-    assert 0.1 < sum(point[9] for point in points) < 1.0  # [N]
+    assert 0.1 < touching_force(simulation) < 1.0  # [N]
+
+
+def test_both_engines_press_fingers_on_each_other_alike(simulate, hold_pressure):
+    tips, forces = [], []
+    for engine in ENGINES:
+        config = {"engine": engine, "step": 0.002, "segments": 10, "finger_contact": True}
+        simulation = curled(simulate, hold_pressure, **config)
+        tips.append([simulation.fingertips()[side][0] for side in SIDES])
+        forces.append(touching_force(simulation))
+    assert np.ptp(tips, axis=0).max() < 2e-4
+    assert np.ptp(forces) < 0.02 * max(forces)
 
 
 @pytest.fixture
@@ -135,9 +170,13 @@ def test_outcome_does_not_depend_on_the_step(simulate, hold_pressure):
     assert tips[0] == pytest.approx(tips[1], abs=1e-3)
 
 
-@pytest.mark.parametrize("step", [0.001, 0.005])
-def test_touching_fingers_of_a_whole_hand_close_on_an_object_and_stay_finite(simulate, step):
-    simulation = simulate(step=step, finger_contact=True)
+@pytest.mark.parametrize(
+    ("engine", "step"), [(PYBULLET, 0.001), (PYBULLET, 0.005), (MUJOCO, 0.001), (MUJOCO, 0.004)]
+)
+def test_touching_fingers_of_a_whole_hand_close_on_an_object_and_stay_finite(
+    simulate, engine, step
+):
+    simulation = simulate(engine=engine, step=step, finger_contact=True)
     pose = np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268])
     masses = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])
     simulation.command_wrist(*pose)

@@ -26,9 +26,9 @@ def depths_and_forces(simulation):
     return found
 
 
-def loaded(simulation, load):
-    """Press the object down by a load [N] until it rests."""
-    for _ in range(round(0.5 / simulation.step_size)):
+def loaded(simulation, load, steps=None):
+    """Press the object down by a load [N], by default until it rests."""
+    for _ in range(steps or round(0.5 / simulation.step_size)):
         simulation.push_object(np.array([0.0, 0.0, -load]))
         simulation.step()
 
@@ -46,6 +46,26 @@ def test_an_object_sinks_by_its_weight_over_the_stiffness(simulate, name, points
     weight = GRAVITY * simulation.object_mass + load
     sunk = max(depth for depth, _, _ in depths_and_forces(simulation))
     assert sunk == pytest.approx(weight * 2.0 * RIGID_COMPLIANCE / points, rel=0.02)
+
+
+@pytest.mark.parametrize("step", [0.001, 0.002])
+def test_a_soft_object_sinks_by_its_own_stiffness(simulate, step):
+    """On average: it has three points of contact, which change from step to step."""
+    simulation = simulate(
+        engine=MUJOCO, step=step, object="water_balloon", object_offset=(0.0, 1.0), segments=2
+    )
+    loaded(simulation, 1.0)
+    start, depths, forces = simulation.object_pose()[0], [], []
+    for _ in range(round(0.5 / step)):
+        loaded(simulation, 1.0, 1)
+        touching = depths_and_forces(simulation)
+        depths.append(sum(depth for depth, _, _ in touching))
+        forces.append(sum(force for _, force, _ in touching))
+    weight = GRAVITY * simulation.object_mass + 1.0
+    assert np.mean(forces) == pytest.approx(weight, rel=0.01)
+    compliance = 1.0 / simulation.object.compliance.stiffness + RIGID_COMPLIANCE
+    assert np.mean(depths) == pytest.approx(weight * compliance, rel=0.02)
+    assert np.linalg.norm(simulation.object_pose()[0] - start) < 5e-5
 
 
 @pytest.mark.parametrize("load", [0.0, 1.0])

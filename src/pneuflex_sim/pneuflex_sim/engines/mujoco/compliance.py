@@ -17,6 +17,8 @@ from collections.abc import Sequence
 import mujoco
 
 from pneuflex_sim.hand.collision import SKIN_STIFFNESS
+from pneuflex_sim.scene.contacts import OBJECT
+from pneuflex_sim.scene.objects import Compliance
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
 SKIN_COMPLIANCE = 1.0 / SKIN_STIFFNESS  # compliance at a contact point [m/N]
@@ -26,8 +28,12 @@ PER_COMPLIANCE = 1.0e6  # S [1/s2]; high, so that a contact has no inertia of it
 IMPEDANCE = 0.5  # d [-], at all depths
 
 
-def set_compliance(model: mujoco.MjModel, links: Sequence[str]) -> None:
-    """Give contacts their stiffness: the links named have a skin, all else is rigid."""
+def set_compliance(
+    model: mujoco.MjModel, links: Sequence[str], soft_object: Compliance | None
+) -> None:
+    """Give contacts their stiffness: the links named have a skin, an object may be soft, and all
+    else is rigid. A soft object brings its own damping.
+    """
     stiffness = PER_COMPLIANCE * (1.0 - IMPEDANCE)
     for reference in (model.geom_solref, model.pair_solref):
         reference[:] = (-stiffness, -RELAXATION * stiffness)
@@ -36,6 +42,13 @@ def set_compliance(model: mujoco.MjModel, links: Sequence[str]) -> None:
     rigid_skin(model)
     for name in links:
         model.body_invweight0[model.body(name).id, 0] = PER_COMPLIANCE * SKIN_COMPLIANCE
+    if soft_object is not None:
+        body = model.body(OBJECT).id
+        model.body_invweight0[body, 0] = PER_COMPLIANCE / soft_object.stiffness
+        relaxation = soft_object.damping / soft_object.stiffness
+        geoms = model.geom_bodyid == body
+        pairs = geoms[model.pair_geom1] | geoms[model.pair_geom2]
+        model.geom_solref[geoms, 1] = model.pair_solref[pairs, 1] = -relaxation * stiffness
 
 
 def rigid_skin(model: mujoco.MjModel) -> None:

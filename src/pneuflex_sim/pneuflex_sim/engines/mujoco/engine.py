@@ -26,6 +26,7 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 Array = NDArray[np.float64]
 
 FASTEST = 1e4  # [rad/s]; faster, a joint has no meaning any more
+LARGEST_STEP = 0.004  # at which fingers that touch come to rest [s]; not at 0.005
 WHOLE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 mujoco.set_mju_user_warning(lambda message: None)  # else it writes a file into the current folder
@@ -96,7 +97,8 @@ class MujocoEngine:
     def __init__(self, around: Surroundings) -> None:
         _check(around)
         self.model = mujoco.MjModel.from_xml_string(document(around))
-        set_compliance(self.model, around.layout.names)
+        soft = None if around.object is None else around.object.compliance
+        set_compliance(self.model, around.layout.names, soft)
         self.data = mujoco.MjData(self.model)
         layout = self._layout = around.layout
         self._air, self._wrist = around.air, around.wrist
@@ -213,15 +215,11 @@ def _check(around: Surroundings) -> None:
             "gui: expected false with engine mujoco, which has no window here; `softhand play` "
             "shows it, or take engine pybullet"
         )
-    if around.finger_contact:
+    if around.finger_contact and around.step > LARGEST_STEP:
         raise ValueError(
-            "finger_contact: expected false with engine mujoco, which has no compliant skin yet; "
-            "take engine pybullet"
-        )
-    if around.object is not None and around.object.compliance is not None:
-        raise ValueError(
-            f"object: expected one without compliance with engine mujoco, got "
-            f"{around.object.name}; take engine pybullet"
+            f"step: expected at most {1e3 * LARGEST_STEP:g} ms with finger_contact and engine "
+            f"mujoco, where fingers that touch else do not come to rest, got "
+            f"{1e3 * around.step:g} ms"
         )
     if around.solver != SolverSettings():
         raise ValueError(

@@ -10,6 +10,8 @@ MuJoCo's margins, which add up. Friction of object and scene is given by pairs o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import combinations
 from xml.etree import ElementTree as xml
 
 import numpy as np
@@ -57,6 +59,7 @@ def document(around: Surroundings) -> str:
     wrist = _wrist(world, around)
     for body in around.layout.bodies:
         _chain(wrist, assets, around, body)
+        _part_links(contact, around.layout.names[body.joints])
     _palm(wrist, assets, around)
     return xml.tostring(root, encoding="unicode")
 
@@ -107,7 +110,13 @@ def _chain(wrist: Element, assets: Element, around: Surroundings, body: Body) ->
             geom = add(parent, "geom", name=name, type="box", size=half, pos=center)
         else:
             geom = hull(parent, assets, name, hulls[index], COLLISION_MARGIN)
-        touching(geom, friction, groups[index], collides_with(groups[index]))
+        touching(geom, friction, groups[index], collides_with(groups[index], around.finger_contact))
+
+
+def _part_links(contact: Element, links: Sequence[str]) -> None:
+    """Links of one serial body do not collide with each other, as in PyBullet."""
+    for first, second in combinations(links, 2):
+        add(contact, "exclude", body1=first, body2=second)
 
 
 def _joint(link: Element, name: str, stiffness: Array, damping_time: float) -> None:
