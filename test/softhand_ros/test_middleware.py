@@ -1,10 +1,12 @@
 """Set-up of the middleware: the profile, and shared memory that killed processes left."""
 
+import mmap
 import os
 import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 
@@ -61,6 +63,59 @@ def test_a_node_starts_where_a_killed_process_left_an_unfinished_port(domain, tm
     finally:
         for path in left:
             path.unlink(missing_ok=True)
+
+
+WAITING = START.replace("rclpy.create", "node = rclpy.create").replace(
+    ".destroy_node()", "; print('ready', flush=True); input()"
+)
+
+
+def test_writers_of_a_killed_readers_port_are_told_and_those_of_a_living_one_are_not(
+    domain, tmp_path
+):
+    environment = node_environment(tmp_path, domain)
+    nodes, ports = [], []
+    try:
+        for _ in range(2):
+            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+            lines = [sys.executable, "-c", WAITING]
+            nodes.append(subprocess.Popen(lines, env=environment, **pipes))
+            assert nodes[-1].stdout.readline() == b"ready\n"
+            ports.append({path: _mapped(path) for path in _read_by(nodes[-1].pid)})
+            assert ports[-1]
+        nodes[0].kill()
+        nodes[0].wait()
+        middleware.remove_ports_without_reader()
+        assert not any(path.exists() for path in ports[0])
+        assert all(path.exists() for path in ports[1])
+        assert not any(_is_marked_ok(memory, path) for path, memory in ports[0].items())
+        assert all(_is_marked_ok(memory, path) for path, memory in ports[1].items())
+    finally:
+        for node in nodes:
+            node.kill()
+            node.communicate()
+        middleware.remove_ports_without_reader()
+
+
+def _read_by(process):
+    """Ports that a process has locked."""
+    for file in Path(f"/proc/{process}/fd").iterdir():
+        path = file.readlink()
+        if path.match(middleware.READER_LOCKS):
+            yield path.with_name(path.name.removesuffix("_el"))
+
+
+def _mapped(path):
+    """The memory of a port as its writers have it."""
+    with path.open("rb") as file:
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+
+
+def _is_marked_ok(memory, port):
+    """The flag behind number, listeners, two times, length and count of those who wait."""
+    number = int(port.name.removeprefix("fastrtps_port"))
+    at = memory.find(number.to_bytes(4, "little"))
+    return bool(memory[at + 6 * 4] & 1)
 
 
 def test_what_another_process_may_still_finish_is_waited_for(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import fcntl
 import os
 import time
 from pathlib import Path
@@ -19,13 +20,18 @@ MAPPED_BLOCK = 128 * 1024  # [bytes]; larger blocks are mapped, and unmapped whe
 SHARED_MEMORY = Path("/dev/shm")
 PORT_SEGMENTS = "fastrtps_port*[0-9]"  # segments of Fast DDS; locks end in letters
 INITIALIZED = 2  # first word of a segment, of boost::interprocess; less: not yet
+READER_LOCKS = "fastrtps_port*_el"  # locked by the process that reads the port, until it ends
+NODE_OF_PORT = b"port_node_abi5"  # name of the structure in which the two below are
+NUMBER_TO_FLAGS = 24  # bytes from the port's number to its flags
+PORT_OK, ALL_FLAGS = 1, 7  # who writes to the port looks for a new one when PORT_OK is not set
 INITIALIZATION_LIMIT = 5.0  # a living process is done in less than a millisecond [s]
 
 
 def set_up_middleware() -> None:
     """Set up this process; call it before rclpy.init. A Fast DDS profile of the user is kept.
 
-    Removes segments of shared memory whose creators were killed while they initialised them.
+    Removes what killed processes left of shared memory: segments that they did not finish, and
+    ports that they read.
     """
     if not any(name in os.environ for name in PROFILE_VARIABLES):
         os.environ[PROFILE_VARIABLES[-1]] = str(PROFILE)
@@ -35,6 +41,7 @@ def set_up_middleware() -> None:
         mallopt(MMAP_THRESHOLD, MAPPED_BLOCK)
         mallopt(ARENA_MAX, 1)
     remove_unfinished_segments()
+    remove_ports_without_reader()
 
 
 def remove_unfinished_segments() -> None:
@@ -54,3 +61,36 @@ def remove_unfinished_segments() -> None:
 def _is_unfinished(path: Path) -> bool:
     with path.open("rb") as file:
         return int.from_bytes(file.read(4), "little") < INITIALIZED
+
+
+def remove_ports_without_reader() -> None:
+    """Remove ports of Fast DDS in shared memory whose reader was killed, and tell their writers.
+
+    Fast DDS 2.14 removes such a port when its number is taken again, but does not tell the writers,
+    which may go on to write into what was removed: what is started anew never hears them
+    (eProsima/Fast-DDS, pull request 4728). Ports of another layout are left alone.
+    """
+    for lock in SHARED_MEMORY.glob(READER_LOCKS):
+        # gone, another user's, or locked by its reader
+        with (
+            contextlib.suppress(FileNotFoundError, PermissionError, BlockingIOError),
+            lock.open("rb") as file,
+        ):
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            port = lock.with_name(lock.name.removesuffix("_el"))
+            if _mark_as_not_ok(port):
+                port.unlink()
+                lock.unlink()
+
+
+def _mark_as_not_ok(port: Path) -> bool:
+    """Clear the flag PORT_OK; whether the flag was found."""
+    content = port.read_bytes()
+    number = int(port.name.removeprefix("fastrtps_port")).to_bytes(4, "little")
+    at = content.find(number) + NUMBER_TO_FLAGS
+    if NODE_OF_PORT not in content or number not in content or content[at] > ALL_FLAGS:
+        return False
+    with port.open("r+b") as file:
+        file.seek(at)
+        file.write(bytes([content[at] & ~PORT_OK]))
+    return True
