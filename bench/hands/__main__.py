@@ -4,16 +4,21 @@ Criteria, fixed before the first run: a set is *right* if the verdict is effects
 effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
 unexplained. In a negative control (markers or pressures shuffled, another hand's model) nothing
-must be named, and the model must not be adequate. A verdict is *sure* if it has a confidence that
-is no guess. Of a right one with a single parameter, the 95 % interval must hold the hidden value.
+must be named, and the model must not be adequate. Of two effects both must be named at their
+places and nothing else, of a slip its name and columns, and no effect. A verdict is *sure* if it
+has a confidence that is no guess. Of a right one with a single parameter, the 95 % interval must
+hold the hidden value.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from bench.hands.cases import HIGHEST, PLAN, SEED, Hidden, hidden_in
 from bench.hands.measure import HAND, measured
+from bench.hands.slips import SLIPS, with_slip
 from bench.hands.verdicts import judge
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -29,13 +34,17 @@ def main() -> None:
     for segments in SEGMENTS_COMPARED:
         error = 1e3 * error_of_segments(segments)
         print(f"{segments} segments an actuator: tips {error:.2f} mm (rms) from those of {FINE}")
-    judge(len(PLAN), _case, "mm")
+    judge("hands", len(PLAN), _case, "mm")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:
     random = np.random.default_rng(SEED + number)
     hidden = hidden_in(load_hand(HAND), *PLAN[number], random)
-    return hidden, measured(hidden, random)
+    data = measured(hidden, random)
+    if hidden.name in SLIPS:
+        data, slip = with_slip(data, hidden.name, random)
+        hidden = replace(hidden, slip=slip)
+    return hidden, data
 
 
 def error_of_segments(segments: int) -> float:

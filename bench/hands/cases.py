@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from bench.hands.slips import SLIPS
 from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
@@ -51,6 +52,15 @@ ONE_VALUE = (
     "yeoh_stiffening",
 )
 CONTROLS = ("markers_shuffled", "pressures_shuffled", "another_hand")
+TWO = (  # strong ones
+    ("actuator_scatter", "crosstalk"),
+    ("mount_tilt", "actuator_scatter"),
+    ("mount_tilt", "crosstalk"),
+    ("actuator_scatter", "dead_zone"),
+    ("strut_stiffness", "tip_mass"),
+    ("palm_stiffness", "marker_offset"),
+    ("yeoh_stiffening", "mount_tilt"),
+)
 PLAN = [
     *[(kind, strength) for kind in FIRST_KINDS for strength in ["strong"] * 3 + ["weak"] * 3],
     *[("nothing", "")] * 4,
@@ -58,6 +68,9 @@ PLAN = [
     *[(name, "outside") for name in OUTSIDE] * 2,
     *[(name, "control") for name in CONTROLS],
     *[("nothing", "")] * 2,
+    # later, before any of these was run
+    *[(" and ".join(names), "two") for names in TWO],
+    *[(name, "slip") for name in SLIPS],
 ]
 HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
 OTHER_PLACES, OTHER_STRUTS = 0.9, 0.8  # of another hand, over those of the stated one
@@ -76,7 +89,8 @@ class Hidden:
     """A hand with something hidden: its description, model, what pressures (channels,) [Pa] act in
     place of those that are read, where fingertips are seen that are at places (tips, 3) [m] with
     frames (tips, 3, 3) while (3,) is down, and the truth as a verdict would have it; value: of its
-    only parameter, if it has one.
+    only parameter, if it has one; both: names and places of two effects; slip: its name and column,
+    if there is one.
     """
 
     hand: HandDescription
@@ -87,6 +101,8 @@ class Hidden:
     acting: Callable[[Array], Array] = _same
     seen: Callable[[Array, Array, Array], Array] = _as_they_are
     value: float | None = None
+    both: tuple[tuple[str, dict[str, str]], ...] = ()
+    slip: tuple[str, str] | None = None
 
     @property
     def model(self) -> Model:
@@ -98,6 +114,10 @@ def hidden_in(
     hand: HandDescription, kind: str, strength: str, random: np.random.Generator
 ) -> Hidden:
     """A case of the plan."""
+    if strength == "two":
+        first, second = kind.split(" and ")
+        one = hidden_in(hand, first, "strong", random)
+        return _both(one, hidden_in(one.hand, second, "strong", random))
     size = SIZES[kind][strength == "weak"] if kind in SIZES else OUTSIDE.get(kind, 0.0)
     plain = Hidden(hand, kind, strength, value=size if kind in ONE_VALUE else None)
     classes = effect_classes()
@@ -157,6 +177,20 @@ def hidden_in(
     if kind == "another_hand":
         return replace(plain, hand=_each(hand, _of_another_hand))
     return plain
+
+
+def _both(one: Hidden, other: Hidden) -> Hidden:
+    """Two effects in one hand, of which the second was hidden in the hand of the first."""
+    return Hidden(
+        other.hand,
+        f"{one.name} and {other.name}",
+        "two",
+        {**one.where, **other.where},
+        one.effects + other.effects,
+        lambda pressures: other.acting(one.acting(pressures)),
+        lambda at, frames, down: other.seen(one.seen(at, frames, down), frames, down),
+        both=((one.name, one.where), (other.name, other.where)),
+    )
 
 
 def _drawn_way(size: float, random: np.random.Generator) -> Array:

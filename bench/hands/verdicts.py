@@ -4,48 +4,97 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from bench import kept
+from bench.lab.scoring import wilson
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect
 from softhand_model.model_file import load_model
 
+KEPT = Path("out/bench")
+SOURCES = ("src/model_lab", "src/softhand_model", "src/pneuflex_sim")
+
 
 def judge(
+    bench: str,
     cases: int,
     make: Callable[[int], tuple[Any, MeasurementSet]],
     unit: str,
     classes: Mapping[str, type[Effect]] | None = None,
 ) -> None:
     """Diagnose the cases whose numbers the command line gives, or all; print a row for each, and
-    sums. make: gives what is hidden in a case (name, strength, where, value) and its set; unit: of
-    the errors, a thousandth of the set's; classes: effects that are searched, all if None.
+    sums. A case is kept in `out/bench` as it ends, and is not run again while the code stays.
+
+    bench: name of the folder of the bench. make: gives what is hidden in a case (name, strength,
+    where, value) and its set; unit: of the errors, a thousandth of the set's; classes: effects
+    that are searched, all if None.
     """
     chosen = [int(text) for text in sys.argv[1:]] or range(cases)
+    revision = kept.revision_of((*SOURCES, f"bench/{bench}"), (".py", ".yaml"))
+    file = KEPT / f"{bench}.jsonl"
     print(f"| # | hidden | where | verdict | named | before, after, floor [{unit}] | s | score |")
     print("|---|---|---|---|---|---|---|---|")
-    scores: dict[str, list[str]] = {}
-    sure, holds = 0, []
+    records = []
     for number in chosen:
-        hidden, data = make(number)
-        begun = time.process_time()
-        answer = diagnose(data, load_model(), classes).diagnosis.as_json()
-        took = time.process_time() - begun
-        score = scored(hidden, answer)
-        sure += score == "wrong" and answer["confidence"] is not None and not answer["guess"]
-        if score == "right" and hidden.value is not None:
-            (parameter,) = answer["effects"][0]["parameters"].values()
-            low, high = parameter["interval"]
-            holds.append(low <= hidden.value <= high)
-        scores.setdefault(hidden.strength or hidden.name, []).append(score)
-        print(row_of(number, hidden, answer, took, score), flush=True)
-    print("\n| group | sets | scores |\n|---|---|---|")
-    for group, found in scores.items():
+        key = f"{revision}/{number}"
+        record = kept.read(file).get(key)
+        if record is None:
+            hidden, data = make(number)
+            begun = time.process_time()
+            answer = diagnose(data, load_model(), classes).diagnosis.as_json()
+            took = time.process_time() - begun
+            record = {"key": key, **_record(number, hidden, answer, took)}
+            kept.append(record, file)
+        print(record["row"], flush=True)
+        records.append(record)
+    _print_sums(records)
+
+
+def _record(number: int, hidden: Any, answer: dict[str, Any], took: float) -> dict[str, Any]:
+    """A case as it is kept."""
+    score, holds = scored(hidden, answer), None
+    if score == "right" and hidden.value is not None:
+        (parameter,) = answer["effects"][0]["parameters"].values()
+        low, high = parameter["interval"]
+        holds = bool(low <= hidden.value <= high)
+    sure = answer["confidence"] is not None and not answer["guess"]
+    return {
+        "group": hidden.strength or hidden.name,
+        "score": score,
+        "holds": holds,
+        "over_floor": answer["rmse_after"] / answer["noise_floor"],
+        "wrong_and_sure": score == "wrong" and sure,
+        "row": row_of(number, hidden, answer, took, score),
+        "answer": {key: answer[key] for key in KEPT_OF_ANSWER},
+    }
+
+
+KEPT_OF_ANSWER = ("verdict", "effects", "tied", "ranking", "helps", "slips", "noise_floor_parts")
+
+
+def _print_sums(records: Sequence[dict[str, Any]]) -> None:
+    """Scores by group, intervals and errors."""
+    print("\n| group | sets | scores | right, 95 % interval |\n|---|---|---|---|")
+    for group in dict.fromkeys(record["group"] for record in records):
+        found = [record["score"] for record in records if record["group"] == group]
         counts = ", ".join(f"{found.count(one)} {one}" for one in sorted(set(found)))
-        print(f"| {group} | {len(found)} | {counts} |")
-    print(f"\nwrong and sure: {sure}; intervals that hold the truth: {sum(holds)} of {len(holds)}")
+        low, high = wilson(found.count("right"), len(found))
+        print(f"| {group} | {len(found)} | {counts} | {low:.2f} to {high:.2f} |")
+    right = [record for record in records if record["score"] == "right"]
+    holds = [record["holds"] for record in right if record["holds"] is not None]
+    over = [record["over_floor"] for record in right if record["answer"]["effects"]]
+    print(f"\nwrong and sure: {sum(record['wrong_and_sure'] for record in records)}")
+    print(f"intervals that hold the truth: {sum(holds)} of {len(holds)}")
+    if over:
+        print(
+            f"error after adding over the floor: median {np.median(over):.2f}, max {max(over):.2f}"
+        )
 
 
 def scored(hidden: Any, answer: dict[str, Any]) -> str:
@@ -57,8 +106,16 @@ def scored(hidden: Any, answer: dict[str, Any]) -> str:
         return "right" if verdict == "unexplained" else "wrong" if named else verdict
     if hidden.strength == "control":
         return "wrong" if named else verdict if verdict == "adequate" else "right"
+    if hidden.strength == "slip":
+        found = [(slip["name"], slip["column"]) for slip in answer["slips"]]
+        return "right" if found == [hidden.slip] and not named else "wrong"
     if verdict != "effects_missing":
         return str(verdict)
+    if hidden.strength == "two":
+        places = [(effect["name"], effect.get("where", {})) for effect in named]
+        if any(place not in hidden.both for place in places):
+            return "wrong"
+        return "right" if len(places) == len(hidden.both) else "one of two"
     truth = hidden.name, hidden.where
     if len(named) == 1 and (named[0]["name"], named[0].get("where", {})) == truth:
         return "right"

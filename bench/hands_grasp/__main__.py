@@ -22,7 +22,7 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge(len(PLAN), _case, "mN", SEARCHED)
+    judge("hands_grasp", len(PLAN), _case, "mN", SEARCHED)
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

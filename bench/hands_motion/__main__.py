@@ -21,7 +21,7 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge(len(PLAN), _case, "mm")
+    judge("hands_motion", len(PLAN), _case, "mm")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

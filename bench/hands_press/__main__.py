@@ -23,7 +23,7 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge(len(PLAN), _case, "mN")
+    judge("hands_press", len(PLAN), _case, "mN")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -36,12 +37,22 @@ def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
     empty = hand_press_set()
     scale = float(random.uniform(*MODULUS_SCALES))
     truth = {run.protocol: kept(hidden, empty, run, scale) for run in empty.runs[: len(PRESSES)]}
+    return noisy(empty, truth, random, shuffled=hidden.name == CONTROL)
+
+
+def noisy(
+    empty: MeasurementSet,
+    truth: Mapping[str, tuple[Array, Array]],
+    random: np.random.Generator,
+    shuffled: bool = False,
+) -> MeasurementSet:
+    """The set with wrenches and poses of the wrist by protocol, with noise, or samples shuffled."""
     level = np.repeat([FORCE_NOISE, TORQUE_NOISE], 3)
     runs = []
     for run in empty.runs:
         wrench, wrist = truth[run.protocol]
         seen = wrench + level * random.standard_normal(wrench.shape)
-        if hidden.name == CONTROL:
+        if shuffled:
             seen = seen[random.permutation(len(seen))]
         columns = dict(run.columns) | dict(zip(WRIST_POSE, wrist.T, strict=True))
         columns |= dict(zip(WRENCH_COLUMNS, seen.T, strict=True))

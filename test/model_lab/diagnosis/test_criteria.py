@@ -12,7 +12,13 @@ from scipy.stats import f as variance_ratio
 from model_lab.bench.layouts import hand_pose_set
 from model_lab.diagnosis import diagnose, selection
 from model_lab.diagnosis.black_boxes import BlackBox
-from model_lab.diagnosis.criteria import beyond_repeats, depends_on, is_noise, verdict_of
+from model_lab.diagnosis.criteria import (
+    beyond_repeats,
+    constants_error,
+    depends_on,
+    is_noise,
+    verdict_of,
+)
 from model_lab.diagnosis.forward_selection import ForwardSelection
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.fit import Scales
@@ -98,6 +104,24 @@ def test_an_error_must_exceed_the_scatter_of_repeats_beyond_chance(dof):
     far = border(5e-3, dof, lost=0.2)
     assert verdict(Said(0.995 * far), dof=dof) == ADEQUATE
     assert verdict(Said(1.005 * far), dof=dof) == UNEXPLAINED
+
+
+@pytest.mark.parametrize(
+    ("times", "folds", "answer"),
+    [(1.01, 6, UNEXPLAINED), (0.99, 6, ADEQUATE), (1.01, 3, UNEXPLAINED), (2.0, 2, ADEQUATE)],
+)
+def test_a_model_that_predicts_worse_than_a_constant_is_not_adequate(times, folds, answer):
+    """However much repeats scatter: as where markers are mixed up from sample to sample."""
+    error = times * constants_error(made_up_problem(folds=folds)) / 0.85
+    assert verdict(Said(error / FLOOR), dof=1e-3, folds=folds) == answer
+
+
+def test_a_constant_predicts_its_scatter():
+    problem = made_up_problem(folds=5)
+    table = problem.data.table
+    noise = np.random.default_rng(1).standard_normal(table.samples)
+    problem = replace(problem, data=SimpleNamespace(table=replace(table, value=3.0 + noise)))
+    assert constants_error(problem) == pytest.approx(1.0, rel=0.05)
 
 
 def test_bands_in_which_no_repeats_were_seen_tell_nothing():

@@ -66,7 +66,7 @@ def test_what_few_segments_and_long_steps_are_off_by_is_taken_off():
     exact = HandMotion(data, 40, 5e-4).predict({}, [WEIGHT])
     error = rms(HandMotion(data).predict({}, [WEIGHT]) - exact)
     assert error < 0.5 * rms(HandMotion(data, 8, 0.005).predict({}, [WEIGHT]) - exact)
-    stated = rms(own_errors(data, load_model())[-1])
+    stated = rms(own_errors(data, load_model()).whole[-1])
     assert 0.5 * error < stated < 2.0 * error
     calibration = {"modulus_scale[A]": np.array([1.1])}
     softer = [

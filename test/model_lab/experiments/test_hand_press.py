@@ -112,14 +112,14 @@ def test_what_few_segments_and_long_steps_are_off_by_is_taken_off():
     exact = HandPress(data, 32, 0.005).predict({}, [WEIGHT])
     error = rms(HandPress(data).predict({}, [WEIGHT]) - exact)
     assert error < 0.5 * rms(HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT]) - exact)
-    assert 0.5 * error < rms(press_errors(data, load_model())[-1]) < 3.0 * error
+    assert 0.5 * error < rms(press_errors(data, load_model()).whole[-1]) < 3.0 * error
 
 
 def test_engines_differ_by_a_share_of_the_force_for_a_while():
     data = single("all_forward")
     wrench = HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
     force = np.linalg.norm(data.table.of_run(wrench, 0)[:3], axis=0)
-    errors = press_errors(data, load_model())[len(data.pressures) + 1 : -1]
+    errors = press_errors(data, load_model()).apart
     lift = np.array([data.table.of_run(error, 0)[2] for error in errors])
     covariance = lift.T @ lift
     assert np.sqrt(np.diag(covariance)) == pytest.approx(RULES.press_engine * force, rel=1e-9)

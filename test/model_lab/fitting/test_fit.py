@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from toy_forward import ToyForward, ToyParameter, toy_forward, toy_set
 
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.held_out import _refitted, hold_out
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
@@ -25,6 +28,29 @@ def test_intervals_hold_the_truth_as_often_as_stated_though_whole_runs_scatter()
         spread = np.sqrt(np.diag(found.covariance))
         inside += np.abs(found.values - [2.0, 0.5]) < 2.2 * spread
     assert np.all(inside >= 52)  # 57 expected; ordinary least squares gives about 25
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_intervals_hold_the_truth_though_predictions_have_an_error_that_repeats_share(apart):
+    inside, without = np.zeros(2), np.zeros(2)
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        data = toy_set(random, gain=0.0, noise=0.01)
+        table, x = data.table, toy_forward(data).x
+        course = 0.1 * np.sin(3.0 * x)
+        each = random.standard_normal(1 + table.group.max())
+        drawn = each[table.group] if apart else each[0]
+        forward = ToyForward(x, data.table.value + drawn * course)
+        likelihood, _ = problem_of(data, forward)
+        rows = course[None]
+        own = OwnErrors(np.zeros((0, len(x))), rows) if apart else OwnErrors(rows)
+        found = fit(replace(likelihood, own=own), np.array([[0.5, 0.1]]))
+        plain = fit(likelihood, np.array([[0.5, 0.1]]))
+        assert found.values == pytest.approx(plain.values)
+        off = np.abs(found.values - [2.0, 0.5])
+        inside += off < 2.2 * np.sqrt(np.diag(found.covariance + found.own_covariance))
+        without += off < 2.2 * np.sqrt(np.diag(plain.covariance))
+    assert np.all(inside >= 52) and np.all(without < 45)
 
 
 def test_a_fit_ignores_noise_of_white_samples_within_a_gain_error():

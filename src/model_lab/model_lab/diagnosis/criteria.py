@@ -7,6 +7,7 @@ are the `Rules` of the problem.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from math import isclose
 
 import numpy as np
@@ -172,7 +173,7 @@ def verdict_of(
 
 def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -> bool:
     """Whether a model is wrong beyond doubt: its error is larger than repeats scatter, or a black
-    box predicts held-out data better.
+    box predicts held-out data better, or even a constant for each output does.
     """
     rules, floor, error = problem.rules, problem.floor.total, base.held_out.rmse
     if error <= floor:
@@ -182,10 +183,23 @@ def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -
         return True
     if not material(problem, base):
         return False
+    if not has_few_folds(problem) and constants_error(problem) < rules.black_box_better * error:
+        return True
     if problem.floor.gain_known:
         lost = len(base.fit.values) / max(len(problem.data.runs) - len(base.fit.values), 1)
         return beyond_repeats(problem, base.held_out.residual, lost) < rules.misfit_p_value
     return shape_error(problem, base) > rules.explained_shape_error * floor
+
+
+def constants_error(problem: FitProblem) -> float:
+    """Root mean square error of the mean of each output over the other folds as its prediction."""
+    table = problem.data.table
+    squares = np.empty(table.samples)
+    for output, fold in product(np.unique(table.output), range(len(table.folds))):
+        mine, held = table.output == output, table.fold == fold
+        mean = np.mean(table.value[mine & ~held])
+        squares[mine & held] = (table.value[mine & held] - mean) ** 2
+    return float(np.sqrt(np.mean(squares)))
 
 
 def _predicts(problem: FitProblem, after: Scored, before: Scored) -> bool:

@@ -245,11 +245,13 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 def estimate(scored: Scored, index: int) -> Estimate:
     """The estimate of one parameter (by its index) of a fitted model. The interval is wider for few
-    runs, and allows for the error in the form of the equation (`Rules.form_error`).
+    runs, and allows for errors of the predictions themselves, and for that in the form of the
+    equation (`Rules.form_error`).
     """
     fitted, scales = scored.fit, scored.fit.likelihood.scales
     parameter = fitted.likelihood.parameters[index]
-    spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
+    covariance = fitted.covariance + fitted.own_covariance
+    spread = float(np.sqrt(max(covariance[index, index], 0.0)))
     runs = fitted.likelihood.spectrum.table.runs
     factor = float(stdtrit(max(runs - len(fitted.values), 3), RULES.interval_level))
     center = scales.inward(fitted.values)

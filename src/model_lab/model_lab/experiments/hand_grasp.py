@@ -21,6 +21,7 @@ from model_lab.experiments.grasp_rollouts import (
     rollouts,
 )
 from model_lab.experiments.hand_pose import in_lane
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import modulus_scales
 from model_lab.measurements.hands import GRASP, OBJECT_PLACE, PLACE_STIFFNESS, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -219,8 +220,8 @@ def simulated(
     return np.asarray((scales * grasp._read(seen, effects).T)[table.output, table.row])
 
 
-def grasp_errors(data: MeasurementSet, model: Model) -> Array:
-    """Errors (k, samples) of a model's predictions that no repeats show, each by itself: by where
+def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
+    """Errors of a model's predictions that no repeats show, each by itself: by where
     the object starts, along x and along y, by more segments, by a shorter step, and by the engine,
     if the other one is installed. They are those of the first run of each protocol.
     """
@@ -233,7 +234,8 @@ def grasp_errors(data: MeasurementSet, model: Model) -> Array:
     grasp, table, scales = HandGrasp(data), data.table, data.output_scales[:, None]
     stated = grasp.of_firsts(data, [(acting, 1.0)])[0]
     changes = [grasp.of_firsts(other, [(acting, 1.0)], engine)[0] for other, engine in tried]
-    return np.stack([(scales * (one - stated).T)[table.output, table.row] for one in changes])
+    rows = [(scales * (one - stated).T)[table.output, table.row] for one in changes]
+    return OwnErrors(np.stack(rows))
 
 
 def _shifted(data: MeasurementSet, name: str) -> MeasurementSet:

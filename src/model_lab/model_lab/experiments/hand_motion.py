@@ -10,6 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.hand_pose import HandPose, shifted
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.hands import WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet, Run
@@ -217,11 +218,10 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
     return _KEPT[key][1]
 
 
-def own_errors(data: MeasurementSet, model: Model) -> Array:
-    """Errors (k, samples) [m] of the predictions themselves, which repeats do not show, one row for
-    each source: the zero of the pressure sensor of each channel, different clocks of pressures and
-    markers, and what is left of the error of few segments, which falls with the square of their
-    number.
+def own_errors(data: MeasurementSet, model: Model) -> OwnErrors:
+    """Errors [m] of the predictions themselves, which repeats do not show, one for each source: the
+    zero of the pressure sensor of each channel, different clocks of pressures and markers, and what
+    is left of the error of few segments, which falls with the square of their number.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or MOTION_SEGMENTS
@@ -233,7 +233,7 @@ def own_errors(data: MeasurementSet, model: Model) -> Array:
     zeros = [predicted(shifted(data, channel)) - stated for channel in data.pressures]
     clocks = RULES.motion_clock * _rates(data, stated)
     finer = 0.0 if data.hand_segments else 1.0 / ((FINE_SEGMENTS / segments) ** 2 - 1.0)
-    return np.stack([*zeros, clocks, finer * _taken_off(data, segments)])
+    return OwnErrors(np.stack([*zeros, clocks, finer * _taken_off(data, segments)]))
 
 
 def _rates(data: MeasurementSet, places: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.hand_motion import MOST_KEPT
 from model_lab.experiments.hand_pose import HandPose, at_lane, in_lane, shifted
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.hands import WRIST_POSE, Plate
 from model_lab.measurements.measurement_set import MeasurementSet, Run
@@ -275,10 +276,9 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
     return _KEPT[key][1]
 
 
-def press_errors(data: MeasurementSet, model: Model) -> Array:
-    """Errors (k, samples) of a model's predictions that no repeats show, each by itself: by the
-    zero of the sensor of each channel, by the height of the plate, by the engine, and by few
-    segments.
+def press_errors(data: MeasurementSet, model: Model) -> OwnErrors:
+    """Errors of a model's predictions that no repeats show: by the zero of the sensor of each
+    channel, by the height of the plate, and by few segments; and by the engine, apart.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or PRESS_SEGMENTS
@@ -292,9 +292,8 @@ def press_errors(data: MeasurementSet, model: Model) -> Array:
     higher = replace(plate, height=plate.height + RULES.plate_height)
     lifted = predicted(replace(data, plate=higher)) - stated
     finer = 0.0 if data.hand_segments else 1.0 / ((FINE_PRESS_SEGMENTS / segments) ** 2 - 1.0)
-    return np.stack(
-        [*zeros, lifted, *_engine_errors(data, stated), finer * _taken_off(data, segments)]
-    )
+    whole = np.stack([*zeros, lifted, finer * _taken_off(data, segments)])
+    return OwnErrors(whole, _engine_errors(data, stated))
 
 
 def _engine_errors(data: MeasurementSet, stated: Array) -> Array:

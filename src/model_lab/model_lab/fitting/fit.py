@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from model_lab.aliases import Array, Mask
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.noise_floor import Spectrum, falling
 from model_lab.fitting.scales import Scales, held
 from model_lab.rules import RULES
@@ -56,13 +57,15 @@ class Likelihood:
     """A forward model with the noise by which it is judged.
 
     floor (bands,): variance v0 of the noise floor in each band (see the module). gain_known:
-    whether repeats tell how much the gains of runs scatter.
+    whether repeats tell how much the gains of runs scatter. own: errors of the predictions
+    themselves, if it is known how they go.
     """
 
     forward: Parameterised
     spectrum: Spectrum
     floor: Array
     gain_known: bool = True
+    own: OwnErrors | None = field(default=None, compare=False)
     scales: Scales = field(init=False)
     prior: Array = field(init=False)
 
@@ -139,7 +142,8 @@ class Fit:
     values (k,): of its parameters. residual (samples,): measured minus predicted. coefficients
     (samples,): transform of the residual. variance (bands,): of a coefficient in each band.
     jacobian (samples, k): of the prediction by the search coordinates (see `Scales`). covariance
-    (k, k): of these coordinates. at_limit (k,): whether a parameter lies on a bound.
+    (k, k): of these coordinates, by noise. at_limit (k,): whether a parameter lies on a bound.
+    own_covariance (k, k): of the coordinates, by the errors of the predictions themselves.
     """
 
     likelihood: Likelihood
@@ -151,6 +155,7 @@ class Fit:
     jacobian: Array
     covariance: Array
     at_limit: Mask
+    own_covariance: Array | float = 0.0
 
     @property
     def rmse(self) -> float:
@@ -316,7 +321,7 @@ def _finished(likelihood: Likelihood, point: _Point) -> Fit:
     normal, _ = (
         _normal_equations(likelihood, point) if len(point.values) else (np.zeros((0, 0)), None)
     )
-    scales = likelihood.scales
+    scales, inverted = likelihood.scales, inverse(normal)
     span = np.minimum(scales.high - scales.low, scales.width)
     distance = np.minimum(point.coordinates - scales.low, scales.high - point.coordinates)
     return Fit(
@@ -327,9 +332,24 @@ def _finished(likelihood: Likelihood, point: _Point) -> Fit:
         point.coefficients,
         likelihood.variance(point.power[None])[0],
         point.jacobian,
-        _lost_freedom(likelihood, len(point.values)) * inverse(normal),
+        _lost_freedom(likelihood, len(point.values)) * inverted,
         distance <= RULES.limit_distance * span,
+        _by_own_errors(likelihood, point, inverted),
     )
+
+
+def _by_own_errors(likelihood: Likelihood, point: _Point, inverted: Array) -> Array:
+    """Covariance (k, k) of the search coordinates by the errors of the predictions themselves: each
+    moves them by its weighted least squares. All repeats have the same error, so that it does not
+    average out over them as noise does.
+    """
+    if likelihood.own is None or not len(point.values):
+        return np.zeros_like(inverted)
+    spectrum = likelihood.spectrum
+    weight = 1.0 / likelihood.variance(point.power[None])[0][spectrum.bands]
+    gain = inverted @ (spectrum.coefficients(point.jacobian.T) * weight)
+    rows = spectrum.coefficients(likelihood.own.rows)
+    return likelihood.own.covariance(rows, gain, spectrum.table)
 
 
 def _lost_freedom(likelihood: Likelihood, parameters: int) -> float:

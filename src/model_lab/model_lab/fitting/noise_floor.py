@@ -164,7 +164,7 @@ def noise_floor(
     if not np.any(own_error):
         return known
     if isinstance(own_error, np.ndarray):
-        power = spectrum.power(spectrum.coefficients(np.nan_to_num(own_error))).sum(axis=0)
+        power = spectrum.power(spectrum.coefficients(own_error)).sum(axis=0)
         own = power / spectrum.counts()
     else:
         own = np.full(spectrum.band_count, own_error**2)

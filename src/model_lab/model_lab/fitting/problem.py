@@ -14,6 +14,7 @@ from model_lab.experiments.hand_grasp import grasp_errors, within_simulated
 from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import own_error, with_weight
 from model_lab.experiments.hand_press import press_errors
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
@@ -31,7 +32,7 @@ from softhand_model.model_file import Model
 
 SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
 
-OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | Array]] = {
+OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | OwnErrors]] = {
     HAND_MOTION: own_errors,
     PRESS: press_errors,
     GRASP: grasp_errors,
@@ -61,14 +62,15 @@ class FitProblem:
     joints: SpringModel = THESIS
     rules: Rules = RULES
     floor_as_is: NoiseFloor | None = None
-    own_error: float | Array = 0.0
+    own_error: float | OwnErrors = 0.0
     known: dict[Hashable, Any] | None = field(default=None, compare=False)
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
         """The likelihood of the model in which the parameters of these effects are free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
-        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
+        own = self.own_error if isinstance(self.own_error, OwnErrors) else None
+        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known, own)
 
     def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
         """The result of `make`, or the kept result of an earlier call with this key and noise
@@ -124,7 +126,7 @@ def pose_problem(
         better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
     own = OWN_ERRORS.get(data.experiment, own_error)(data, model)
-    floor = noise_floor(data, spectrum, better.residual, own)
+    floor = noise_floor(data, spectrum, better.residual, _in_rows(own))
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
     problem = FitProblem(
         data,
@@ -139,6 +141,10 @@ def pose_problem(
         own_error=own,
     )
     return problem, given
+
+
+def _in_rows(own: float | OwnErrors) -> float | Array:
+    return own.rows if isinstance(own, OwnErrors) else own
 
 
 def _as_given(starts: Array, parameters: Sequence[Any], given: Iterable[Effect]) -> Array:
@@ -198,7 +204,8 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
     It can be lower if repeats differ by an effect, such as what earlier runs have left in the
     rubber.
     """
-    floor = noise_floor(problem.data, problem.spectrum, better.residual, problem.own_error)
+    own = _in_rows(problem.own_error)
+    floor = noise_floor(problem.data, problem.spectrum, better.residual, own)
     if floor.total >= problem.rules.lower_floor * problem.floor.total:
         return None
     return replace(problem, floor=floor, floor_as_is=problem.floor_as_is or problem.floor)

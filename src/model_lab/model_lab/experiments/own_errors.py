@@ -1,0 +1,42 @@
+"""Errors of predictions themselves, which no repeats show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.measurements.sample_table import SampleTable
+
+
+@dataclass(frozen=True)
+class OwnErrors:
+    """Errors of the predictions for a set, in the unit of its outputs, each acting by itself.
+
+    whole (k, samples): each is the same throughout the set, as the zero of a sensor is. apart (m,
+    samples): each has the same course in all repeats, but in every output of every protocol a size
+    of its own, standard normal.
+    """
+
+    whole: Array
+    apart: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def rows(self) -> Array:
+        """All errors (k + m, samples); 0 where a prediction has no result."""
+        parts = [part for part in (self.whole, self.apart) if len(part)]
+        return np.nan_to_num(np.concatenate(parts))
+
+    def covariance(self, rows: Array, gain: Array, table: SampleTable) -> Array:
+        """Covariance (p, p) of p numbers that are linear in the prediction, with the transposed
+        factors gain (p, samples). rows: the errors as `rows`, transformed as the gain is.
+        """
+        count = len(self.whole)
+        moved = gain @ rows[:count].T
+        found = moved @ moved.T
+        for group, output in sorted({(part.group, part.output) for part in table.series}):
+            mine = (table.group == group) & (table.output == output)
+            moved = gain[:, mine] @ rows[count:, mine].T
+            found = found + moved @ moved.T
+        return np.asarray(found)

@@ -1,0 +1,119 @@
+"""Benches of whole hands: what is hidden, slips, scores, and cases that are kept."""
+
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bench.hands import verdicts
+from bench.hands.cases import HIGHEST, PLAN, hidden_in
+from bench.hands.slips import SLIPS, with_slip
+from bench.hands.verdicts import judge, scored
+from model_lab.bench.hand_motion_set import hand_motion_set
+from model_lab.slips.of_hand import candidates_of_hand
+from softhand_model.hand.hand import load_hand
+
+
+@pytest.mark.parametrize("number", [n for n, (_, group) in enumerate(PLAN) if group == "two"])
+def test_two_effects_act_in_one_hand_as_each_alone(number):
+    hand, kind = load_hand("rbo_hand_2"), PLAN[number][0]
+    both = hidden_in(hand, *PLAN[number], np.random.default_rng(number))
+    random = np.random.default_rng(number)
+    one, other = (hidden_in(hand, name, "strong", random) for name in kind.split(" and "))
+    assert both.both == ((one.name, one.where), (other.name, other.where))
+    assert {effect.name for effect in both.effects} == {
+        effect.name for effect in (*one.effects, *other.effects)
+    }
+    pressures, at = np.array(HIGHEST), np.arange(15.0).reshape(5, 3)
+    frames, down = np.broadcast_to(np.eye(3), (5, 3, 3)), np.array([0.0, 0.0, -1.0])
+    assert np.allclose(both.acting(pressures), other.acting(one.acting(pressures)))
+    moved = other.seen(at, frames, down) + one.seen(at, frames, down) - at
+    assert np.allclose(both.seen(at, frames, down), moved)
+
+
+@pytest.mark.parametrize("kind", SLIPS)
+def test_a_slip_is_undone_by_the_mend_of_its_name(kind):
+    random = np.random.default_rng(1)
+    empty = hand_motion_set()
+    true = filled(empty, random)
+    wrong, (name, column) = with_slip(true, kind, random)
+    columns = (*true.outputs, *true.pressures)
+    assert any(
+        all(np.allclose(mended.columns[key], run.columns[key], rtol=1e-6) for key in columns)
+        for candidate in candidates_of_hand(wrong)
+        if (candidate.name, candidate.column) == (name, column)
+        for mended, run in [(candidate.mended.runs[0], true.runs[0])]
+    )
+
+
+def filled(empty, random):
+    """The set with numbers in all its columns."""
+    runs = [
+        replace(
+            run,
+            columns={
+                **run.columns,
+                **{name: random.uniform(size=run.samples) for name in empty.outputs},
+            },
+        )
+        for run in empty.runs
+    ]
+    return replace(empty, runs=tuple(runs))
+
+
+def answer_of(*effects, verdict="effects_missing", slips=()):
+    named = [{"name": name, "where": where, "parameters": {}} for name, where in effects]
+    return {"verdict": verdict, "effects": named, "tied": [], "slips": list(slips)}
+
+
+INDEX, LEAK = ("actuator_scatter", {"actuator": "index"}), ("crosstalk", {"from": "a", "to": "b"})
+
+
+def test_of_two_effects_both_and_nothing_else_must_be_named():
+    hidden = SimpleNamespace(name="", strength="two", both=(INDEX, LEAK))
+    assert scored(hidden, answer_of(LEAK, INDEX)) == "right"
+    assert scored(hidden, answer_of(LEAK)) == "one of two"
+    assert scored(hidden, answer_of(LEAK, ("dead_zone", {}))) == "wrong"
+    assert scored(hidden, answer_of(verdict="unexplained")) == "unexplained"
+
+
+def test_a_slip_must_be_named_with_its_columns():
+    hidden = SimpleNamespace(name="", strength="slip", slip=("exchanged", "a, b"))
+    mine = {"name": "exchanged", "column": "a, b"}
+    assert scored(hidden, answer_of(verdict="slip", slips=[mine])) == "right"
+    other = mine | {"column": "a, c"}
+    assert scored(hidden, answer_of(verdict="slip", slips=[other])) == "wrong"
+    assert scored(hidden, answer_of(INDEX, verdict="slip", slips=[mine])) == "wrong"
+    assert scored(hidden, answer_of(verdict="adequate")) == "wrong"
+
+
+def test_a_case_is_kept_as_it_ends_and_not_run_again(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["bench", "0", "1"])
+    made = []
+
+    def make(number):
+        if number in made:
+            raise AssertionError(f"case {number} was kept")
+        made.append(number)
+        if number == 1:
+            raise KeyboardInterrupt
+        hidden = SimpleNamespace(name="crosstalk", strength="strong", where=LEAK[1], value=0.2)
+        return hidden, "data"
+
+    answer = answer_of(LEAK) | {"confidence": None, "ranking": [], "helps": []}
+    answer |= {"rmse_before": 3e-3, "rmse_after": 1e-3, "noise_floor": 1e-3}
+    answer["effects"][0]["parameters"] = {"share": {"value": 0.19, "interval": (0.18, 0.21)}}
+    found = SimpleNamespace(as_json=lambda: answer | {"noise_floor_parts": {}})
+    monkeypatch.setattr(verdicts, "diagnose", lambda *_: SimpleNamespace(diagnosis=found))
+    with pytest.raises(KeyboardInterrupt):
+        judge("hands", 2, make, "mm")
+    capsys.readouterr()
+    monkeypatch.setattr(sys, "argv", ["bench", "0"])
+    judge("hands", 2, make, "mm")
+    printed = capsys.readouterr().out
+    assert made == [0, 1]
+    assert "| strong | 1 | 1 right | 0.21 to 1.00 |" in printed
+    assert "intervals that hold the truth: 1 of 1" in printed
