@@ -221,9 +221,11 @@ def _at_load(kind: str, change: Callable[..., Any]) -> Plant:
 
 
 def _odd_run(data: MeasurementSet, random: np.random.Generator) -> Planted | None:
-    """One run with a column in another unit, or with another zero; among few repeats none shows."""
+    """One run with a column in another unit, or with another zero; among few repeats none shows.
+    Not of forces at the base, whose diagnosis takes minutes.
+    """
     repeats = len(data.runs) - len(data.groups())
-    if data.experiment == "valve_pulse" or repeats < ODD_RUN_REPEATS:
+    if data.experiment in ("valve_pulse", "base_torque") or repeats < ODD_RUN_REPEATS:
         return None
     odd, column = int(random.integers(len(data.runs))), str(random.choice(data.outputs))
     scale, zero = (float(random.choice(ODD_SCALES)), 0.0) if random.random() < 0.5 else (1.0, 0.15)

@@ -78,6 +78,15 @@ def test_a_changed_sensor_is_no_drift_that_fits_less_well(tmp_path):
     assert {event["run"] for event in found.events} == set(truth.runs)
 
 
+def test_a_gentle_drift_within_the_floor_is_not_adequate(classes):
+    """Five percent over twelve runs: not sure enough to be told, and the repeats hold it."""
+    made = synthesize("free_bending", 402, False)
+    assert diagnose(made.data, Model("pneuflex"), classes).diagnosis.verdict == "adequate"
+    found = diagnose(rig.drifting_gain(made.data, 0.05), Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.events) == ("unexplained", ())
+    assert found.unexplained.against == ("run_order",)
+
+
 def test_an_effect_is_named_beside_an_event(classes):
     made = synthesize("uniaxial", 2, True)
     data = rig.slipped_winding(made.data, SEVENTH, 0.09)

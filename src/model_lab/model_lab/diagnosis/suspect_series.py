@@ -38,10 +38,13 @@ Candidates = Callable[[FitProblem], Sequence[str]]
 
 @dataclass(frozen=True)
 class Faults:
-    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair."""
+    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair; if
+    nothing did for sure, what may have (`Series.doubted`).
+    """
 
     events: tuple[Event, ...] = ()
     slips: tuple[Slip, ...] = ()
+    doubted: Event | None = None
 
 
 def judged_series(
@@ -60,9 +63,10 @@ def judged_series(
         return scored.held_out.rmse
 
     residual, within = base.fit.residual, problem.floor.within
-    found = examine_lowering(problem.data, residual, within, error_without).events
+    series = examine_lowering(problem.data, residual, within, error_without)
+    found = series.events
     if not found:
-        return judge(problem, given), Faults()
+        return judge(problem, given), Faults(doubted=series.doubted)
     again = judge(*pose(without_events(data, found)))
     named = _events_beside(problem, again)
     if named and _places(named) != _places(found):

@@ -33,6 +33,19 @@ def event_sentences(
     return [_sentence(same, slips, display) for same in told.values()]
 
 
+def doubted_sentence(event: Mapping[str, Any], display: Display) -> str:
+    """A sentence on a step or drift that is uncertain.
+
+    >>> drift = {"kind": "drift", "quantity": "scale", "size": 0.054, "p_value": 0.032}
+    >>> print(doubted_sentence(drift, Display("deg")))
+    Repeats may go with the order of the runs (a drift of +5.4 %, p 0.032): more repeats would tell.
+    """
+    return (
+        f"Repeats may go with the order of the runs (a {event['kind']} of "
+        f"{change_words(event, display)}, p {event['p_value']:.2g}): more repeats would tell."
+    )
+
+
 def _sentence(same: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display) -> str:
     event = min(same, key=lambda one: float(one["p_value"]))
     size = " and ".join(change_words(one, display) for one in same)
