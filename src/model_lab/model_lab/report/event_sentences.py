@@ -7,7 +7,7 @@ from typing import Any
 
 from model_lab.measurements.units import Display
 from model_lab.series.events import DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
-from model_lab.series.run_scale import OUTPUT_SCALE
+from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 from model_lab.slips.slip import Slip
 
 OF_SERIES = (ODD_RUN, EXCHANGED)
@@ -88,7 +88,13 @@ def change_words(event: Mapping[str, Any], display: Display) -> str:
 
     >>> change_words({"quantity": "scale", "size": 5.9}, Display("deg"))
     '6.9 times as large'
+    >>> change_words({"quantity": "load", "size": 0.12}, Display("deg"))
+    'pressure acts by 12 % more, as if the rubber grew softer'
     """
+    if event["quantity"] == LOAD_SCALE:
+        more, softer = ("more", "softer") if event["size"] > 0.0 else ("less", "stiffer")
+        change = f"{100.0 * abs(event['size']):.2g} % {more}"
+        return f"pressure acts by {change}, as if the rubber grew {softer}"
     if event["quantity"] != OUTPUT_SCALE:
         sign = "+" if event["size"] > 0 else "-"
         return f"{sign}{display.shown(abs(event['size']))}"

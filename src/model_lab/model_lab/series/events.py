@@ -51,13 +51,13 @@ class Event:
     """Something that happened in a series of measurements.
 
     kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN or EXCHANGED. run: name of the first run that it changed.
-    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO. size: relative
-    change of the scale, or change of the zero in the SI unit of the outputs; for a drift, over the
-    whole series. p_value: of the null hypothesis that repeats scatter normally, over all patterns.
-    pattern: what it does to the runs. output: index of the output. other: the second of two
-    exchanged runs, or of two repeats of which either may be the odd one. largest: for a step, the
-    run just before or after it that first reached the largest input of the series, if there is one.
-    Names that do not apply are "".
+    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO, or LOAD_SCALE, of
+    pressure over modulus. size: relative change of the scale, or change of the zero in the SI unit
+    of the outputs; for a drift, over the whole series. p_value: of the null hypothesis that repeats
+    scatter normally, over all patterns. pattern: what it does to the runs. output: index of the
+    output. other: the second of two exchanged runs, or of two repeats of which either may be the
+    odd one. largest: for a step, the run just before or after it that first reached the largest
+    input of the series, if there is one. Names that do not apply are "".
     """
 
     kind: str
