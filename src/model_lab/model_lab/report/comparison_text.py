@@ -139,7 +139,11 @@ def _calibration(calibration: Mapping[str, Any]) -> str:
 
 def _before_all(found: Comparison) -> list[str]:
     """What is told before the model is compared: slips, data outside the model, bounds."""
-    said = slip_sentences(found.slips, found.data.output_display)
+    said = slip_sentences(found.slips, found.data.output_display, found.fits_mended)
+    if not found.fits_mended:
+        said.append(
+            "That is not the whole: `model-lab diagnose` says whether an effect explains it."
+        )
     if found.outside:
         said.append(f"No model can be judged by these data. {found.outside}.")
     bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
