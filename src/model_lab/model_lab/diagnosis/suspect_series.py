@@ -89,25 +89,27 @@ def judged_series(
 
 
 def _of_the_load(data: MeasurementSet, events: Sequence[Event], pose: Pose) -> tuple[Event, ...]:
-    """The only event, if it is a step or drift of the scale, as one of the load, at the size that
-    leaves the least error; empty if there are others. Where outputs are not proportional to the
-    pressure, rubber that softens changes their course, too, which a scale does not take out.
+    """Steps and drifts of the scale as those of the load, with all their logarithms multiplied by
+    what leaves the least error; empty if there are other events. Where outputs are not proportional
+    to the pressure, rubber that softens changes their course, too, which a scale does not take out.
     """
-    if data.experiment != "free_bending" or [e.quantity for e in events] != [OUTPUT_SCALE]:
-        return ()
-    (event,) = events
-    if event.kind not in COURSES:
+    of_scale = all(e.kind in COURSES and e.quantity == OUTPUT_SCALE for e in events)
+    if data.experiment != "free_bending" or not of_scale:
         return ()
 
-    def of_size(logarithm: float) -> Event:
-        return replace(event, quantity=LOAD_SCALE, size=float(np.expm1(logarithm)))
+    def loads(share: float) -> tuple[Event, ...]:
+        sizes = [float(np.expm1(share * np.log1p(event.size))) for event in events]
+        return tuple(
+            replace(event, quantity=LOAD_SCALE, size=size)
+            for event, size in zip(events, sizes, strict=True)
+        )
 
-    def error(logarithm: float) -> float:
-        return score_base(*pose(without_events(data, [of_size(logarithm)]))).held_out.rmse
+    def error(share: float) -> float:
+        return score_base(*pose(without_events(data, loads(share)))).held_out.rmse
 
-    ends = sorted(share * float(np.log1p(event.size)) for share in LOAD_OVER_OUTPUT)
-    best = minimize_scalar(error, bounds=ends, method="bounded", options={"maxiter": LOAD_TRIALS})
-    return (of_size(float(best.x)),)
+    trials = {"maxiter": LOAD_TRIALS}
+    best = minimize_scalar(error, bounds=LOAD_OVER_OUTPUT, method="bounded", options=trials)
+    return loads(float(best.x))
 
 
 def _is_all(alone: Judgement, again: Judgement) -> bool:
