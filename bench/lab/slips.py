@@ -1,6 +1,9 @@
 """How often the lab finds a slip, and how often it tells one where there is none.
 
-    python -m bench.lab.slips [--development] [--part N] [--no-diagnosis]
+    python -m bench.lab.slips [--development] [--part N] [--no-diagnosis] [--minutes M]
+
+Each set is kept in out/bench/bench-lab-slips.jsonl as it ends, under the revision of the code: a
+run that was stopped goes on.
 
 Every kind of slip is put into sets of the independent generator `bench.hidden`: with nothing
 hidden, with a hidden effect, of another make of actuator, and scarce ones. The formulas by which
@@ -27,10 +30,11 @@ import argparse
 import json
 import sys
 import tempfile
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+import time
+import zlib
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +42,16 @@ import numpy as np
 
 from bench.hidden.case import DRIVEN, Case, hidden, named
 from bench.hidden.cases import all_cases
+from bench.kept import Unfinished, append, read, revision_of
+from bench.lab.store import SOURCES
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import set_files
+from model_lab.series.events import ODD_RUN
 from model_lab.slips.find import Checked, score
+from model_lab.slips.slip import Slip
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -51,6 +59,8 @@ from softhand_model.model_file import load_model
 DEVELOPMENT_SEED, SEED = 0, 6100
 NOISE = 0.006
 OUT = Path("out/bench/bench-lab-slips.json")
+LINES = OUT.with_suffix(".jsonl")
+FOUND_ROW, ALARM_ROW, BOTH_ROW = "found", "false alarms", "both named"
 FOUND, BOTH, FALSE_ALARMS = 0.90, 0.75, 0.01
 SCALES = {  # SI units in each usual unit
     "Pa": {"kPa": 1e3, "bar": 1e5, "mbar": 1e2, "psi": 6894.757, "mmHg": 133.3224, "MPa": 1e6,
@@ -63,6 +73,8 @@ SHOWS = 2.0
 SAME_FACTOR = 1.2  # ratio of units that the calibration cannot tell apart
 QUANTITY = {"pressure": "Pa", "stress": "Pa", "tip_angle": "rad", "tip_force": "N"}
 AT_LOAD = {"strain": 1.0, "percent": 0.01}  # strain by the values of the column
+ODD_SCALES = (1.0 / 6.894757, 6.894757, np.pi / 180.0, 0.1)  # of a column in another unit
+ODD_RUN_REPEATS = 3  # runs beyond one of each protocol
 MOST_BOTH = 24  # sets that are diagnosed, which takes ten seconds each
 
 
@@ -208,6 +220,25 @@ def _at_load(kind: str, change: Callable[..., Any]) -> Plant:
     return plant
 
 
+def _odd_run(data: MeasurementSet, random: np.random.Generator) -> Planted | None:
+    """One run with a column in another unit, or with another zero; among few repeats none shows.
+    Not of forces at the base, whose diagnosis takes minutes.
+    """
+    repeats = len(data.runs) - len(data.groups())
+    if data.experiment in ("valve_pulse", "base_torque") or repeats < ODD_RUN_REPEATS:
+        return None
+    odd, column = int(random.integers(len(data.runs))), str(random.choice(data.outputs))
+    scale, zero = (float(random.choice(ODD_SCALES)), 0.0) if random.random() < 0.5 else (1.0, 0.15)
+    shift = zero * float(np.abs(data.table.value).max())
+    runs = tuple(
+        replace(run, columns={**run.columns, column: scale * run.columns[column] + shift})
+        if place == odd
+        else run
+        for place, run in enumerate(data.runs)
+    )
+    return Planted(replace(data, runs=runs), ODD_RUN, data.runs[odd].name)
+
+
 KINDS: dict[str, Plant] = {
     "unit": _unit,
     "absolute": _absolute,
@@ -225,6 +256,7 @@ KINDS: dict[str, Plant] = {
         "wrapped", lambda values, _: np.angle(np.exp(1j * values)), least=1.1 * np.pi
     ),
     "exchanged": _exchanged,
+    ODD_RUN: _odd_run,
 }
 
 
@@ -286,9 +318,15 @@ def found(planted: Planted) -> tuple[bool, str]:
     """Whether the slip is told first, and what is told."""
     if planted.kind in AT_LOAD:
         return _told_at_load(planted)
-    told = told_of(planted.data).slips
-    words = "; ".join(f"{slip.name} {slip.column} {slip.fits}" for slip in told)
-    return bool(told) and _right(told[0], planted), words
+    if planted.kind == ODD_RUN:  # which the repeats tell, within a diagnosis
+        slips = diagnose(planted.data, load_model("base")).diagnosis.slips
+    else:
+        slips = told_of(planted.data).slips
+    return bool(slips) and _right(slips[0], planted), _words(slips)
+
+
+def _words(slips: Sequence[Slip]) -> str:
+    return "; ".join(f"{slip.name} {slip.column} {slip.fits}" for slip in slips)
 
 
 def _right(slip: Any, planted: Planted) -> bool:
@@ -313,88 +351,163 @@ def _told_at_load(planted: Planted) -> tuple[bool, str]:
     true = (1.0 + values * AT_LOAD[planted.kind] for values in _stretches(planted.data))
     pairs = zip(_stretches(checked.data), true, strict=True)
     right = all(np.allclose(mended, expected, rtol=1e-4) for mended, expected in pairs)
-    words = "; ".join(f"{slip.name} {slip.column} {slip.fits}" for slip in checked.slips)
-    return right and checked.slips[0].name in AT_LOAD, words
+    return right and checked.slips[0].name in AT_LOAD, _words(checked.slips)
 
 
 def _stretches(data: MeasurementSet) -> list[np.ndarray]:
     return [run.columns["stretch"] for run in data.runs]
 
 
-def plan(seeds: range) -> Iterator[tuple[str, Case, int]]:
-    """Kind, case and seed of every set with a slip."""
-    for way in WAYS:
-        for case in base_cases(way):
-            for kind in KINDS:
-                for seed in seeds:
-                    yield kind, case, seed
+# ---------------------------------------------------------------------- one set each
+@dataclass(frozen=True)
+class Task:
+    """A set to make and to judge. what: FOUND_ROW, ALARM_ROW or BOTH_ROW; kind: of the slip."""
+
+    what: str
+    case: Case
+    seed: int
+    kind: str = ""
+
+    def key(self, revision: str) -> str:
+        """Name of the task under one revision of the code."""
+        return f"{self.what}|{self.case.name}|{self.seed}|{self.kind}|{revision}"
 
 
-def detect(seeds: range, part: int) -> list[dict[str, Any]]:
-    """Slips that are found in sets that have one, of each part-th."""
-    sets: dict[tuple[str, int], MeasurementSet] = {}
-    rows = []
-    for kind, case, seed in islice(plan(seeds), 0, None, part):
-        if (case.name, seed) not in sets:
-            sets[case.name, seed] = made(case, seed, NOISE)
-        random = np.random.default_rng([seed, len(rows)])
-        planted = KINDS[kind](sets[case.name, seed], random)
-        if planted is None:
-            continue
-        if kind not in AT_LOAD and not _shows(sets[case.name, seed], planted):
-            continue
-        right, told = found(planted)
-        rows.append({"kind": kind, "way": case.row.split()[0], "case": case.name, "seed": seed,
-                     "column": planted.column, "right": right, "told": told,
-                     "factor": planted.factor})  # fmt: skip
-    return rows
+@lru_cache(maxsize=1)
+def _clean(name: str, seed: int) -> MeasurementSet:
+    cases = (case for way in WAYS for case in base_cases(way))
+    return made(next(case for case in cases if case.name == name), seed, NOISE)
 
 
-def both(seeds: range, most: int) -> list[dict[str, Any]]:
-    """Slips beside a hidden effect: whether `diagnose` names both."""
-    rows: list[dict[str, Any]] = []
-    places = [entry for entry in plan(seeds) if entry[1].row == "hidden"]
-    order = np.random.default_rng(seeds[0]).permutation(len(places))
-    for place in order:
-        kind, case, seed = places[place]
-        if kind in AT_LOAD or len(rows) >= most:
-            continue
-        data = made(case, seed, NOISE)
-        planted = KINDS[kind](data, np.random.default_rng([seed, int(place)]))
-        if planted is None or not _shows(data, planted):
-            continue
-        answer = diagnose(planted.data, load_model("base")).diagnosis
-        slip = bool(answer.slips) and _right(answer.slips[0], planted)
-        effects = [{e.name, *tied} for e, tied in zip(answer.effects, answer.tied, strict=True)]
-        effect = len(effects) == 1 and bool(effects[0] & case.expected.names[0])
-        rows.append({"kind": kind, "case": case.name, "seed": seed, "slip": slip, "right":
-                     slip and effect, "told": [sorted(names) for names in effects]})  # fmt: skip
-    return rows
+def _planted(task: Task) -> Planted | None:
+    """The set with its slip; None where it has no room for it, or does not show it."""
+    data = _clean(task.case.name, task.seed)
+    random = np.random.default_rng(
+        [task.seed, zlib.crc32(f"{task.case.name} {task.kind}".encode())]
+    )
+    planted = KINDS[task.kind](data, random)
+    if planted is None or not (task.kind in (*AT_LOAD, ODD_RUN) or _shows(data, planted)):
+        return None
+    return planted
 
 
-def false_alarms(seed: int, part: int) -> list[dict[str, Any]]:
-    """What is told of the sets of `bench.lab`, which have no slip; of each part-th case."""
-    rows = []
-    for case in all_cases()[::part]:
-        told = told_of(made(case, seed, case.noises[-1])).slips
-        words = "; ".join(f"{slip.name} {slip.column} {slip.fits}" for slip in told)
-        rows.append({"case": case.name, "told": words, "right": not told})
-        if told:
-            print(f"  told where none is: {case.name}: {words}", flush=True)
-    return rows
+def _detected(task: Task) -> dict[str, Any] | None:
+    planted = _planted(task)
+    if planted is None:
+        return None
+    right, told = found(planted)
+    return {"right": right, "told": told, "column": planted.column, "factor": planted.factor}
+
+
+def _both(task: Task) -> dict[str, Any] | None:
+    planted = _planted(task)
+    if planted is None:
+        return None
+    answer = diagnose(planted.data, load_model("base")).diagnosis
+    slip = bool(answer.slips) and _right(answer.slips[0], planted)
+    effects = [{e.name, *tied} for e, tied in zip(answer.effects, answer.tied, strict=True)]
+    effect = len(effects) == 1 and bool(effects[0] & task.case.expected.names[0])
+    told = f"{_words(answer.slips)}: {' + '.join('/'.join(sorted(names)) for names in effects)}"
+    return {"right": slip and effect, "slip": slip, "told": told}
+
+
+def _alarm(task: Task) -> dict[str, Any]:
+    told = told_of(made(task.case, task.seed, task.case.noises[-1])).slips
+    return {"right": not told, "told": _words(told)}
+
+
+JUDGE: dict[str, Callable[[Task], dict[str, Any] | None]] = {
+    FOUND_ROW: _detected,
+    BOTH_ROW: _both,
+    ALARM_ROW: _alarm,
+}
+
+
+def tasks_of(seeds: Sequence[int], part: int) -> dict[str, list[Task]]:
+    """Tasks of each row, of each part-th case, in an order in which a part tells of the whole:
+    cases at random, with all kinds of slips each.
+    """
+    every = [(case, seed) for way in WAYS for case in base_cases(way) for seed in seeds]
+    random = np.random.default_rng(seeds[0])
+    mixed = [every[place] for place in random.permutation(len(every))][::part]
+    slips = [Task(FOUND_ROW, case, seed, kind) for case, seed in mixed for kind in KINDS]
+    beside = [
+        Task(BOTH_ROW, task.case, task.seed, task.kind)
+        for task in slips
+        if task.case.row == "hidden" and task.kind not in (*AT_LOAD, ODD_RUN)
+    ]
+    clean = all_cases()
+    return {
+        FOUND_ROW: slips,
+        ALARM_ROW: [
+            Task(ALARM_ROW, clean[place], seeds[0])
+            for place in random.permutation(len(clean))[::part]
+        ],
+        BOTH_ROW: [beside[place] for place in random.permutation(len(beside))],
+    }
 
 
 # ---------------------------------------------------------------------- the run
-def share(rows: list[dict[str, Any]]) -> float:
+def judged(
+    tasks: Sequence[Task], revision: str, until: float, most: int | None = None
+) -> list[dict[str, Any]]:
+    """Records of the tasks whose sets show a slip (most: so many at most); each is kept as it ends,
+    and what is kept is not done again. Raises Unfinished when the time `until` is over.
+    """
+    kept, records = read(LINES), []
+    for number, task in enumerate(tasks, 1):
+        if most is not None and len(records) >= most:
+            break
+        key = task.key(revision)
+        if key not in kept:
+            if time.monotonic() > until:
+                raise Unfinished(f"{task.what}: {number - 1} of {len(tasks)} sets were looked at")
+            about = {"kind": task.kind, "case": task.case.name, "seed": task.seed}
+            about |= {"key": key, "way": task.case.row.split()[0]}
+            kept[key] = about | (JUDGE[task.what](task) or {"right": None, "told": "does not show"})
+            append(kept[key], LINES)
+            _progress(task.what, number, len(tasks), kept[key])
+        if kept[key]["right"] is not None:
+            records.append(kept[key])
+    return records
+
+
+def _progress(what: str, number: int, total: int, record: dict[str, Any]) -> None:
+    wrong = record["right"] is False
+    if wrong or number % 20 == 0 or number == total:
+        told = f": {record['kind']} told as {record['told'] or 'nothing'}" if wrong else ""
+        print(f"{what}: {number}/{total} {record['case']} {record['seed']}{told}", file=sys.stderr)
+
+
+def share(rows: Sequence[dict[str, Any]]) -> float:
     """Share of the rows that are right."""
     return sum(row["right"] for row in rows) / max(len(rows), 1)
 
 
-def _line(what: str, rows: list[dict[str, Any]], target: str, met: bool) -> str:
-    return (
-        f"{what:28} {100.0 * share(rows):5.1f} % of {len(rows):4d}  {target:8} "
-        f"{'yes' if met else 'missed'}"
-    )
+def _line(what: str, rows: Sequence[dict[str, Any]], least: float) -> str:
+    if not rows:
+        return f"{what:28} no set yet"
+    met = "yes" if share(rows) >= least else "missed"
+    right = sum(row["right"] for row in rows)
+    shares = f"{100 * share(rows):5.1f} %  >= {100 * least:.0f} %"
+    return f"{what:28} {right:4d} of {len(rows):4d}  {shares}  {met}"
+
+
+def _report(rows: dict[str, list[dict[str, Any]]]) -> None:
+    detected = rows.get(FOUND_ROW, [])
+    print("found, of each kind")
+    for kind in KINDS:
+        mine = [row for row in detected if row["kind"] == kind]
+        print(_line(f"  {kind}", mine, FOUND))
+    print(_line("all kinds", detected, FOUND))
+    for way in sorted({row["way"] for row in detected}):
+        print(_line(f"  {way}", [row for row in detected if row["way"] == way], FOUND))
+    alarms = rows.get(ALARM_ROW, [])
+    wrong = sum(not row["right"] for row in alarms)
+    met = "yes" if wrong <= FALSE_ALARMS * len(alarms) else "missed"
+    print(f"{'told where none is':28} {wrong:4d} of {len(alarms):4d}  <= 1 %  {met}")
+    if BOTH_ROW in rows:
+        print(_line("slip and effect both named", rows[BOTH_ROW], BOTH))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -402,34 +515,36 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="bench.lab.slips", description=__doc__.splitlines()[0])
     parser.add_argument("--development", action="store_true", help="seeds that rules were set with")
     parser.add_argument("--seed", type=int, default=SEED, help=f"of the first sets ({SEED})")
-    parser.add_argument("--part", type=int, default=1, metavar="N", help="each N-th set alone")
+    parser.add_argument("--part", type=int, default=1, metavar="N", help="each N-th case alone")
     parser.add_argument("--no-diagnosis", action="store_true", help="without `both named`")
+    parser.add_argument("--minutes", type=float, default=240.0, help="start no set after that")
     chose = parser.parse_args(arguments)
     first = DEVELOPMENT_SEED if chose.development else chose.seed
     seeds = range(first, first + (1 if chose.development else 2))
-    rows = detect(seeds, chose.part)
-    by_kind = defaultdict(list)
-    for row in rows:
-        by_kind[row["kind"]].append(row)
-    print(f"bench.lab.slips: seeds {seeds[0]} to {seeds[-1]}\nfound, of each kind")
-    for kind, mine in by_kind.items():
-        print(_line(kind, mine, ">= 90 %", share(mine) >= FOUND))
-    print(_line("all kinds", rows, ">= 90 %", share(rows) >= FOUND))
-    for way in sorted({row["way"] for row in rows}):
-        mine = [row for row in rows if row["way"] == way]
-        print(_line(f"  {way}", mine, ">= 90 %", share(mine) >= FOUND))
-    alarms = false_alarms(seeds[0], chose.part)
-    wrong = [row for row in alarms if not row["right"]]
-    print(f"false alarms                 {len(wrong)} of {len(alarms)}  <= 1 %  "
-          f"{'yes' if len(wrong) <= FALSE_ALARMS * len(alarms) else 'missed'}")  # fmt: skip
-    together = [] if chose.no_diagnosis else both(seeds, MOST_BOTH)
-    if together:
-        print(_line("slip and effect both named", together, ">= 75 %", share(together) >= BOTH))
-    OUT.parent.mkdir(parents=True, exist_ok=True)
-    document = {"seeds": list(seeds), "found": rows, "false_alarms": alarms, "both": together}
+    until, revision = time.monotonic() + 60 * chose.minutes, revision_of(SOURCES)
+    tasks = tasks_of(seeds, chose.part)
+    if chose.no_diagnosis:
+        del tasks[BOTH_ROW]
+    print(f"bench.lab.slips: seeds {seeds[0]} to {seeds[-1]}, revision {revision}", flush=True)
+    rows: dict[str, list[dict[str, Any]]] = {}
+    try:
+        for what, mine in tasks.items():
+            rows[what] = judged(mine, revision, until, MOST_BOTH if what == BOTH_ROW else None)
+    except Unfinished as reason:
+        rows[what] = _kept_rows(mine, revision)
+        print(f"bench.lab.slips: {reason}; run it again to go on")
+    _report(rows)
+    document = {"seeds": list(seeds), "revision": revision, **rows}
     OUT.write_text(json.dumps(document, indent=1) + "\n")
     print(f"bench.lab.slips: written to {OUT}")
     return 0
+
+
+def _kept_rows(tasks: Sequence[Task], revision: str) -> list[dict[str, Any]]:
+    """Records of the tasks that are done and show a slip."""
+    kept = read(LINES)
+    done = (kept.get(task.key(revision)) for task in tasks)
+    return [record for record in done if record and record["right"] is not None]
 
 
 if __name__ == "__main__":

@@ -372,6 +372,12 @@ class Rules:
     large_event: float = _rule(
         4.0, "change of runs by such an event, over their scatter within a run", SERIES_SEEDS
     )
+    doubted_p_value: float = _rule(
+        0.05,
+        "p-value of a step or drift between runs that is not told but leaves no set adequate",
+        CONVENTION,
+        neutral=0.0,
+    )
     axis_p_value: float = _rule(
         0.001, "p-value below which a set is not adequate for an axis or the input", BY_HAND
     )

@@ -10,7 +10,8 @@ import pytest
 from bench import hidden
 from bench.hidden.people import scarce
 from bench.lab.store import first_seed
-from model_lab.diagnosis.diagnose import diagnose, diagnose_folder
+from model_lab.diagnosis.diagnose import candidates_of, diagnose, diagnose_folder
+from model_lab.fitting.problem import pose_problem
 from model_lab.measurements.load import load_measurements
 from model_lab.rules import RULES
 from softhand_model.effects import effect_classes
@@ -182,6 +183,16 @@ def test_the_answer_is_as_the_contract_has_it_and_can_be_written(answer):
     assert answer["effects"][0]["class"] == "stiffening" and not estimate["undetermined"]
     assert estimate["interval"][0] < estimate["value"] < estimate["interval"][1]
     assert "mooney_rivlin" in {entry["name"] for entry in answer["not_visible"]}
+
+
+def test_effects_of_hands_and_valves_are_not_listed_for_a_finger_but_ones_own_are(measured, answer):
+    listed = {entry["name"] for entry in answer["not_visible"]}
+    elsewhere = {"crosstalk", "mount_tilt", "marker_offset", "valve_delay", "wrench_bias"}
+    assert not listed & elsewhere
+    own = type("Own", (effect_classes()["valve_delay"],), {"name": "own"})
+    problem, _ = pose_problem(load_measurements(measured), load_model("base"), {"own": own})
+    searched, absent = candidates_of(problem, load_model("base"))
+    assert not searched and [entry.name for entry in absent] == ["own"]
 
 
 def test_the_answer_is_the_same_again_in_two_processes_and_without_other_files(

@@ -13,6 +13,7 @@ from bench.second_author import series_faults
 from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.experiments.forward import Forward
 from model_lab.measurements.load import load_measurements
 from model_lab.report.sentences import verdict_sentence
 from softhand_model.effects import effect_classes
@@ -20,6 +21,10 @@ from softhand_model.model_file import Model
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "measurements" / "finger"
 SEVENTH = 6  # index of the first run of the second half
+SECTION = {
+    name: effect_classes()[name]
+    for name in ("ageing", "section_rounding", "thick_wall", "gent_stiffening", "dead_zone")
+}
 FEW = ("mullins_softening", "ageing", "gent_stiffening", "viscoelasticity")
 
 
@@ -76,6 +81,40 @@ def test_a_changed_sensor_is_no_drift_that_fits_less_well(tmp_path):
     found = diagnose(load_measurements(tmp_path), Model("pneuflex")).diagnosis
     assert found.verdict == "unexplained" and "sensor_drift" in effect_classes()
     assert {event["run"] for event in found.events} == set(truth.runs)
+
+
+def test_a_gentle_drift_within_the_floor_is_not_adequate(classes):
+    """Five percent over twelve runs: not sure enough to be told, and the repeats hold it."""
+    made = synthesize("free_bending", 402, False)
+    assert diagnose(made.data, Model("pneuflex"), classes).diagnosis.verdict == "adequate"
+    found = diagnose(rig.drifting_gain(made.data, 0.05), Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.events) == ("unexplained", ())
+    assert found.unexplained.against == ("run_order",)
+
+
+def tiring(data, grown: float):
+    """Rubber whose modulus falls with a power of the number of runs, as the base model bends it."""
+    softer = 1.0 + grown * (1.0 - np.arange(1.0, len(data.runs) + 1.0) ** -0.8)
+    loaded = tuple(
+        replace(run, columns={**run.columns, "pressure": run.columns["pressure"] * factor})
+        for run, factor in zip(data.runs, softer, strict=True)
+    )
+    made = Forward(replace(data, runs=loaded), "pneuflex").predict(np.ones((1, 1)))[0]
+    scatter = 0.003 * made.max() * np.random.default_rng(0).standard_normal(len(made))
+    runs = tuple(
+        replace(run, columns={**run.columns, "tip_angle": data.table.of_run(made + scatter, k)[0]})
+        for k, run in enumerate(data.runs)
+    )
+    return replace(data, runs=runs)
+
+
+@pytest.mark.parametrize("grown", [0.15, 0.4])
+def test_rubber_that_tires_is_not_told_as_an_effect_of_the_section(grown):
+    """Outputs are not in proportion to pressures: their scale does not take softer rubber out."""
+    data = tiring(synthesize("free_bending", 2, False).data, grown)
+    found = diagnose(data, Model("pneuflex"), SECTION).diagnosis
+    named = {effect.name for effect in found.effects}
+    assert named <= {"ageing"} and (named or found.events) and found.verdict != "adequate"
 
 
 def test_an_effect_is_named_beside_an_event(classes):

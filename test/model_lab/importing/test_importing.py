@@ -160,6 +160,13 @@ def test_one_specimen_can_be_said(tmp_path, capsys):
     assert "--specimen mine" in capsys.readouterr().out
 
 
+def test_the_next_commands_run_without_dimensions_too(tmp_path, capsys):
+    file = write(tmp_path / "bent_1.csv", *BEND)
+    assert main(["import", str(file), "-o", str(tmp_path / "set"), "--yes"]) == 0
+    following = capsys.readouterr().out.split("Next:")[1].split("\n")[1]
+    assert main(shlex.split(following)[1:]) == 0
+
+
 def test_how_far_strips_were_stretched_before(tmp_path, capsys):
     stretch = 1.0 + TIME / 6.0
     pulls = ("time [s],stretch [-],stress [kPa]", TIME, stretch, 67.0 * (stretch - stretch**-2))

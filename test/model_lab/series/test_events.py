@@ -16,6 +16,7 @@ from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, ex
 from model_lab.series.run_scale import run_values, within_groups
 
 SEVENTH = 6  # index of the first run of the second half
+GENTLE = 0.05  # drift of the scale over a series
 
 
 def examined(data, truth) -> Series:
@@ -65,6 +66,19 @@ def test_a_changed_sensor_is_seen_in_six_runs_too():
         false += bool(examined(data, truth).events)
     assert steps >= 10 and false <= 1
     assert alone < steps
+
+
+def test_a_drift_that_is_not_sure_is_doubted_and_scatter_is_not():
+    """A scale that drifts by less than half a percent a run is not told in each set."""
+    told = doubted = false = 0
+    for seed in range(400, 412):
+        made = synthesize("free_bending", seed, False)
+        found = examined(rig.drifting_gain(made.data, GENTLE), made.truth)
+        told += bool(found.events)
+        doubted += found.doubted is not None
+        false += examined(made.data, made.truth).doubted is not None
+    assert told >= 4 and doubted >= 3 and told + doubted <= 12
+    assert false <= 1
 
 
 @pytest.mark.parametrize("first", [3, SEVENTH, 9])

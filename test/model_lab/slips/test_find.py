@@ -9,6 +9,7 @@ import yaml
 
 from bench.hidden import make_set
 from bench.second_author import slip_sets
+from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.result import SLIP
@@ -285,6 +286,15 @@ def test_beside_an_effect_the_slip_is_told_that_needs_no_odd_modulus(hidden, tmp
     (slip,) = find_all_slips(replace(data, specimens=stiff), BASE, effect_classes()).slips
     assert (slip.name, slip.beside) == ("youngs_modulus", hidden)
     assert slip.alike == ("pressure is inHg, not kPa",)
+
+
+def test_a_slip_that_leaves_much_gives_way_to_an_effect_that_does_not():
+    """A sensor that ends at 20 deg: pressures of a quarter would fit better, and still not fit."""
+    made = synthesize("free_bending", 5, True)
+    assert [effect["name"] for effect in made.truth["effects"]] == ["saturation"]
+    assert find_all_slips(made.data, BASE, effect_classes()).slips == ()
+    text = comparison_text(compare(made.data, BASE), "base")
+    assert "The data fit better if pressure is" in text and "That is not the whole" in text
 
 
 def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):

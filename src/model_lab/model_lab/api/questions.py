@@ -101,7 +101,7 @@ class Comparison(Shown):
         said = [
             f"{self.name}: held-out error {self.error:.3g} {self.unit}, "
             f"noise floor {self.floor:.3g} {self.unit}.",
-            *slip_sentences(self.slips, self.details.data.output_display),
+            *slip_sentences(self.slips, self.details.data.output_display, self.details.fits_mended),
         ]
         return " ".join(said)
 

@@ -78,7 +78,8 @@ def _write_imported(
     for remark in found.remarks:
         print(f"note: {remark}")
     print(f"\nThe same again:\n  {again(arguments.files, arguments.out, said)}")
-    _print_next([f"model-lab compare {arguments.out}", f"model-lab diagnose {arguments.out}"])
+    linear = "" if found.sized else " --model linear"
+    _print_next([f"model-lab {what} {arguments.out}{linear}" for what in ("compare", "diagnose")])
 
 
 def compare(arguments: argparse.Namespace) -> None:

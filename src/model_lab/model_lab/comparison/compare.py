@@ -169,6 +169,7 @@ class Comparison:
     runs, specimens, outputs: accuracy on each of these parts. localisation, relation, notices:
     where the held-out residual is large, how it follows the input, and what else is odd in the set.
     slips: mistakes in how the data are stated; the other results are about the data as stated.
+    fits_mended: whether the data fit about to the floor without them.
     series: what happened between the runs, as their repeats show it. within: tests of the residual
     within runs; None where no run has a time course. outside: why no model can be judged by these
     data; "" if one can.
@@ -183,6 +184,7 @@ class Comparison:
     relation: InputRelation | None
     notices: tuple[Notice, ...]
     slips: tuple[Slip, ...] = ()
+    fits_mended: bool = True
     series: Series = NO_SERIES
     within: WithinRuns | None = None
     outside: str = ""
@@ -212,6 +214,7 @@ def compare(
         input_relation(data, errors.residual),
         notices(errors.data, errors.floor, errors.residual),
         checked.slips,
+        not checked.slips or score(checked.data, model).explains,
         _series(errors, model),
         residual_tests(errors.data, errors.residual),
         outside=outside(checked.data, model.base) or "",

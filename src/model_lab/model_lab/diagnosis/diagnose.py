@@ -126,7 +126,8 @@ def diagnose(
     judged, faults = judged_series(
         checked.data, pose, lambda problem: candidates_of(problem, model)[0], judge
     )
-    outcome = _described(judged, candidates_of(judged.problem, model)[1], seed)
+    absent = candidates_of(judged.problem, model)[1]
+    outcome = _described(judged, absent, seed, faults.doubted is not None)
     instead = _instead(data, model, known, checked) if checked.slips else ()
     found = _with_faults(outcome, faults, checked.slips, instead)
     reasons = _floor_reasons(judged.problem, found.diagnosis, checked.data)
@@ -243,14 +244,17 @@ def _judged_search(
 
 
 def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
-    """(names of effects that could be missing, effects that cannot show in this set with the
-    reason).
+    """(names of effects that could be missing, effects that the specimens may have but that cannot
+    show in this set with the reason). Built-in effects of other experiments are in neither.
     """
-    present = {effect.name for effect in model.effects}
+    present, data = {effect.name for effect in model.effects}, problem.data
+    built_in = effect_classes()
     absent = {
-        name: not_searched(effect, problem.data, model.base)
+        name: not_searched(effect, data, model.base)
         for name, effect in problem.classes.items()
-        if name not in present and effect.physical
+        if name not in present
+        and effect.physical
+        and (name not in built_in or data.experiment in {*effect.experiments, *effect.unseen_in})
     }
     candidates = [name for name, reason in absent.items() if reason is None]
     return candidates, [NotVisible(name, reason) for name, reason in absent.items() if reason]
@@ -265,14 +269,16 @@ def diagnose_folder(
 
 
 # ---------------------------------------------------------------------- the whole diagnosis
-def _described(judged: Judgement, absent: list[NotVisible], seed: int) -> Outcome:
-    """The diagnosis: the verdict, and what is reported beside it."""
+def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: bool) -> Outcome:
+    """The diagnosis: the verdict, and what is reported beside it. doubted: whether repeats may go
+    with the order of the runs.
+    """
     problem, selection, named = judged.problem, judged.selection, judged.named
     base, floor, added = selection.base, problem.floor, judged.added
     odd = notices(problem.data, floor, named.held_out.residual)
     localised = localise(problem.data, base.held_out.residual, seed)
     within = residual_tests(problem.data, named.fit.residual)
-    failing = _failing(judged, localised, within)
+    failing = _failing(judged, localised, within, doubted)
     verdict = UNEXPLAINED if failing else judged.verdict
     evidence = evidence_of(problem, selection, judged.black_boxes, len(odd))
     experiment = problem.data.experiment
@@ -340,7 +346,7 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
 
 
 def _failing(
-    judged: Judgement, localised: Localisation, within: WithinRuns | None
+    judged: Judgement, localised: Localisation, within: WithinRuns | None, doubted: bool
 ) -> tuple[str, ...]:
     """Axes against which a model fails beyond chance and by much though its error lies within the
     noise floor: then it is not adequate. Empty with any other verdict.
@@ -349,7 +355,8 @@ def _failing(
         return ()
     failing = [axis.against for axis in localised.certain_failures]
     follows = ["pressure"] if within is not None and within.follows_input else []
-    return tuple(dict.fromkeys([*failing, *follows]))[:3]
+    of_series = ["run_order"] if doubted else []
+    return tuple(dict.fromkeys([*failing, *follows, *of_series]))[:3]
 
 
 def _rest_against(judged: Judgement, of_base: Localisation, seed: int) -> tuple[str, ...]:

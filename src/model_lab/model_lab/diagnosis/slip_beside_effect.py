@@ -117,7 +117,10 @@ def find_all_slips(
     if data.doubts or (checked.slips and _is_explained(checked.data, model, classes)):
         return checked
     beside = find_slip_beside_effect(data, model, classes, tell)
-    return beside if beside.slips else checked
+    if beside.slips or not checked.slips:
+        return beside
+    rather = _effect_rather(data, checked.relative_error, model, classes)
+    return Checked(data) if rather else checked
 
 
 def find_slip_beside_effect(
@@ -256,6 +259,20 @@ def _is_explained(data: MeasurementSet, model: Model, classes: Mapping[str, type
         return True
     effect = _with_effects(mended, model).usual
     return effect is not None and mended.explains(effect)
+
+
+def _effect_rather(
+    data: MeasurementSet, left: float, model: Model, classes: Mapping[str, type[Effect]]
+) -> bool:
+    """Whether a likely effect about explains a set as stated, and removes at least half of the
+    relative error `left` by slips that do not explain it.
+    """
+    stated = _with_effects(_base_of(data, model, classes), model)
+    return any(
+        stated.explains(one, RULES.most_explained_error)
+        and stated.relative(one) <= (1.0 - RULES.removed_share) * left
+        for one in stated.likely
+    )
 
 
 def _base_of(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> _Searched:

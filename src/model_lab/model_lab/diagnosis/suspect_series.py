@@ -10,23 +10,27 @@ it, or if effects explain the set as it is: effects may make repeats differ by w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from model_lab.aliases import Array
 from model_lab.diagnosis.judgement import Judgement
-from model_lab.diagnosis.result import EFFECTS_MISSING
+from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING
 from model_lab.diagnosis.search import Scored, score_base, trial_values, with_trials
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import Event, examine, group_of_runs, of_the_other
+from model_lab.series.events import COURSES, Event, examine, group_of_runs, of_the_other
 from model_lab.series.lowering import examine_lowering
 from model_lab.series.mended import without_events
 from model_lab.series.odd_run import error_of_runs, odd_run_slips
-from model_lab.series.run_scale import run_values, within_groups
+from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE, run_values, within_groups
 from model_lab.slips.slip import Slip
+
+LOAD_OVER_OUTPUT = (0.2, 1.5)  # of logarithms: outputs grow by more than the load, or saturate
+LOAD_TRIALS = 10
 
 Pose = Callable[[MeasurementSet], tuple[FitProblem, Sequence[str]]]
 """The fit problem of a set, and the effects of the model that are fitted along."""
@@ -38,10 +42,13 @@ Candidates = Callable[[FitProblem], Sequence[str]]
 
 @dataclass(frozen=True)
 class Faults:
-    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair."""
+    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair; if
+    nothing did for sure, what may have (`Series.doubted`).
+    """
 
     events: tuple[Event, ...] = ()
     slips: tuple[Slip, ...] = ()
+    doubted: Event | None = None
 
 
 def judged_series(
@@ -60,19 +67,59 @@ def judged_series(
         return scored.held_out.rmse
 
     residual, within = base.fit.residual, problem.floor.within
-    found = examine_lowering(problem.data, residual, within, error_without).events
+    series = examine_lowering(problem.data, residual, within, error_without)
+    found = series.events
     if not found:
-        return judge(problem, given), Faults()
+        return judge(problem, given), Faults(doubted=series.doubted)
     again = judge(*pose(without_events(data, found)))
-    named = _events_beside(problem, again)
-    if named and _places(named) != _places(found):
-        again = judge(*pose(without_events(data, named)))
+    softened = _of_the_load(data, found, pose) if again.verdict != ADEQUATE else ()
+    alone = judge(*pose(without_events(data, softened))) if softened else None
+    if alone is not None and _is_all(alone, again):
+        again, named = alone, softened
+    else:
+        named = _events_beside(problem, again)
+        if named and _places(named) != _places(found):
+            again = judge(*pose(without_events(data, named)))
     if named and not _may_explain(problem, base, candidates(problem)):
         return again, _faults(problem, again, named)
     first = judge(problem, given)
     if not named or _explains(first, again, named):
         return first, Faults()
     return again, _faults(problem, again, named)
+
+
+def _of_the_load(data: MeasurementSet, events: Sequence[Event], pose: Pose) -> tuple[Event, ...]:
+    """Steps and drifts of the scale as those of the load, with all their logarithms multiplied by
+    what leaves the least error; empty if there are other events. Where outputs are not proportional
+    to the pressure, rubber that softens changes their course, too, which a scale does not take out.
+    """
+    of_scale = all(e.kind in COURSES and e.quantity == OUTPUT_SCALE for e in events)
+    if data.experiment != "free_bending" or not of_scale:
+        return ()
+
+    def loads(share: float) -> tuple[Event, ...]:
+        sizes = [float(np.expm1(share * np.log1p(event.size))) for event in events]
+        return tuple(
+            replace(event, quantity=LOAD_SCALE, size=size)
+            for event, size in zip(events, sizes, strict=True)
+        )
+
+    def error(share: float) -> float:
+        return score_base(*pose(without_events(data, loads(share)))).held_out.rmse
+
+    trials = {"maxiter": LOAD_TRIALS}
+    best = minimize_scalar(error, bounds=LOAD_OVER_OUTPUT, method="bounded", options=trials)
+    return loads(float(best.x))
+
+
+def _is_all(alone: Judgement, again: Judgement) -> bool:
+    """Whether an event of the load explains a set without any effect, nearly as well as effects do
+    beside an event of the scale.
+    """
+    most = again.problem.rules.explained_error * max(
+        again.problem.floor.total, again.named.held_out.rmse
+    )
+    return alone.verdict == ADEQUATE and alone.named.held_out.rmse <= most
 
 
 def _places(events: Sequence[Event]) -> list[tuple[str, str]]:

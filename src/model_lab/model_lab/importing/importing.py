@@ -69,12 +69,13 @@ class ImportedSet:
     """A measurement set that is ready to be written.
 
     document: content of experiment.yaml. runs: their tables. remarks: what the user should know
-    about the import.
+    about the import. sized: whether the specimens have the dimensions that the base model needs.
     """
 
     document: Mapping[str, object]
     runs: tuple[ImportedRun, ...]
     remarks: tuple[str, ...]
+    sized: bool = True
 
     def files(self, folder: Path) -> dict[Path, str]:
         """What `write` writes, by path: the text of experiment.yaml and of one CSV file per run."""
@@ -314,7 +315,7 @@ def make_set(
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
     ]
-    return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)))
+    return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), bool(entry))
 
 
 def _run_entry(name: str, found: Assigned, pulled: Mapping[str, float]) -> dict[str, object]:

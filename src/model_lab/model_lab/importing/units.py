@@ -16,6 +16,11 @@ SPELLINGS = {
     "degree": "deg",
     "degrees": "deg",
     "gradi": "deg",
+    "turns": "turn",
+    "revolutions": "turn",
+    "umdrehung": "turn",
+    "umdrehungen": "turn",
+    "tours": "turn",
     "radian": "rad",
     "radians": "rad",
     "sek": "s",
@@ -68,8 +73,8 @@ _SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_
 def usual_unit(text: str) -> str:
     """The unit that a text stands for, as experiment.yaml writes it; "" if the text is no unit.
 
-    >>> usual_unit("Grad"), usual_unit("mbar"), usual_unit("thumb")
-    ('deg', 'mbar', '')
+    >>> usual_unit("Grad"), usual_unit("Umdrehungen"), usual_unit("mbar"), usual_unit("thumb")
+    ('deg', 'turn', 'mbar', '')
     """
     plain = text.strip()
     if plain.isdecimal():

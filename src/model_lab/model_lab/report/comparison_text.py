@@ -14,7 +14,7 @@ from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.localisation.localise import Dependence
 from model_lab.measurements.units import Display
-from model_lab.report.event_sentences import event_sentences
+from model_lab.report.event_sentences import doubted_sentence, event_sentences
 from model_lab.report.floor_sentences import ladder_sentence
 from model_lab.report.sentences import (
     bound_sentence,
@@ -139,7 +139,11 @@ def _calibration(calibration: Mapping[str, Any]) -> str:
 
 def _before_all(found: Comparison) -> list[str]:
     """What is told before the model is compared: slips, data outside the model, bounds."""
-    said = slip_sentences(found.slips, found.data.output_display)
+    said = slip_sentences(found.slips, found.data.output_display, found.fits_mended)
+    if not found.fits_mended:
+        said.append(
+            "That is not the whole: `model-lab diagnose` says whether an effect explains it."
+        )
     if found.outside:
         said.append(f"No model can be judged by these data. {found.outside}.")
     bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
@@ -213,7 +217,10 @@ def _series(found: Comparison) -> str:
     """Events between runs, and whether the residual within runs is white."""
     events = [event.as_json() for event in found.series.events]
     lines = event_sentences(events, (), found.data.output_display)
-    if not events and found.series.freedom:
+    doubted = found.series.doubted
+    if doubted is not None:
+        lines.append(doubted_sentence(doubted.as_json(), found.data.output_display))
+    elif not events and found.series.freedom:
         lines.append(
             f"Repeats do not depend on the order of the runs (p {found.series.p_value:.2g})."
         )

@@ -7,7 +7,7 @@ from typing import Any
 
 from model_lab.measurements.units import Display
 from model_lab.series.events import DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
-from model_lab.series.run_scale import OUTPUT_SCALE
+from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 from model_lab.slips.slip import Slip
 
 OF_SERIES = (ODD_RUN, EXCHANGED)
@@ -31,6 +31,19 @@ def event_sentences(
     for event in events:
         told.setdefault(tuple(event[key] for key in ("kind", "run", "specimen")), []).append(event)
     return [_sentence(same, slips, display) for same in told.values()]
+
+
+def doubted_sentence(event: Mapping[str, Any], display: Display) -> str:
+    """A sentence on a step or drift that is uncertain.
+
+    >>> drift = {"kind": "drift", "quantity": "scale", "size": 0.054, "p_value": 0.032}
+    >>> print(doubted_sentence(drift, Display("deg")))
+    Repeats may go with the order of the runs (a drift of +5.4 %, p 0.032): more repeats would tell.
+    """
+    return (
+        f"Repeats may go with the order of the runs (a {event['kind']} of "
+        f"{change_words(event, display)}, p {event['p_value']:.2g}): more repeats would tell."
+    )
 
 
 def _sentence(same: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display: Display) -> str:
@@ -75,7 +88,13 @@ def change_words(event: Mapping[str, Any], display: Display) -> str:
 
     >>> change_words({"quantity": "scale", "size": 5.9}, Display("deg"))
     '6.9 times as large'
+    >>> change_words({"quantity": "load", "size": 0.12}, Display("deg"))
+    'pressure acts by 12 % more, as if the rubber grew softer'
     """
+    if event["quantity"] == LOAD_SCALE:
+        more, softer = ("more", "softer") if event["size"] > 0.0 else ("less", "stiffer")
+        change = f"{100.0 * abs(event['size']):.2g} % {more}"
+        return f"pressure acts by {change}, as if the rubber grew {softer}"
     if event["quantity"] != OUTPUT_SCALE:
         sign = "+" if event["size"] > 0 else "-"
         return f"{sign}{display.shown(abs(event['size']))}"

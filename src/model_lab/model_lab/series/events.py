@@ -26,6 +26,7 @@ from model_lab.series.exchange import NORMAL_DRAWS, exchanged_pair
 from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
 
 STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
+COURSES = (STEP_EVENT, DRIFT_EVENT)  # of many runs, that no scatter of one run explains
 MOST_EVENTS = 4  # that are sought in one series
 SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
 SETTLING_RUNS = 0.25  # share of the series after which a drift that settles has 63 % of its size
@@ -50,13 +51,13 @@ class Event:
     """Something that happened in a series of measurements.
 
     kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN or EXCHANGED. run: name of the first run that it changed.
-    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO. size: relative
-    change of the scale, or change of the zero in the SI unit of the outputs; for a drift, over the
-    whole series. p_value: of the null hypothesis that repeats scatter normally, over all patterns.
-    pattern: what it does to the runs. output: index of the output. other: the second of two
-    exchanged runs, or of two repeats of which either may be the odd one. largest: for a step, the
-    run just before or after it that first reached the largest input of the series, if there is one.
-    Names that do not apply are "".
+    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO, or LOAD_SCALE, of
+    pressure over modulus. size: relative change of the scale, or change of the zero in the SI unit
+    of the outputs; for a drift, over the whole series. p_value: of the null hypothesis that repeats
+    scatter normally, over all patterns. pattern: what it does to the runs. output: index of the
+    output. other: the second of two exchanged runs, or of two repeats of which either may be the
+    odd one. largest: for a step, the run just before or after it that first reached the largest
+    input of the series, if there is one. Names that do not apply are "".
     """
 
     kind: str
@@ -90,12 +91,14 @@ class Series:
     """What repeats tell about the series of runs.
 
     freedom: degrees of freedom of the differences between repeats; 0 without repeats. p_value: of
-    the first event, or of the best pattern if there is no event; 1 without repeats.
+    the first event, or of the best pattern if there is no event; 1 without repeats. doubted:
+    without an event, the step or drift that is too uncertain to be told but too likely for noise.
     """
 
     freedom: int
     p_value: float
     events: tuple[Event, ...]
+    doubted: Event | None = None
 
 
 NO_SERIES = Series(0, 1.0, ())
@@ -116,7 +119,7 @@ def examine(
     if freedom < RULES.event_freedom or not patterns:
         return Series(freedom, 1.0, ())
     measured, predicted = table.value, table.value - residual
-    events = _exchanged_runs(data, residual, within, group)
+    events, doubted = _exchanged_runs(data, residual, within, group), None
     first_p_value = events[0].p_value if events else 1.0
     while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
         values = run_values(table, measured, predicted, data.of_hand)
@@ -135,10 +138,13 @@ def examine(
             several = several if several[0].p_value <= RULES.further_event_p_value else []
         several = [event for event in several if _matters(event, values, within)]
         if not several:
+            likely = found.kind in COURSES and found.p_value <= RULES.doubted_p_value
+            if likely and not events and _matters(found, values, within):
+                doubted = found
             break
         events += several
         measured = without_event(several[0], table, measured)
-    return Series(freedom, first_p_value, tuple(events))
+    return Series(freedom, first_p_value, tuple(events), doubted)
 
 
 def of_the_other(event: Event, data: MeasurementSet) -> Event:
@@ -162,7 +168,7 @@ def without_event(event: Event, table: SampleTable, measured: Array) -> Array:
     """Measured outputs (samples,) as they would be without a step or a drift; events of other kinds
     change nothing.
     """
-    if event.kind not in (STEP_EVENT, DRIFT_EVENT):
+    if event.kind not in COURSES:
         return measured
     shape = event.pattern.shape[table.run]
     if event.quantity == OUTPUT_SCALE:
@@ -310,7 +316,7 @@ def _odd_run(
 def _concerns(event: Event, one: RunValues) -> bool:
     """Whether an event has used up a degree of freedom of these values. Odd runs concern all."""
     same = (event.quantity, event.output) == (one.quantity, one.output)
-    return same or event.kind not in (STEP_EVENT, DRIFT_EVENT)
+    return same or event.kind not in COURSES
 
 
 def _chosen(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import DRIFT_EVENT, STEP_EVENT, Event, Series, examine
+from model_lab.series.events import COURSES, Event, Series, examine
 
 
 def examine_lowering(
@@ -15,8 +16,8 @@ def examine_lowering(
     within: float,
     error_without: Callable[[Sequence[Event]], float],
 ) -> Series:
-    """Find events as `examine` does, but drop steps and drifts that raise the error of the model
-    when they are taken out: two odd runs may look like a drift of all runs.
+    """Find events as `examine` does, but drop steps and drifts, also doubted ones, that raise the
+    error of the model when they are taken out: two odd runs may look like a drift of all runs.
 
     residual (samples,), within: as for `examine`. error_without: returns the held-out error of the
     model on the set without some events, in the SI unit of the outputs.
@@ -24,7 +25,10 @@ def examine_lowering(
     refused: tuple[str, ...] = ()
     while True:
         series = examine(data, residual, within, refused)
-        courses = [e.kind for e in series.events if e.kind in (STEP_EVENT, DRIFT_EVENT)]
-        if not courses or error_without(series.events) <= error_without(()):
+        courses = [e.kind for e in series.events if e.kind in COURSES]
+        taken_out = series.events if courses else tuple(filter(None, [series.doubted]))
+        if not taken_out or error_without(taken_out) <= error_without(()):
             return series
+        if not courses:
+            return replace(series, doubted=None)
         refused = (*refused, *courses)

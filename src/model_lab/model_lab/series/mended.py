@@ -8,16 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from model_lab.measurements.measurement_set import MeasurementSet, Run
-from model_lab.series.events import DRIFT_EVENT, STEP_EVENT, Event
-from model_lab.series.run_scale import OUTPUT_SCALE
+from model_lab.series.events import COURSES, Event
+from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 
 
 def without_events(data: MeasurementSet, events: Sequence[Event]) -> MeasurementSet:
     """The set without events: readings after a step or in a drift are changed to what they would
-    have been before it, odd runs are left out.
+    have been before it, odd runs are left out. Where the load changed, pressures become those at
+    which the specimen, as it was before, would have given the readings.
     """
-    set_aside = {event.run for event in events if event.kind not in (STEP_EVENT, DRIFT_EVENT)}
-    courses = [event for event in events if event.kind in (STEP_EVENT, DRIFT_EVENT)]
+    set_aside = {event.run for event in events if event.kind not in COURSES}
+    courses = [event for event in events if event.kind in COURSES]
     runs = tuple(
         _without(data, run, index, courses)
         for index, run in enumerate(data.runs)
@@ -30,6 +31,9 @@ def _without(data: MeasurementSet, run: Run, index: int, events: Sequence[Event]
     columns = dict(run.columns)
     for event in events:
         share = float(event.pattern.shape[index])
+        if event.quantity == LOAD_SCALE:
+            columns["pressure"] = columns["pressure"] * np.exp(np.log1p(event.size) * share)
+            continue
         for output, name in enumerate(data.outputs):
             if name in columns and event.quantity == OUTPUT_SCALE:
                 columns[name] = columns[name] * np.exp(-np.log1p(event.size) * share)

@@ -10,7 +10,7 @@ from model_lab.aliases import Array, IntArray
 from model_lab.measurements.sample_table import SampleTable
 from model_lab.rules import RULES
 
-OUTPUT_SCALE, OUTPUT_ZERO = "scale", "zero"
+OUTPUT_SCALE, OUTPUT_ZERO, LOAD_SCALE = "scale", "zero", "load"
 SMALLEST_RATIO = 1e-3  # of measured to predicted; also stands for a run of the opposite sign
 
 
