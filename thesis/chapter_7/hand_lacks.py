@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,11 @@ import yaml
 
 import model_lab as lab
 from model_lab.rules import RULES
-from softhand_common.documents.output_file import write_file, write_json
+from softhand_common.documents.output_file import write_file
 from softhand_model.hand.hand import HandDescription, load_hand
 from thesis.chapter_3_and_5.disturbance import DIRECTIONS, JUDGED
 from thesis.chapter_7.candidates import IN_GRASP, IN_POSE, Candidate
+from thesis.chapter_7.kept import kept
 from thesis.chapter_7.palm_cone import MARKERS, cone, own_bend, write_set
 from thesis.chapter_7.sliding import MEASURED, UNCERTAINTY, forces, misfit, z_values
 from thesis.chapter_7.static_reach import StaticHand, nearest
@@ -45,7 +47,7 @@ from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
 SIZE = (10.0, 6.5)
 FACTS = Path(__file__).with_name("facts.yaml")
 REACHED = tuple(target.number != 1 for target in TARGETS)  # in the thesis
-PALM_PRESSURES = np.linspace(0.0, 60e3, 9)  # [Pa]
+MOST_PALM_PRESSURE = 60e3  # [Pa]
 PALM_NOISE = 0.0005  # [m] of a coordinate, as of motion capture
 MODEL = """format: softhand-model/1
 base: pneuflex
@@ -55,15 +57,16 @@ effects:
 CONTROLS = tuple(
     Candidate("mount_tilt", "yaw", {"chain": chain}) for chain in ("palm", "index")
 )  # the first must show in poses of the thumb's base, the second cannot
-FORCE_PRESSURES = (45e3, 52e3, JUDGED, 70e3)  # [Pa]
+FORCE_PRESSURES = (45e3, JUDGED, 70e3)  # [Pa]
 OTHER_SEGMENTS = 7  # which tell how uncertain a predicted force is
 REFUTED = (
     5.99  # [-] sum of squared z-values of 3 forces with a free pressure, beyond 95 % of chance
 )
 SHIFT = 0.05  # of a finger's length, by which our places may be off
 CLOSED_STEP, CLOSED_SEGMENTS = 0.002, 8  # of the simulation with contact [s, -]
-EFFECT_VALUES = 5
+EFFECT_VALUES = 3
 SMALL = {
+    "poses": 5,
     "places": (1, 4),
     "pose_effects": 1,
     "grasp_effects": 0,
@@ -77,6 +80,7 @@ SMALL = {
 class Parameters:
     """Options of the experiment."""
 
+    poses: int = option(9, "of the palm with equal pressures [-]")
     places: tuple[int, ...] = option(tuple(range(1, 9)), "of Kapandji, by their numbers [-]")
     pose_effects: int = option(len(IN_POSE), "effects that are tried on the places [-]")
     grasp_effects: int = option(len(IN_GRASP), "effects that are tried on the forces [-]")
@@ -101,8 +105,9 @@ def palm(given: Parameters, job: Job) -> Results:
     """
     job.progress("palm", 0.0)
     hand, folder = load_hand(HAND), job.folder / "palm"
-    both = np.repeat(PALM_PRESSURES[:, None], len(hand.channels), axis=1)
-    cones = cone(hand, own_bend(hand, PALM_PRESSURES))
+    equal = np.linspace(0.0, MOST_PALM_PRESSURE, given.poses)
+    both = np.repeat(equal[:, None], len(hand.channels), axis=1)
+    cones = cone(hand, own_bend(hand, equal))
     title = "the palm as a segment of a cone at equal pressures, after section 7.3"
     write_set(folder, hand, both, cones, PALM_NOISE, title)
     weightless = folder / "weightless.yaml"
@@ -126,6 +131,7 @@ def palm(given: Parameters, job: Job) -> Results:
     at = np.array(list(product(np.linspace(0.0, 60e3, 4), np.linspace(0.0, 90e3, 4))))  # c and d
     apart = np.hstack([np.zeros((len(at), 2)), at])
     for name, pressures in (("equal", both), ("different", apart)):
+        job.progress(f"poses at {name} pressures", 0.02)
         found[name] = shown(given, hand, pressures, job.folder / name)
     return found
 
@@ -141,11 +147,19 @@ def shown(
     write_set(folder, hand, pressures, places, PALM_NOISE, "poses of the base model")
     found: dict[str, list[float]] = {}
     for candidate in (*IN_POSE[: given.pose_effects], *CONTROLS):
-        for value in candidate.usual(2):
-            model = folder / "model.yaml"
-            write_file(model, MODEL.format(weight=1.0) + candidate.entry(value) + "\n")
-            compared = lab.compare(folder, model)
-            found.setdefault(candidate.label, []).append(compared.error / compared.floor)
+        file = folder / f"{candidate.label.replace(' ', '_')}.json"
+        found[candidate.label] = kept(file, partial(error_over_floor, folder, candidate))
+    return found
+
+
+def error_over_floor(folder: Path, candidate: Candidate) -> list[float]:
+    """Error over floor [-] of the models with an effect at both ends of its usual range."""
+    found = []
+    for value in candidate.usual(2):
+        model = folder / "model.yaml"
+        write_file(model, MODEL.format(weight=1.0) + candidate.entry(value) + "\n")
+        compared = lab.compare(folder, model)
+        found.append(compared.error / compared.floor)
     return found
 
 
@@ -177,10 +191,10 @@ def places(given: Parameters, job: Job) -> Results:
     }
     for number, candidate in enumerate(IN_POSE[: given.pose_effects]):
         job.progress(f"places, {candidate.label}", 0.2 + 0.4 * number / len(IN_POSE))
-        kept = job.folder / "places" / f"{candidate.label.replace(' ', '_')}_{given.first}.json"
-        if not kept.exists():
-            write_json(kept, under(candidate, targets, given.first))
-        found["effects"][candidate.label] = yaml.safe_load(kept.read_text(encoding="utf-8"))
+        file = job.folder / "places" / f"{candidate.label.replace(' ', '_')}_{given.first}.json"
+        found["effects"][candidate.label] = kept(
+            file, partial(under, candidate, targets, given.first)
+        )
     if given.contact:
         job.progress("places, contact", 0.6)
         found |= with_contact(targets, [pressures for _, pressures in near])

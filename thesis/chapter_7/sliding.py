@@ -4,7 +4,6 @@ measurement's uncertainty.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from thesis.chapter_3_and_5.disturbance import (
 )
 from thesis.chapter_3_and_5.held_cylinder import Grasp, HeldCylinder
 from thesis.chapter_7.candidates import Candidate
+from thesis.chapter_7.kept import kept
 from thesis.frame import Array
 
 MEASURED, UNCERTAINTY = 7.0, 1.0  # [N]: 6 to 8 N, taken as one standard deviation to either side
@@ -49,8 +49,9 @@ def forces(
         model = str(folder / f"{name}.yaml")
         lines = ["format: softhand-model/1", "base: pneuflex", "effects:", candidate.entry(value)]
         write_file(Path(model), "\n".join(lines) + "\n")
-    kept = folder / f"{name}.json"
-    if not kept.exists():
+
+    def push() -> list[float]:
+        """In each direction."""
         grasp = Grasp(HAND, PLACE, (*3 * (pressure,), OUTER_PALM * pressure), segments, model)
         found = []
         with HeldCylinder(grasp) as held:
@@ -58,8 +59,9 @@ def forces(
             for direction in DIRECTIONS.values():
                 held.simulation.restore(saved)
                 found.append(min(sliding_force(pushed(held, direction, rate)), LARGEST))
-        write_file(kept, json.dumps(found) + "\n")
-    return np.array(json.loads(kept.read_text(encoding="utf-8")))
+        return found
+
+    return np.array(kept(folder / f"{name}.json", push))
 
 
 def z_values(predicted: Array, uncertainty: float) -> Array:
