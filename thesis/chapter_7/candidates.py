@@ -85,7 +85,7 @@ IN_POSE = (
 IN_GRASP = (
     Candidate("friction", "factor"),
     Candidate("palm_stiffness", "factor"),
-    Candidate("strut_stiffness", "factor"),
     Candidate("actuator_scatter", "modulus_factor", {"actuator": "thumb"}),
+    Candidate("strut_stiffness", "factor"),
     Candidate("actuator_scatter", "modulus_factor", {"actuator": "palm_outer"}),
 )

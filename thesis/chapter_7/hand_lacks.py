@@ -64,7 +64,6 @@ REFUTED = (
 )
 SHIFT = 0.05  # of a finger's length, by which our places may be off
 CLOSED_STEP, CLOSED_SEGMENTS = 0.002, 8  # of the simulation with contact [s, -]
-EFFECT_VALUES = 3
 SMALL = {
     "poses": 5,
     "places": (1, 4),
@@ -112,16 +111,7 @@ def palm(given: Parameters, job: Job) -> Results:
     write_set(folder, hand, both, cones, PALM_NOISE, title)
     weightless = folder / "weightless.yaml"
     write_file(weightless, MODEL.format(weight=0.0))
-    diagnosis = lab.diagnose(folder, weightless)
-    said = diagnosis.json()
-    found: Results = {
-        "verdict": diagnosis.verdict,
-        "sentence": diagnosis.sentence,
-        "effects": [effect.name for effect in diagnosis.effects],
-        "tied": [list(tied) for tied in diagnosis.tied],
-        "error": said["rmse_before"],
-        "floor": said["noise_floor"],
-    }
+    found: Results = kept(folder / "verdict.json", partial(diagnosed, folder, weightless))
     picture = job.folder / "palm_without_pressures"
     write_set(picture, hand, both, cones, PALM_NOISE, title, with_pressures=False)
     try:
@@ -134,6 +124,20 @@ def palm(given: Parameters, job: Job) -> Results:
         job.progress(f"poses at {name} pressures", 0.02)
         found[name] = shown(given, hand, pressures, job.folder / name)
     return found
+
+
+def diagnosed(folder: Path, model: Path) -> Results:
+    """Verdict of the lab, what it names, error and floor [m]."""
+    diagnosis = lab.diagnose(folder, model)
+    said = diagnosis.json()
+    return {
+        "verdict": diagnosis.verdict,
+        "sentence": diagnosis.sentence,
+        "effects": [effect.name for effect in diagnosis.effects],
+        "tied": [list(tied) for tied in diagnosis.tied],
+        "error": said["rmse_before"],
+        "floor": said["noise_floor"],
+    }
 
 
 def shown(
@@ -168,37 +172,46 @@ def places(given: Parameters, job: Job) -> Results:
     each effect, and with contact.
     """
     targets = [target for target in TARGETS if target.number in given.places]
-    four = load_hand(HAND)
-    base = StaticHand(four)
     job.progress("places, base model", 0.1)
-    near = [nearest(base, target, first=given.first) for target in targets]
-    rigid, seven = StaticHand(hand_variant(RIGID)), StaticHand(hand_variant(SEVEN))
-    no_index = base.limits * [name != "b" for name in four.channels]
-    found: Results = {
-        "numbers": [target.number for target in targets],
-        FOUR: [gap for gap, _ in near],
-        "pressures": [pressures.tolist() for _, pressures in near],
-        SEVEN: [nearest(seven, target, first=given.first)[0] for target in targets],
-        RIGID: [nearest(rigid, target, first=given.first)[0] for target in targets],
-        "no_index": [nearest(base, t, no_index, given.first)[0] for t in targets],
-        "shifted": {
-            f"{shift:+g}": [
-                nearest(base, moved(target, shift), first=given.first)[0] for target in targets
-            ]
-            for shift in (-SHIFT, SHIFT)
-        },
-        "effects": {},
-    }
+    named = f"{'_'.join(map(str, given.places))}_{given.first}.json"
+    folder = job.folder / "places"
+    found: Results = kept(folder / f"base_{named}", partial(by_hand, targets, given.first))
+    found["effects"] = {}
     for number, candidate in enumerate(IN_POSE[: given.pose_effects]):
         job.progress(f"places, {candidate.label}", 0.2 + 0.4 * number / len(IN_POSE))
-        file = job.folder / "places" / f"{candidate.label.replace(' ', '_')}_{given.first}.json"
+        file = folder / f"{candidate.label.replace(' ', '_')}_{named}"
         found["effects"][candidate.label] = kept(
             file, partial(under, candidate, targets, given.first)
         )
     if given.contact:
         job.progress("places, contact", 0.6)
-        found |= with_contact(targets, [pressures for _, pressures in near])
+        pressures = np.array(found["pressures"])
+        found |= kept(folder / f"contact_{named}", partial(with_contact, targets, pressures))
     return found
+
+
+def by_hand(targets: Sequence[Target], first: int) -> Results:
+    """Least distances [m] of the base model with its pressures [Pa], with a channel for each
+    actuator, with places elsewhere on the fingers, and of the controls.
+    """
+    four = load_hand(HAND)
+    base, rigid, seven = map(StaticHand, (four, hand_variant(RIGID), hand_variant(SEVEN)))
+    near = [nearest(base, target, first=first) for target in targets]
+    no_index = base.limits * [name != "b" for name in four.channels]
+    return {
+        "numbers": [target.number for target in targets],
+        FOUR: [gap for gap, _ in near],
+        "pressures": [pressures.tolist() for _, pressures in near],
+        SEVEN: [nearest(seven, target, first=first)[0] for target in targets],
+        RIGID: [nearest(rigid, target, first=first)[0] for target in targets],
+        "no_index": [nearest(base, target, no_index, first)[0] for target in targets],
+        "shifted": {
+            f"{shift:+g}": [
+                nearest(base, moved(target, shift), first=first)[0] for target in targets
+            ]
+            for shift in (-SHIFT, SHIFT)
+        },
+    }
 
 
 def moved(target: Target, shift: float) -> Target:
@@ -207,8 +220,8 @@ def moved(target: Target, shift: float) -> Target:
 
 
 def under(candidate: Candidate, targets: Sequence[Target], first: int) -> dict[str, Any]:
-    """Least distances (values, places) [m] at values over the usual range of an effect."""
-    values = candidate.usual(EFFECT_VALUES)
+    """Least distances (values, places) [m] at both ends of the usual range of an effect."""
+    values = candidate.usual(2)
     hands = [StaticHand(load_hand(HAND), [candidate.at(value)]) for value in values]
     gaps = [[nearest(hand, target, first=first)[0] for target in targets] for hand in hands]
     return {"values": values.tolist(), "gaps": gaps}
