@@ -15,13 +15,16 @@ from scipy.stats import qmc
 from softhand_model.chain.chain import discretise
 from softhand_model.chain.hulls import SMALLEST_EDGE
 from softhand_model.chain.outline import ChainOutline, cross_section
+from softhand_model.chain.segments import BEND_AXIS
 from softhand_model.chain.serial import serial_chains
 from softhand_model.effects import Effect
 from softhand_model.effects.hand import altered, pressure_shares
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import HandBody, Shape
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
+from thesis.chapter_7.palm_cone import PALM
 from thesis.chapter_8.dexterity.kapandji import THUMB, THUMB_TIP, Target
 from thesis.frame import Array
 
@@ -31,6 +34,7 @@ BLOCK = 256  # rows at a time, for memory
 FIRST = 2048  # pressures tried all over their range
 KEPT, ROUNDS, NEARBY = 16, 7, 32  # best ones, each tried again with others nearby, round by round
 SHRINKING = 0.5  # of the neighbourhood from round to round
+TOO_BENT = 0.1  # [m] that each radian beyond the largest bend counts
 WRONG_SIDE = 2.0  # what the depth of the thumb behind the skin of a place counts [-]
 
 
@@ -72,6 +76,16 @@ class StaticHand:
         """
         body, shape = self.shape(chain, pressures)
         return np.stack([body.point(shape, chain, share, offset) for offset in offsets], axis=1)
+
+    def bends(self, pressures: Array) -> Array:
+        """How far (rows, 2) [rad] palm and thumb bend over their lengths without load, at gauge
+        pressures (rows, channels) [Pa].
+        """
+        body = self._bodies[THUMB]
+        index = [self.hand.actuator_names.index(name) for name in body.actuators]
+        warm = np.full(len(pressures), ROOM_TEMPERATURE)
+        turns = body.free_rotations(self._shares[index] @ pressures.T, 1.0, warm)[:, :, BEND_AXIS]
+        return np.stack([turns[:, body.joints[name]].sum(axis=1) for name in (PALM, THUMB)], axis=1)
 
     def gaps(self, target: Target, pressures: Array) -> Array:
         """Distance (rows,) [m] of the skin of the thumb's last 20 mm from a place, through the air,
@@ -127,17 +141,27 @@ def evenly(outline: Array, count: int) -> Array:
 
 
 def nearest(
-    hand: StaticHand, target: Target, limits: Array | None = None, first: int = FIRST
+    hand: StaticHand,
+    target: Target,
+    limits: Array | None = None,
+    first: int = FIRST,
+    most_bend: float = np.inf,
 ) -> tuple[float, Array]:
     """Least distance [m] of the thumb's end from a place, and its gauge pressures (channels,) [Pa].
 
     Tried are `first` pressures (Sobol) from 0 to the limits (channels,) [Pa], then others near the
-    best ones. The same call gives the same answer.
+    best ones. The same call gives the same answer. most_bend [rad]: of palm and of thumb; what
+    bends by more than a whole turn would have to pass through itself.
     """
     limits = hand.limits if limits is None else limits
+
+    def cost(tried: Array) -> Array:
+        excess = np.maximum(hand.bends(tried) - most_bend, 0.0).sum(axis=1)
+        return np.asarray(hand.gaps(target, tried) + TOO_BENT * excess)
+
     random = np.random.default_rng(0)
     shares = qmc.Sobol(len(limits), scramble=False).random(first)
-    found = hand.gaps(target, shares * limits)
+    found = cost(shares * limits)
     for number in range(ROUNDS):
         best = np.argsort(found)[:KEPT]
         shares, found = shares[best], found[best]
@@ -145,6 +169,6 @@ def nearest(
         step = random.uniform(-wide, wide, (len(shares), NEARBY, len(limits)))
         more = np.clip(shares[:, None] + step, 0.0, 1.0).reshape(-1, len(limits))
         shares = np.vstack([shares, more])
-        found = np.concatenate([found, hand.gaps(target, more * limits)])
+        found = np.concatenate([found, cost(more * limits)])
     best = int(np.argmin(found))
     return float(found[best]), shares[best] * limits

@@ -95,19 +95,12 @@ class PosedHand:
         variant: of the hand, see `hand_variant`.
         step: of the physics [s].
         segments: an actuator.
-        touching: whether fingers touch each other; else they pass through each other.
     """
 
-    def __init__(
-        self,
-        variant: str = FOUR,
-        step: float = STEP,
-        segments: int = SEGMENTS,
-        touching: bool = True,
-    ) -> None:
+    def __init__(self, variant: str = FOUR, step: float = STEP, segments: int = SEGMENTS) -> None:
         hand = hand_variant(variant)
         self.scene: InProcessScene = build_scene(
-            hand=hand, scene="stand", step=step, segments=segments, finger_contact=touching
+            hand=hand, scene="stand", step=step, segments=segments, finger_contact=True
         )
         self.limits = hand.max_pressures()
         self._first = first_channels(hand)
