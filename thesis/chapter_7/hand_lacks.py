@@ -179,6 +179,9 @@ def places(given: Parameters, job: Job) -> Results:
     found: Results = kept(folder / f"base_{named}", partial(by_hand, targets, given.first))
     found |= {"effects": {}, "bent_effects": {}}
     found["bent"] = kept(folder / f"bent_{named}", partial(bent, targets, given.first))
+    found["bent_seven"] = kept(
+        folder / f"bent_seven_{named}", partial(bent_seven, targets, given.first)
+    )
     for number, candidate in enumerate(IN_POSE[: given.pose_effects]):
         job.progress(f"places, {candidate.label}", 0.2 + 0.4 * number / len(IN_POSE))
         file = folder / f"{candidate.label.replace(' ', '_')}_{named}"
@@ -229,6 +232,12 @@ def bent(targets: Sequence[Target], first: int) -> dict[str, list[float]]:
         ]
         for degrees in BENDS
     }
+
+
+def bent_seven(targets: Sequence[Target], first: int) -> list[float]:
+    """Least distances [m] without coils, with a channel for each actuator."""
+    hand = StaticHand(hand_variant(SEVEN))
+    return [nearest(hand, t, first=first, most_bend=JUDGED_BEND)[0] for t in targets]
 
 
 def moved(target: Target, shift: float) -> Target:
@@ -332,6 +341,7 @@ def _place_rows(found: Results) -> list[Finding]:
     for k, number in enumerate(numbers):
         parts = [f"{1e3 * found[FOUR][k]:.1f} mm", f"seven channels {1e3 * found[SEVEN][k]:.1f}"]
         parts += [f"bent by up to {key} deg {1e3 * v[k]:.1f}" for key, v in found["bent"].items()]
+        parts.append(f"the same with seven channels, by 270 {1e3 * found['bent_seven'][k]:.1f}")
         seen = "reached" if REACHED[number - 1] else "not reached"
         rows.append(
             Finding(f"place {number}", seen, "; ".join(parts), None, 1e3 * found[FOUR][k], "mm")
@@ -339,6 +349,7 @@ def _place_rows(found: Results) -> list[Finding]:
     named = {"four channels": found[FOUR], "seven channels": found[SEVEN]}
     named |= {f"places shifted by {key}": gaps for key, gaps in found["shifted"].items()}
     named |= {f"bent by up to {key} deg": gaps for key, gaps in found["bent"].items()}
+    named["seven channels, bent by up to 270 deg"] = found["bent_seven"]
     for name, gaps in named.items():
         right = agreeing(numbers, gaps)
         wrong = [str(n) for n, agrees in zip(numbers, right, strict=True) if not agrees]
@@ -448,7 +459,8 @@ def _conclusion(results: Results) -> str:
         told = f"refuted by the forces, which {' or '.join(mends) or 'no effect'} would mend"
     return (
         f"Palm: {results['palm']['verdict']}; {sum(right)} of {len(right)} places are as "
-        f"in the thesis, {sum(bent_right)} if palm and thumb bend by up to {degrees} deg, where "
+        f"in the thesis, {sum(agreeing(found['numbers'], found['bent_seven']))} with seven channels "
+        f"and {sum(bent_right)} with four if palm and thumb bend by up to {degrees} deg, where "
         f"{' or '.join(reaching(found)) or 'no effect'} brings the thumb to all of the others; the "
         f"base model is {told}."
     )
