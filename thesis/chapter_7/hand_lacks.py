@@ -452,6 +452,7 @@ def _conclusion(results: Results) -> str:
     right = agreeing(found["numbers"], found[FOUR])
     degrees = f"{np.degrees(JUDGED_BEND):g}"
     bent_right = agreeing(found["numbers"], found["bent"][degrees])
+    seven_right = agreeing(found["numbers"], found["bent_seven"])
     squares, _ = misfit(_numbers(of_forces["base"]), prediction_uncertainty(of_forces))
     mends = mending(of_forces)
     told = "not refuted by the forces"
@@ -459,7 +460,7 @@ def _conclusion(results: Results) -> str:
         told = f"refuted by the forces, which {' or '.join(mends) or 'no effect'} would mend"
     return (
         f"Palm: {results['palm']['verdict']}; {sum(right)} of {len(right)} places are as "
-        f"in the thesis, {sum(agreeing(found['numbers'], found['bent_seven']))} with seven channels "
+        f"in the thesis, {sum(seven_right)} with seven channels "
         f"and {sum(bent_right)} with four if palm and thumb bend by up to {degrees} deg, where "
         f"{' or '.join(reaching(found)) or 'no effect'} brings the thumb to all of the others; the "
         f"base model is {told}."
