@@ -27,7 +27,7 @@ from model_lab.rules import RULES
 MOST_BANDS = 64  # of an output: series of 3**62 samples
 BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
-SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
+SPLINE_PIECE = 250  # samples of one, as the effort grows with their square
 FLOOR_SPLINE_PIECES = 12  # of each output
 ALIKE_DRAWS = 4000
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero

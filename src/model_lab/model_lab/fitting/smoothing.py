@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from model_lab.aliases import Array, IntArray
@@ -10,6 +12,7 @@ from model_lab.rules import RULES
 
 WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
 SMOOTHINGS = (1e-9, 1e3, 60)
+KEPT_LENGTHS = 16  # of series of readings, whose splines are kept
 
 
 def short_spline_rest(place: Array, values: Array) -> tuple[float, float]:
@@ -49,14 +52,36 @@ def _spline_modes(knots: Array, index: IntArray) -> tuple[Array, Array]:
 
 
 def spline_square(values: Array) -> float:
-    """Mean square that a smoothing spline, chosen by cross-validation, leaves of values (n,).
+    """Mean square that a natural smoothing spline, chosen by generalised cross-validation (Wahba,
+    Spline Models for Observational Data, SIAM 1990, eq. 4.3.1), leaves of values (n,) at even
+    distances.
 
     At a kink such a spline follows the noise, but second differences do not: the larger one of the
     two estimates is returned.
     """
-    from scipy.interpolate import make_smoothing_spline  # here, as it takes long to load
+    from scipy.optimize import minimize_scalar  # here, as it takes long to load
 
-    order = np.arange(len(values), dtype=float)
-    left = float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
+    count = len(values)
+    level, modes = _even_modes(count)
+    square = (modes.T @ values) ** 2
+
+    def rest(smoothing: float) -> tuple[float, float]:
+        """(mean square, share of degrees of freedom) that is left."""
+        lost = smoothing * level / (1.0 + smoothing * level)
+        return float(lost**2 @ square) / count, float(lost.sum()) / count
+
+    def score(smoothing: float) -> float:
+        left, freedom = rest(smoothing)
+        return left / freedom**2
+
+    best = minimize_scalar(score, bounds=(0.0, count), method="bounded")
     bend = float(np.median(np.abs(np.diff(values, 2))))
-    return max(left, (NORMAL_MEDIAN * bend) ** 2 / WHITE_BEND)
+    return max(rest(best.x)[0], (NORMAL_MEDIAN * bend) ** 2 / WHITE_BEND)
+
+
+@lru_cache(maxsize=KEPT_LENGTHS)
+def _even_modes(count: int) -> tuple[Array, Array]:
+    """As `_spline_modes`, of so many readings at a distance of 1."""
+    order = np.arange(count)
+    level, modes = _spline_modes(order.astype(float), order)
+    return level / (count - 1.0) ** 3, modes
