@@ -8,17 +8,16 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.hand.skin_places import TIP, SkinPlaces
+from pneuflex_sim.hand.skin_places import SkinPlaces
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.hand.hand import HandDescription
@@ -27,12 +26,12 @@ from thesis.chapter_8.dexterity.kapandji import THUMB, THUMB_TIP, Target
 
 Array = NDArray[np.float64]
 
-FINGER_STEPS = 33  # pressures of a finger on the grid
-THUMB_POSTURES = 5000  # of palm and thumb on the grid, at most
+FINGER_STEPS = 21  # pressures of a finger on the grid
+THUMB_POSTURES = 2500  # of palm and thumb on the grid, at most
 RING_COUNT = 5  # outlines of the thumb's end of which the distance to a place is taken
-TIP_SHARE = 0.9  # where the section lies from which a tip's skin is seen as outside
+BALLS = 7  # within a finger, of which overlap is taken
 APART = 0.1  # least distance of two starting points, as a share of the largest pressures
-SIMPLEX = {"xatol": 1e-3, "fatol": 1e-5, "maxfev": 300}  # end of Nelder and Mead: shares, [m]
+SIMPLEX = {"xatol": 1e-3, "fatol": 1e-5, "maxfev": 200}  # end of Nelder and Mead: shares, [m]
 
 
 class Near(NamedTuple):
@@ -40,6 +39,18 @@ class Near(NamedTuple):
 
     distance: float
     pressures: Array
+
+
+class Posed(NamedTuple):
+    """Positions (rows, n, 3) [m] and frames (rows, n, 3, 3) of joints in the wrist frame."""
+
+    places: Array
+    frames: Array
+
+    def points(self, joint: int, points: Array) -> Array:
+        """Points (rows, k, 3) [m] of ones (k, 3) [m] in the frame of a joint."""
+        turned = np.einsum("rij,kj->rki", self.frames[:, joint], points)
+        return np.asarray(self.places[:, joint, None] + turned)
 
 
 class StaticReach:
@@ -60,7 +71,8 @@ class StaticReach:
         free = int(np.count_nonzero(self._limits[self._thumb]))
         steps = int(THUMB_POSTURES ** (1.0 / free) + 1e-9)
         self._thumb_pressures = self._grid(self._thumb, steps)
-        self._thumb_ends = self._ends(self.joints(self._thumb_pressures))
+        thumbs = self.posed(self._thumb_pressures)
+        self._thumb_ends, self._thumb_balls = self._ends(thumbs), self._balls(thumbs, [THUMB])
 
     def _fed(self, *chains: str) -> list[int]:
         """Channels that feed chains."""
@@ -75,43 +87,60 @@ class StaticReach:
         pressures[:, channels] = combined.T
         return pressures
 
-    def joints(self, pressures: Array) -> Array:
-        """Joint orientations (rows, n, 4) at gauge pressures (rows, channels) [Pa]."""
-        layout = self._shape.layout
-        weight = np.tile([0.0, 0.0, -STANDARD_GRAVITY], (len(pressures), 1))
-        q = np.empty((len(pressures), len(layout.rest), 4))
+    def posed(self, pressures: Array) -> Posed:
+        """Joints at rest at gauge pressures (rows, channels) [Pa]."""
+        layout, rows = self._shape.layout, len(pressures)
+        weight = np.tile([0.0, 0.0, -STANDARD_GRAVITY], (rows, 1))
+        posed = Posed(
+            np.empty((rows, len(layout.rest), 3)), np.empty((rows, len(layout.rest), 3, 3))
+        )
         for body, shape in settled_hand(self._hand, Model(), self._segments, pressures.T, weight):
-            base = np.broadcast_to(body.arrays.frame, (len(pressures), 1, 3, 3))
-            before = np.concatenate([base, shape.frames[:, :-1]], axis=1)
-            own = np.swapaxes(before, -1, -2) @ shape.frames
-            turns = Rotation.from_matrix(own.reshape(-1, 3, 3)).as_quat()
             for chain, part in body.joints.items():
-                q[:, layout.chain_joints[chain]] = turns.reshape(*own.shape[:2], 4)[:, part]
-        return q
+                posed.places[:, layout.chain_joints[chain]] = shape.places[:, part]
+                posed.frames[:, layout.chain_joints[chain]] = shape.frames[:, part]
+        return posed
 
-    def _ends(self, q: Array) -> Array:
+    def _ends(self, posed: Posed) -> Array:
         """Points (rows, k, 3) [m] on the skin of the thumb's end."""
         length = self._skin.length(THUMB)
         along = np.linspace(length - THUMB_TIP, length, RING_COUNT)
-        return np.array([self._skin.points(THUMB, along, one) for one in q])
-
-    def _marks(self, target: Target, q: Array) -> tuple[Array, Array]:
-        """A place (rows, 3) [m] and the direction (rows, 3) out of the skin there."""
-        share = TIP_SHARE if target.side == TIP else target.share
-        along = [share * self._skin.length(target.finger)]
-        inside = np.array([self._skin.points(target.finger, along, one).mean(axis=0) for one in q])
-        marks = np.array(
-            [self._skin.point(target.finger, target.share, target.side, one) for one in q]
+        return np.concatenate(
+            [posed.points(*self._skin.outline(THUMB, at)) for at in along], axis=1
         )
-        out = marks - inside
-        return marks, out / np.linalg.norm(out, axis=1, keepdims=True)
+
+    def _balls(self, posed: Posed, chains: Sequence[str]) -> tuple[Array, Array]:
+        """Centres (rows, k, 3) and radii (k,) [m] of balls that lie within chains."""
+        centers, radii = [], []
+        for chain in chains:
+            for along in np.linspace(0.0, self._skin.length(chain), BALLS):
+                joint, ring = self._skin.outline(chain, along)
+                center = ring.mean(axis=0)
+                centers.append(posed.points(joint, center[None]))
+                radii.append(np.linalg.norm(ring - center, axis=1).min())
+        return np.concatenate(centers, axis=1), np.array(radii)
+
+    def _distances(
+        self, target: Target, fingers: Posed, ends: Array, balls: tuple[Array, Array]
+    ) -> Array:
+        """Distances (rows, ends) [m], see `distance`, of fingers in some postures from thumbs with
+        points `ends` (ends, k, 3) and balls.
+        """
+        centers, radii = self._balls(fingers, [c for c in self._skin.chains if c != THUMB])
+        marks = fingers.points(*self._skin.middle(target.finger, target.share, target.side))
+        both = radii[:, None] + balls[1]
+        found = np.empty((len(marks), len(ends)))
+        for row, (mark, own) in enumerate(zip(marks, centers, strict=True)):
+            apart = np.linalg.norm(own[:, None] - balls[0][:, None], axis=-1)
+            overlap = (both - apart).max(axis=(1, 2))
+            found[row] = np.linalg.norm(ends - mark, axis=-1).min(axis=1) + np.maximum(overlap, 0.0)
+        return found
 
     def distance(self, target: Target, pressures: Array) -> float:
         """Distance [m] of the thumb's end from a place at pressures (channels,) [Pa], plus how far
-        the middle of the thumb's end lies behind the skin there.
+        the thumb lies within a finger, which contact would have to push apart.
         """
-        q = self.joints(pressures[None])
-        return float(_distances(self._ends(q), *self._marks(target, q))[0, 0])
+        one = self.posed(pressures[None])
+        return float(self._distances(target, one, self._ends(one), self._balls(one, [THUMB]))[0, 0])
 
     def starts(self, target: Target, count: int) -> list[Near]:
         """Postures on the grid with the least distance (see `distance`), the nearest first, no two
@@ -119,8 +148,8 @@ class StaticReach:
         """
         finger = self._fed(target.finger)
         pressures = self._grid(finger, FINGER_STEPS)
-        marks, out = self._marks(target, self.joints(pressures))
-        far = _distances(self._thumb_ends, marks, out)
+        fingers = self.posed(pressures)
+        far = self._distances(target, fingers, self._thumb_ends, self._thumb_balls)
         found: list[Near] = []
         usable = self._limits > 0.0
         for place in np.argsort(far, axis=None, kind="stable"):
@@ -152,15 +181,3 @@ class StaticReach:
             options=SIMPLEX,
         )
         return min(start, Near(float(found.fun), pressures(found.x)), key=lambda one: one.distance)
-
-
-def _distances(ends: Array, marks: Array, out: Array) -> Array:
-    """Distance (marks, ends) [m] of points `ends` (ends, k, 3) of the thumb from places (marks, 3),
-    plus how far the middle of the points lies behind the skin, whose outward direction is `out`.
-    """
-    found = np.empty((len(marks), len(ends)))
-    middles = ends.mean(axis=1)
-    for row, (mark, normal) in enumerate(zip(marks, out, strict=True)):
-        near = np.linalg.norm(ends - mark, axis=2).min(axis=1)
-        found[row] = near + np.maximum(0.0, (mark - middles) @ normal)
-    return found
