@@ -7,7 +7,7 @@ judge are those of `thesis.chapter_8.dexterity.kapandji`.
 A search tries the postures that come nearest to the place by statics, without contact
 (`thesis.chapter_8.dexterity.reach`), each with the thumb and with the fingers filled first, with
 seven channels before all others the winner with four, until a touch is good enough or its budget is
-used; TPE goes on where the budget has more evaluations than starting points. A place that statics
+used; last come a stored posture, where there is one, and what TPE makes of the others. A place that statics
 leave far away is not searched. Of the postures that touch, the winner is the one with the lowest
 worst cost in tries with varied pressures. It is judged again with other draws, and the place counts
 as reached when all of these repeats touch it.
@@ -29,7 +29,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from softhand_model.hand.hand import load_hand
@@ -72,6 +71,11 @@ LEAST = {FOUR: 6, SEVEN: 7}  # places that are to be reached
 MOST_RIGID = 3  # places that may be reached with a palm that is rigid
 ENOUGH = 4.0  # cost [mm] of a touch at which a search ends: half the radius
 FAR = 0.030  # [m] of a place by statics from which on it is not searched
+STORED = {  # with four channels, by place: touches (6.0, 7.4, 7.9 mm) of searches before this one
+    5: {"a": 65.0e3, "b": 0.0, "c": 101.957e3, "d": 111.304e3, THUMB_FIRST: 1.0},
+    6: {"a": 77.5e3, "b": 0.0, "c": 105.0e3, "d": 136.81e3, THUMB_FIRST: 1.0},
+    8: {"a": 65.0e3, "b": 0.0, "c": 105.0e3, "d": 111.304e3, THUMB_FIRST: 1.0},
+}
 VIEW = {"target": (0.0, 0.0, 0.12), "distance": 4.0, "view_angle": 3.2, "yaw": 90.0, "pitch": 0.0}
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 PIXELS = 420
@@ -95,8 +99,8 @@ class Parameters:
 
     places: tuple[int, ...] = option(tuple(range(1, 9)), "by their numbers [-]")
     cases: tuple[str, ...] = option(tuple(CASES), "hands and channels that are searched [-]")
-    evaluations: int = option(12, "of a search, its budget [-]")
-    starts: int = option(12, "starting points, of these evaluations [-]")
+    evaluations: int = option(13, "of a search, its budget [-]")
+    starts: int = option(12, "starting points from statics, of these evaluations [-]")
     tried: tuple[int, ...] = option(
         (2,), "candidates that each draw of other pressures is tried on [-]"
     )
@@ -195,7 +199,8 @@ def _searched(
     else:
         near = reach.starts(TARGETS[place - 1], given.starts)
         both = [_named(search, case, n.pressures, first) for n in near for first in (False, True)]
-        search = problem(given, case, place, [*known, *both][: given.starts])
+        stored = [STORED[place]] if case == FOUR and place in STORED else []
+        search = problem(given, case, place, [*[*known, *both][: given.starts], *stored])
         result = search_with(workers, search, folder)
         best = result.best
         if best["touched"]:
@@ -286,37 +291,28 @@ def postures(found: Mapping[str, Any], given: Parameters) -> Results:
 
 def workspace(given: Parameters) -> Results:
     """Place (k, 3) [m] of the thumb's base and its twist [rad] about the palm's end, relative to
-    rest: at pressures of c and d (k, 2) [Pa] that are equal, and at different ones (Fig. 7.7).
+    rest: at pressures of c and d (k, 2) [Pa] that are equal, and at different ones (Fig. 7.7); by
+    statics.
     """
-    hand = PosedHand(FOUR, given.step, given.segments)
-    c, d = (hand.limits[hand.channels.index(name)] for name in "cd")
+    hand, reach = load_hand(HAND), statics(FOUR, given.segments)
+    used = [hand.channels.index(name) for name in "cd"]
+    c, d = hand.max_pressures()[used]
     equal = np.repeat(np.linspace(0.0, min(c, d), given.points)[:, None], 2, axis=1)
     axes = np.linspace(0.0, c, given.points), np.linspace(0.0, d, given.points)
-    differing = np.array(np.meshgrid(*axes)).reshape(2, -1).T
-    found = {"equal": equal, "differing": differing}
     results: Results = {}
-    for name, pressures in found.items():
-        posed = [_thumb_base(hand, pair) for pair in pressures]
-        results[f"{name}_pressures"] = pressures
-        results[f"{name}_places"] = np.array([position for position, _ in posed])
-        results[f"{name}_twists"] = np.array([twist for _, twist in posed])
-    hand.close()
+    for name, pressures in (
+        ("equal", equal),
+        ("differing", np.array(np.meshgrid(*axes)).reshape(2, -1).T),
+    ):
+        whole = np.zeros((len(pressures), len(hand.channels)))
+        whole[:, used] = pressures
+        places, twists = reach.chain_end(PALM, whole)
+        results |= {
+            f"{name}_pressures": pressures,
+            f"{name}_places": places,
+            f"{name}_twists": twists,
+        }
     return results
-
-
-def _thumb_base(hand: PosedHand, pair: Array) -> tuple[Array, float]:
-    """Place [m] of the palm's end in the wrist frame, and by how much [rad] the palm is twisted:
-    the turns of its joints about its own length, in sum.
-    """
-    by_name = dict(zip("cd", pair, strict=True))
-    hand.take(np.array([by_name.get(name, 0.0) for name in hand.channels]))
-    shape = hand.scene.simulation.shape
-    q, joints = hand.joints(), shape.layout.chain_joints[PALM]
-    position, frame, _ = shape.frames(q)
-    bent = Rotation.from_quat(shape.layout.rest[joints]).inv() * Rotation.from_quat(q[joints])
-    last = joints.stop - 1
-    place = position[last] + frame[last] @ shape.layout.chain_tips[PALM]
-    return place, float(bent.as_rotvec()[:, 2].sum())
 
 
 # ---------------------------------------------------------------- report

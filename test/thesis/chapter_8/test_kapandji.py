@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from thesis.chapter_8 import kapandji
-from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN, hand_variant
+from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN, THUMB_FIRST, hand_variant
 from thesis.chapter_8.kapandji import (
     CASES,
     FAR,
@@ -28,7 +28,7 @@ def one(distance, pressure=40e3, touched=None):
         "at_radius": {"5": distance <= 0.005, "8": touched, "12": distance <= 0.012},
     }
     return {
-        "values": dict.fromkeys("abcd", pressure),
+        "values": {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 1.0},
         "statics": 0.5 * distance,
         "repeats": [repeat] * 3,
     }
@@ -44,8 +44,8 @@ def results(**cases):
 
 def seven(found):
     """With a channel for each actuator."""
-    pressures = dict.fromkeys(hand_variant(SEVEN).channels, 40e3)
-    return {place: {**one, "values": pressures} for place, one in found.items()}
+    values = {**dict.fromkeys(hand_variant(SEVEN).channels, 40e3), THUMB_FIRST: 0.0}
+    return {place: {**one, "values": values} for place, one in found.items()}
 
 
 def reached(*far, near=0.004):
@@ -106,16 +106,18 @@ def test_searches_leave_out_what_is_to_stay_empty_and_have_seeds_of_their_own():
         ("b", 80e3),
         ("c", 105e3),
         ("d", 160e3),
+        (THUMB_FIRST, 1.0),
     ]
-    assert len(problem(given, SEVEN, 3).variables) == 7
-    assert [v.name for v in problem(given, NO_INDEX, 2).variables] == ["a", "c", "d"]
+    assert len(problem(given, SEVEN, 3).variables) == 7 + 1
+    assert [v.name for v in problem(given, NO_INDEX, 2).variables] == ["a", "c", "d", THUMB_FIRST]
     assert four.seed != problem(given, FOUR, 4).seed
     assert all(set(places) <= set(range(1, 9)) for _, _, places in CASES.values())
 
 
 def test_seven_channels_contain_each_posture_of_four():
-    values = by_actuator({"a": 1.0, "b": 2.0, "c": 3.0, "d": 4.0})
-    assert set(values) == set(hand_variant(SEVEN).channels)
+    values = by_actuator({"a": 1.0, "b": 2.0, "c": 3.0, "d": 4.0, THUMB_FIRST: 0.0})
+    assert set(values) == {*hand_variant(SEVEN).channels, THUMB_FIRST}
+    assert values[THUMB_FIRST] == 0.0
     assert [values[name] for name in ("little", "ring", "middle", "index")] == [1.0, 1.0, 1.0, 2.0]
     assert [values[name] for name in ("thumb", "palm_inner", "palm_outer")] == [3.0, 3.0, 4.0]
 

@@ -1,9 +1,9 @@
 """Postures of an empty hand: channels are brought to pressures, then closed.
 
 The channels of palm and thumb are filled first, as in section 8.2.2, then those of the fingers, or
-the other way round; section 8.2.1 does not say which. Pressures follow their ramps exactly, as with valves of unlimited flow (our simplification: through
-the box's chokes the channel of three fingers takes longer than its ramp). Then the valves close and
-the air stays in.
+the other way round; section 8.2.1 does not say which. Pressures follow their ramps exactly, as with
+valves of unlimited flow (our simplification: through the box's chokes the channel of three fingers
+takes longer than its ramp). Then the valves close and the air stays in.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
@@ -99,6 +100,24 @@ class StaticReach:
                 posed.places[:, layout.chain_joints[chain]] = shape.places[:, part]
                 posed.frames[:, layout.chain_joints[chain]] = shape.frames[:, part]
         return posed
+
+    def chain_end(self, chain: str, pressures: Array) -> tuple[Array, Array]:
+        """Place (rows, 3) [m] of the end of a chain that is mounted on the wrist, and by how much
+        (rows,) [rad] it is twisted: the turns of its joints about its own length, in sum; at gauge
+        pressures (rows, channels) [Pa].
+        """
+        layout, posed = self._shape.layout, self.posed(pressures)
+        joints, base = layout.chain_joints[chain], self._hand.chain(chain).mount.quaternion
+        before, twist = (
+            Rotation.from_quat(np.tile(base, (len(pressures), 1))),
+            np.zeros(len(pressures)),
+        )
+        for joint in range(joints.start, joints.stop):
+            now = Rotation.from_matrix(posed.frames[:, joint])
+            rest = Rotation.from_quat(layout.rest[joint])
+            twist += (rest.inv() * before.inv() * now).as_rotvec()[:, 2]
+            before = now
+        return posed.points(joints.stop - 1, layout.chain_tips[chain][None])[:, 0], twist
 
     def _ends(self, posed: Posed) -> Array:
         """Points (rows, k, 3) [m] on the skin of the thumb's end."""

@@ -5,7 +5,7 @@ import pytest
 
 from thesis.chapter_8.dexterity.kapandji import TARGETS
 from thesis.chapter_8.dexterity.posture import FOUR, SEVEN, PosedHand, hand_variant
-from thesis.chapter_8.dexterity.reach import APART, StaticReach, _distances
+from thesis.chapter_8.dexterity.reach import APART, StaticReach
 
 TWO, FOURTH = TARGETS[1], TARGETS[3]
 SEGMENTS = 5
@@ -22,8 +22,10 @@ def test_a_posture_without_contact_is_that_of_the_simulation(reach):
     _, later = hand.take(pressures)
     assert not later.contacts
     shape = hand.scene.simulation.shape
-    there, here = (shape.frames(q)[0] for q in (hand.joints(), reach.joints(pressures[None])[0]))
-    assert np.abs(there - here).max() < 1e-4
+    places, frames, _ = shape.frames(hand.joints())
+    posed = reach.posed(pressures[None])
+    assert np.abs(posed.places[0] - places).max() < 1e-4
+    assert np.abs(posed.frames[0] - frames).max() < 1e-3
     assert reach.distance(FOURTH, pressures) == pytest.approx(hand.gap(FOURTH), abs=1e-4)
     hand.close()
 
@@ -59,8 +61,11 @@ def test_a_channel_that_stays_empty_is_not_used():
     assert all(one.pressures[1] == 0.0 for one in without.starts(TWO, 3))
 
 
-def test_what_comes_from_behind_the_skin_is_farther():
-    ends = np.array([[[0.0, 0.0, 1.0], [0.0, 0.0, 3.0]]])
-    mark, up = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
-    assert _distances(ends, mark, up) == pytest.approx(1.0)
-    assert _distances(ends, mark, -up) == pytest.approx(1.0 + 2.0)
+def test_a_thumb_that_lies_within_a_finger_is_farther_by_the_overlap(reach):
+    fingers = reach.posed(np.zeros((1, 4)))
+    mark = fingers.points(*reach._skin.middle(TWO.finger, TWO.share, TWO.side))
+    centers, radii = reach._balls(fingers, ["index"])
+    for place, more in ((centers[:, 3:4], radii[3] + 0.005), (centers[:, 3:4] + 1.0, 0.0)):
+        found = reach._distances(TWO, fingers, mark, (place, np.array([0.005])))
+        assert found[0, 0] == pytest.approx(more)
+    assert 0.003 < radii[3] < 0.02
