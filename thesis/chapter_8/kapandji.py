@@ -7,10 +7,10 @@ judge are those of `thesis.chapter_8.dexterity.kapandji`.
 A search tries the postures that come nearest to the place by statics, without contact
 (`thesis.chapter_8.dexterity.reach`), each with the thumb and with the fingers filled first, with
 seven channels before all others the winner with four, until a touch is good enough or its budget is
-used; last come a stored posture, where there is one, and what TPE makes of the others. A place that statics
-leave far away is not searched. Of the postures that touch, the winner is the one with the lowest
-worst cost in tries with varied pressures. It is judged again with other draws, and the place counts
-as reached when all of these repeats touch it.
+used; last come a stored posture, where there is one, and what TPE makes of the others. A place that
+statics leave far away is not searched. Of the postures that touch, the winner is the one with the
+lowest worst cost in tries with varied pressures. It is judged again with other draws, and the place
+counts as reached when all of these repeats touch it.
 
 The cost, in which a contact elsewhere is no worse than none, and the use of TPE were chosen on
 place 8 with four channels alone: of 16 postures from statics one touched (cost 7.9 mm, median 22),
