@@ -1,30 +1,42 @@
 """Kapandji test of RBO Hand 2's thumb (8.2.1, Figs 7.7, 8.7, 8.8).
 
-Pressures are found by TPE, where the thesis chose them by hand; places and judge are those of
-`thesis.chapter_8.dexterity.kapandji`. Of the best postures of each place, the winner is the one
-with the lowest worst cost in four tries with varied pressures. It is judged again with other draws,
-and the place counts as reached when all of these repeats touch it.
+Pressures are searched, where the thesis chose them by hand; it does not say that these were those
+of the four channels, so a channel of its own for each actuator is a reading of it, too. Places and
+judge are those of `thesis.chapter_8.dexterity.kapandji`.
 
-The cost, in which a contact elsewhere is no worse than none, and the sampler were chosen on place 8
-alone, before all other searches (seed 1, 5 segments): after 60 evaluations the cost was 21.8 with
-TPE and 25.1 with CMA-ES, after 130 18.1 and 18.0. Searches run at steps of 2 ms: at 5 ms, fingers
-that press on each other trembled, and touches found there were lost at 2 ms.
+A search tries the postures that come nearest to the place by statics, without contact
+(`thesis.chapter_8.dexterity.reach`), each with the thumb and with the fingers filled first, with
+seven channels before all others the winner with four, until a touch is good enough or its budget is
+used; last come a stored posture, where there is one, and what TPE makes of the others. A place that
+statics leave far away is not searched. Of the postures that touch, the winner is the one with the
+lowest worst cost in tries with varied pressures. It is judged again with other draws, and the place
+counts as reached when all of these repeats touch it.
+
+The cost, in which a contact elsewhere is no worse than none, and the use of TPE were chosen on
+place 8 with four channels alone: of 16 postures from statics one touched (cost 7.9 mm, median 22),
+of 16 of TPE after them none (median 36). The order became a variable after place 2: in six postures
+near it the index came down on the wrong side of the thumb that was filled first, and in two of them
+the thumb touched the place when the fingers were filled first. Searches run at steps of 2 ms: at
+5 ms, fingers that press on each other trembled, and touches found there were lost at 2 ms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from softhand_model.hand.hand import load_hand
 from softhand_trials.search import SearchProblem, Variable, search_with, try_again
-from softhand_trials.sweep.run import Workers, start_workers
+from softhand_trials.search.objective import COST
+from softhand_trials.search.problem import Evaluation
+from softhand_trials.sweep.results import Results as KeptResults
+from softhand_trials.sweep.run import Workers, finish, start_workers
 from thesis.chapter_8.dexterity.kapandji import OTHER_RADII, RADIUS, TARGETS, Target
 from thesis.chapter_8.dexterity.posture import (
     FOUR,
@@ -32,13 +44,14 @@ from thesis.chapter_8.dexterity.posture import (
     PALM,
     RIGID,
     SEVEN,
+    THUMB_FIRST,
     PosedHand,
     hand_variant,
-    touch_place,
 )
+from thesis.chapter_8.dexterity.reach import StaticReach
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
 
-SIZE = (12.0, 9.0)
+SIZE = (12.0, 9.5)
 NO_INDEX = "no_index"
 CASES = {  # hand, channels that stay empty, places
     FOUR: (FOUR, (), tuple(range(1, 9))),
@@ -48,7 +61,21 @@ CASES = {  # hand, channels that stay empty, places
 }
 SAMPLER = "tpe"
 OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
-ENOUGH, MOST_RIGID = 6, 3  # places that are to be reached, and at most with a palm that is rigid
+WORDS = {
+    FOUR: "four channels",
+    SEVEN: "seven channels",
+    RIGID: "palm rigid",
+    NO_INDEX: "index empty",
+}
+LEAST = {FOUR: 6, SEVEN: 7}  # places that are to be reached
+MOST_RIGID = 3  # places that may be reached with a palm that is rigid
+ENOUGH = 4.0  # cost [mm] of a touch at which a search ends: half the radius
+FAR = 0.030  # [m] of a place by statics from which on it is not searched
+STORED = {  # with four channels, by place: touches (6.0, 7.4, 7.9 mm) of searches before this one
+    5: {"a": 65.0e3, "b": 0.0, "c": 101.957e3, "d": 111.304e3, THUMB_FIRST: 1.0},
+    6: {"a": 77.5e3, "b": 0.0, "c": 105.0e3, "d": 136.81e3, THUMB_FIRST: 1.0},
+    8: {"a": 65.0e3, "b": 0.0, "c": 105.0e3, "d": 111.304e3, THUMB_FIRST: 1.0},
+}
 VIEW = {"target": (0.0, 0.0, 0.12), "distance": 4.0, "view_angle": 3.2, "yaw": 90.0, "pitch": 0.0}
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 PIXELS = 420
@@ -56,6 +83,7 @@ SMALL = {
     "places": (4,),
     "cases": (FOUR,),
     "evaluations": 8,
+    "starts": 4,
     "tried": (1,),
     "segments": 5,
     "step": 0.005,
@@ -71,22 +99,25 @@ class Parameters:
 
     places: tuple[int, ...] = option(tuple(range(1, 9)), "by their numbers [-]")
     cases: tuple[str, ...] = option(tuple(CASES), "hands and channels that are searched [-]")
-    evaluations: int = option(360, "of a search, its budget [-]")
+    evaluations: int = option(13, "of a search, its budget [-]")
+    starts: int = option(12, "starting points from statics, of these evaluations [-]")
     tried: tuple[int, ...] = option(
-        (24, 8, 4, 4), "candidates that each draw of other pressures is tried on [-]"
+        (2,), "candidates that each draw of other pressures is tried on [-]"
     )
-    generation: int = option(8, "evaluations a generation [-]")
+    generation: int = option(4, "evaluations a generation [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
     step: float = option(0.002, "of the physics [s]")
     fine_step: float = option(0.001, "of another verdict on the first case's winners [s]")
     segments: int = option(8, "an actuator [-]")
     points: int = option(6, "pressures a channel of the thumb base's workspace [-]")
-    seed: int = option(6000, "of searches and repeats [-]")
-    jobs: int = option(2, "processes [-]")
+    seed: int = option(8000, "of searches and repeats [-]")
+    jobs: int = option(1, "processes [-]")
 
 
-def problem(given: Parameters, case: str, place: int) -> SearchProblem:
-    """The search for one place."""
+def problem(
+    given: Parameters, case: str, place: int, starts: Sequence[Mapping[str, float]] = ()
+) -> SearchProblem:
+    """The search for one place from some postures."""
     variant, empty, _ = CASES[case]
     hand = hand_variant(variant)
     return SearchProblem(
@@ -96,11 +127,13 @@ def problem(given: Parameters, case: str, place: int) -> SearchProblem:
             Variable(name, 0.0, float(limit))
             for name, limit in zip(hand.channels, hand.max_pressures(), strict=True)
             if name not in empty
-        ),
+        )
+        + (Variable(THUMB_FIRST, 0.0, 1.0),),
         given.evaluations,
         given.generation,
         SAMPLER,
         seed=given.seed + place,
+        start=starts,
         settings={
             "place": place,
             "hand": variant,
@@ -108,71 +141,147 @@ def problem(given: Parameters, case: str, place: int) -> SearchProblem:
             "segments": given.segments,
         },
         allow_any=True,
+        enough=ENOUGH,
     )
 
 
 # ---------------------------------------------------------------- run
 def run(given: Parameters, job: Job) -> Results:
     """Searches of all cases and places, repeats of the winners, the workspace of the thumb's base,
-    and the postures of the first case.
+    and the postures of one case.
     """
     wanted = [(c, p) for c in given.cases for p in CASES[c][2] if p in given.places]
     found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
     with start_workers(given.jobs) as workers:
         for number, (case, place) in enumerate(wanted):
             job.progress(f"{case}, place {place}", number / (len(wanted) + 1))
-            found[case][str(place)] = _searched(workers, given, case, place, job.folder)
-    job.progress("postures and workspace", len(wanted) / (len(wanted) + 1))
-    fine = finely(found[given.cases[0]], given)
+            four = found[FOUR].get(str(place)) if case == SEVEN and FOUR in found else None
+            known = [by_actuator(four["values"])] if four else []
+            found[case][str(place)] = _searched(workers, given, case, place, known, job.folder)
+        job.progress("finer steps, postures, workspace", len(wanted) / (len(wanted) + 1))
+        fine = {
+            case: finely(workers, given, case, found[case], job.folder)
+            for case in LEAST
+            if case in found
+        }
     return {"cases": found, "fine": fine, **postures(found, given), **workspace(given)}
 
 
+@lru_cache(maxsize=len(CASES))
+def statics(case: str, segments: int) -> StaticReach:
+    """Postures of a case without contact."""
+    variant, empty, _ = CASES[case]
+    return StaticReach(hand_variant(variant), segments, empty)
+
+
+def by_actuator(values: Mapping[str, float]) -> dict[str, float]:
+    """Pressures [Pa] of the seven channels at given ones of the four, and the order."""
+    fed = {k: v for chain in load_hand(HAND).chains for k, v in chain.channels.items()}
+    by_name = {actuator: values.get(channel, 0.0) for actuator, channel in fed.items()}
+    return by_name | {THUMB_FIRST: values[THUMB_FIRST]}
+
+
 def _searched(
-    workers: Workers, given: Parameters, case: str, place: int, folder: Path
+    workers: Workers,
+    given: Parameters,
+    case: str,
+    place: int,
+    known: Sequence[Mapping[str, float]],
+    folder: Path,
 ) -> dict[str, Any]:
-    """The winner of a search and its repeats."""
-    search, folder = problem(given, case, place), folder / case / str(place)
-    result = search_with(workers, search, folder)
-    # not those of the repeats
-    draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
-    tried = try_again(workers, search, result, draws, given.tried, folder / "tried")
-    best = tried[0].record
-    return {
-        "values": dict(best["values"]),
-        "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
-        "worst": tried[0].worst,
-        "failed": result.failed,
-        "repeats": repeats(search, best["values"], given),
+    """The winner of a search from known postures and those of statics, and its repeats."""
+    reach, folder = statics(case, given.segments), folder / case / str(place)
+    nearest = reach.nearest(TARGETS[place - 1])
+    found: dict[str, Any] = {"statics": nearest.distance}
+    search = problem(given, case, place)
+    if nearest.distance > FAR:
+        found["values"] = _named(search, case, nearest.pressures, True)
+    else:
+        near = reach.starts(TARGETS[place - 1], given.starts)
+        both = [_named(search, case, n.pressures, first) for n in near for first in (False, True)]
+        stored = [STORED[place]] if case == FOUR and place in STORED else []
+        search = problem(given, case, place, [*[*known, *both][: given.starts], *stored])
+        result = search_with(workers, search, folder)
+        best = result.best
+        if best["touched"]:
+            # not those of the repeats
+            draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
+            tried = try_again(workers, search, result, draws, given.tried, folder / "tried")
+            best = tried[0].record
+        found |= {
+            "values": dict(best["values"]),
+            "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
+            "evaluations": len(result.records),
+            "failed": result.failed,
+        }
+    return found | {
+        "repeats": repeats(workers, search, found["values"], given.repeats, folder / "repeats")
     }
 
 
-def finely(found: Mapping[str, Any], given: Parameters) -> dict[str, Any]:
-    """Winners of the first case by place, each repeated with the finer step. With a coarse step,
-    fingers that press on each other may tremble, and the joints do not come to rest.
+def _named(
+    search: SearchProblem, case: str, pressures: Array, thumb_first: bool
+) -> dict[str, float]:
+    """Values of the variables for pressures (channels,) [Pa] and an order."""
+    by_name = dict(zip(hand_variant(CASES[case][0]).channels, pressures.tolist(), strict=True))
+    by_name[THUMB_FIRST] = float(thumb_first)
+    return {variable.name: by_name[variable.name] for variable in search.variables}
+
+
+def finely(
+    workers: Workers, given: Parameters, case: str, found: Mapping[str, Any], folder: Path
+) -> dict[str, Any]:
+    """Winners of a case that are reached, by place, each repeated with the finer step. With a
+    coarse step, fingers that press on each other may tremble, and the joints do not come to rest.
     """
     again = {}
     for place, one in found.items():
-        search = problem(given, given.cases[0], int(place)).with_settings(step=given.fine_step)
-        again[place] = {**one, "repeats": repeats(search, one["values"], given)}
+        if not reached(one):
+            continue
+        search = problem(given, case, int(place)).with_settings(step=given.fine_step)
+        kept = folder / case / place / "fine"
+        again[place] = {
+            **one,
+            "repeats": repeats(workers, search, one["values"], given.repeats, kept),
+        }
     return again
 
 
-def repeats(search: SearchProblem, values: Mapping[str, float], given: Parameters) -> list[Any]:
-    """Verdicts on a winner with pressures that differ, each by its own draw."""
-    draws = [[search.seed, 1 + number] for number in range(given.repeats)]
-    return [touch_place(values, {**search.settings, "draw": draw}) for draw in draws]
+def repeats(
+    workers: Workers, search: SearchProblem, values: Mapping[str, float], count: int, folder: Path
+) -> list[Any]:
+    """Verdicts on a posture with pressures that differ, each by its own draw; from the folder where
+    they are known. Raises RuntimeError when a simulation diverges.
+    """
+    tasks = [
+        Evaluation(search.with_settings(draw=[search.seed, 1 + number]), number, values)
+        for number in range(count)
+    ]
+    with KeptResults(folder, tasks, COST, ("values",)) as kept:
+        found = finish(workers, tasks, kept)
+    for record in found:
+        if "error" in record:
+            raise RuntimeError(f"{record['key']}: {record['error']}")
+    return found
+
+
+def shown(found: Mapping[str, Any]) -> str:
+    """The case whose postures are drawn: seven channels, or the first."""
+    return SEVEN if SEVEN in found else next(iter(found))
 
 
 def postures(found: Mapping[str, Any], given: Parameters) -> Results:
-    """Joint orientations (places, n, 4) of the winners of the first case, and the points of their
-    places (places, 3) [m] in the wrist frame.
+    """Joint orientations (places, n, 4) of the winners of the case that is shown, and the points of
+    their places (places, 3) [m] in the wrist frame.
     """
-    case = next(iter(found))
+    case = shown(found)
     hand = PosedHand(CASES[case][0], given.step, given.segments)
     joints, marks = [], []
     for place, one in found[case].items():
         target = TARGETS[int(place) - 1]
-        hand.take(np.array([one["values"].get(name, 0.0) for name in hand.channels]))
+        values = one["values"]
+        pressures = np.array([values.get(name, 0.0) for name in hand.channels])
+        hand.take(pressures, values[THUMB_FIRST] > 0.5)
         q = hand.joints()
         joints.append(q)
         marks.append(hand.scene.skin.point(target.finger, target.share, target.side, q))
@@ -182,37 +291,28 @@ def postures(found: Mapping[str, Any], given: Parameters) -> Results:
 
 def workspace(given: Parameters) -> Results:
     """Place (k, 3) [m] of the thumb's base and its twist [rad] about the palm's end, relative to
-    rest: at pressures of c and d (k, 2) [Pa] that are equal, and at different ones (Fig. 7.7).
+    rest: at pressures of c and d (k, 2) [Pa] that are equal, and at different ones (Fig. 7.7); by
+    statics.
     """
-    hand = PosedHand(FOUR, given.step, given.segments)
-    c, d = (hand.limits[hand.channels.index(name)] for name in "cd")
+    hand, reach = load_hand(HAND), statics(FOUR, given.segments)
+    used = [hand.channels.index(name) for name in "cd"]
+    c, d = hand.max_pressures()[used]
     equal = np.repeat(np.linspace(0.0, min(c, d), given.points)[:, None], 2, axis=1)
     axes = np.linspace(0.0, c, given.points), np.linspace(0.0, d, given.points)
-    differing = np.array(np.meshgrid(*axes)).reshape(2, -1).T
-    found = {"equal": equal, "differing": differing}
     results: Results = {}
-    for name, pressures in found.items():
-        posed = [_thumb_base(hand, pair) for pair in pressures]
-        results[f"{name}_pressures"] = pressures
-        results[f"{name}_places"] = np.array([position for position, _ in posed])
-        results[f"{name}_twists"] = np.array([twist for _, twist in posed])
-    hand.close()
+    for name, pressures in (
+        ("equal", equal),
+        ("differing", np.array(np.meshgrid(*axes)).reshape(2, -1).T),
+    ):
+        whole = np.zeros((len(pressures), len(hand.channels)))
+        whole[:, used] = pressures
+        places, twists = reach.chain_end(PALM, whole)
+        results |= {
+            f"{name}_pressures": pressures,
+            f"{name}_places": places,
+            f"{name}_twists": twists,
+        }
     return results
-
-
-def _thumb_base(hand: PosedHand, pair: Array) -> tuple[Array, float]:
-    """Place [m] of the palm's end in the wrist frame, and by how much [rad] the palm is twisted:
-    the turns of its joints about its own length, in sum.
-    """
-    by_name = dict(zip("cd", pair, strict=True))
-    hand.take(np.array([by_name.get(name, 0.0) for name in hand.channels]))
-    shape = hand.scene.simulation.shape
-    q, joints = hand.joints(), shape.layout.chain_joints[PALM]
-    position, frame, _ = shape.frames(q)
-    bent = Rotation.from_quat(shape.layout.rest[joints]).inv() * Rotation.from_quat(q[joints])
-    last = joints.stop - 1
-    place = position[last] + frame[last] @ shape.layout.chain_tips[PALM]
-    return place, float(bent.as_rotvec()[:, 2].sum())
 
 
 # ---------------------------------------------------------------- report
@@ -222,19 +322,18 @@ def reached(one: Mapping[str, Any], radius: float = RADIUS) -> bool:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """A row per place, then the criteria."""
+    """A row per place and number of channels, then the criteria."""
     cases = results["cases"]
-    findings = [_row(int(place), one) for place, one in cases.get(FOUR, {}).items()]
     counts = {name: sum(map(reached, found.values())) for name, found in cases.items()}
-    if FOUR in cases:
-        findings += _counted(cases[FOUR])
-        findings += [_first(cases[FOUR])] if "1" in cases[FOUR] else []
-    fine = results["fine"]
-    ours = f"{sum(map(reached, fine.values()))} of {len(fine)}: {_numbers(fine)}"
-    findings.append(Finding(f"winners at steps of {1e3 * given.fine_step:g} ms", "-", ours))
-    if SEVEN in cases:
-        ours = f"{counts[SEVEN]} of {len(cases[SEVEN])}: {_numbers(cases[SEVEN])}"
-        findings.append(Finding("with seven channels", "-", ours))
+    findings: list[Finding] = []
+    for name in [name for name in LEAST if name in cases]:
+        findings += [_row(int(place), one, name) for place, one in cases[name].items()]
+        findings += _counted(name, cases[name])
+        findings += [_first(name, cases[name])] if "1" in cases[name] else []
+        fine = results["fine"][name]
+        ours = f"{sum(map(reached, fine.values()))} of {len(fine)}: {_numbers(fine)}"
+        what = f"winners at steps of {1e3 * given.fine_step:g} ms, {WORDS[name]}"
+        findings.append(Finding(what, "-", ours))
     if RIGID in cases:
         ours = f"{counts[RIGID]} of {len(cases[RIGID])}: {_numbers(cases[RIGID])} (<= {MOST_RIGID})"
         findings.append(
@@ -244,30 +343,44 @@ def report(results: Results, given: Parameters) -> Report:
         ours = f"{counts[NO_INDEX]} of {len(cases[NO_INDEX])}: {_numbers(cases[NO_INDEX])} (0)"
         what = "negative control: index empty, places 1 to 3"
         findings.append(Finding(what, "-", ours, counts[NO_INDEX] == 0))
+    findings += [_static(name, found) for name, found in cases.items()]
     findings += _twists(results)
-    first = next(iter(counts))
-    return Report(findings, f"The thumb reaches {counts[first]} of {len(cases[first])} places.")
+    said = [f"{counts[c]} of {len(cases[c])} places with {WORDS[c]}" for c in LEAST if c in cases]
+    return Report(findings, f"The thumb reaches {' and '.join(said)}." if said else "")
+
+
+def _static(case: str, found: Mapping[str, Any]) -> Finding:
+    far = ", ".join(f"{place}: {1e3 * one['statics']:.1f}" for place, one in found.items())
+    what = f"distance by statics, {WORDS[case]}"
+    return Finding(what, "-", f"{far} mm; above {1e3 * FAR:g} mm not searched")
 
 
 def _numbers(found: Mapping[str, Any], radius: float = RADIUS) -> str:
     return ", ".join(place for place, one in found.items() if reached(one, radius)) or "none"
 
 
-def _row(place: int, one: Mapping[str, Any]) -> Finding:
+def _row(place: int, one: Mapping[str, Any], case: str) -> Finding:
     target = TARGETS[place - 1]
     touched = sum(repeat["touched"] for repeat in one["repeats"])
-    pressures = " / ".join(f"{1e-3 * value:.0f}" for value in one["values"].values())
+    pressures = " / ".join(f"{1e-3 * value:.0f}" for value in _pressures(one).values())
+    order = "thumb" if one["values"][THUMB_FIRST] > 0.5 else "fingers"
     why = sorted({repeat["reason"] for repeat in one["repeats"]} - {""})
     others = sorted({name for repeat in one["repeats"] for name in repeat["others"]})
     parts = [
         f"{touched} of {len(one['repeats'])}",
         f"{_remaining(one):.1f} mm away",
-        f"{pressures} kPa",
+        f"{pressures} kPa, {order} first",
         *(["also touches " + ", ".join(others)] if others else []),
         *why,
     ]
     seen = "not reached" if place == 1 else "reached"
-    return Finding(f"place {place}: {place_name(target)}", seen, "; ".join(parts))
+    what = f"place {place}: {place_name(target)}, {WORDS[case]}"
+    return Finding(what, seen, "; ".join(parts))
+
+
+def _pressures(one: Mapping[str, Any]) -> dict[str, float]:
+    """Pressures [Pa] of a winner by channel."""
+    return {name: value for name, value in one["values"].items() if name != THUMB_FIRST}
 
 
 def place_name(target: Target) -> str:
@@ -285,37 +398,39 @@ def _remaining(one: Mapping[str, Any]) -> float:
     return float(1e3 * np.mean(far))
 
 
-def _effort(one: Mapping[str, Any]) -> float:
+def _effort(case: str, one: Mapping[str, Any]) -> float:
     """Mean of the pressures as shares of their limits [-] (ours)."""
-    hand = load_hand(HAND)
+    hand = hand_variant(CASES[case][0])
     limits = dict(zip(hand.channels, hand.max_pressures(), strict=True))
-    return float(np.mean([value / limits[name] for name, value in one["values"].items()]))
+    return float(np.mean([value / limits[name] for name, value in _pressures(one).items()]))
 
 
-def _counted(found: Mapping[str, Any]) -> list[Finding]:
+def _counted(case: str, found: Mapping[str, Any]) -> list[Finding]:
     whole = len(found) == len(TARGETS)
     count = sum(map(reached, found.values()))
-    ours = f"{count} of {len(found)}: {_numbers(found)} (>= {ENOUGH})"
-    met = count >= ENOUGH if whole else None
-    findings = [Finding(f"places reached within {1e3 * RADIUS:g} mm", "7 of 8", ours, met)]
+    ours = f"{count} of {len(found)}: {_numbers(found)} (>= {LEAST[case]})"
+    met = count >= LEAST[case] if whole else None
+    what = f"places reached within {1e3 * RADIUS:g} mm, {WORDS[case]}"
+    findings = [Finding(what, "7 of 8", ours, met)]
     for radius in OTHER_RADII:
         number = sum(reached(one, radius) for one in found.values())
         ours = f"{number} of {len(found)}: {_numbers(found, radius)}"
-        findings.append(Finding(f"within {1e3 * radius:g} mm", "-", ours))
+        findings.append(Finding(f"within {1e3 * radius:g} mm, {WORDS[case]}", "-", ours))
     return findings
 
 
-def _first(found: Mapping[str, Any]) -> Finding:
+def _first(case: str, found: Mapping[str, Any]) -> Finding:
     """Whether place 1 is the hardest: not reached, or with the largest distance or effort."""
     farthest = max(found, key=lambda place: _remaining(found[place]))
-    hardest = max(found, key=lambda place: _effort(found[place]))
+    hardest = max(found, key=lambda place: _effort(case, found[place]))
     failed = not reached(found["1"])
     easy = "" if failed or "1" in (farthest, hardest) else "; easier than with the real hand"
     ours = (
         f"{'not ' if failed else ''}reached; farthest is {farthest}, most effort takes {hardest}"
         f"{easy}"
     )
-    return Finding("place 1 is the hardest", "the only one not reached", ours, failed or not easy)
+    what = f"place 1 is the hardest, {WORDS[case]}"
+    return Finding(what, "the only one not reached", ours, failed or not easy)
 
 
 def _twists(results: Results) -> list[Finding]:
@@ -334,19 +449,23 @@ def _twists(results: Results) -> list[Finding]:
 
 # ---------------------------------------------------------------- figure
 def draw(figure: Figure, results: Results, report: Report) -> None:
-    """The postures from the palm's side, each with its place; the workspace of the thumb's base."""
-    found = next(iter(results["cases"].values()))
+    """Postures from the palm's side, each with its place, and how often it is touched with four
+    channels; the workspace of the thumb's base.
+    """
+    cases = results["cases"]
+    case, headlines = shown(cases), [name for name in LEAST if name in cases]
+    found = cases[case]
     top, below = figure.subfigures(2, 1, height_ratios=(2.6, 1.0))
     columns = min(4, len(found))
     rows = -(-len(found) // columns)
     panels = np.atleast_1d(top.subplots(rows, columns, squeeze=False)).ravel()
     for panel in panels[len(found) :]:
         panel.set_axis_off()
-    pictures = photographs(results["joints"], next(iter(results["cases"])))
-    for panel, (place, one), picture, mark in zip(
-        panels, found.items(), pictures, results["marks"], strict=False
-    ):
-        _draw_posture(panel, int(place), one, picture, mark)
+    pictures = photographs(results["joints"], case)
+    for panel, place, picture, mark in zip(panels, found, pictures, results["marks"], strict=False):
+        words = [_tries(name, cases[name][place]) for name in headlines if place in cases[name]]
+        title = "\n".join([f"{place}: {place_name(TARGETS[int(place) - 1])}", *words])
+        _draw_posture(panel, title, picture, mark)
     _draw_workspace(below.subplots(1, 2), results)
 
 
@@ -361,16 +480,17 @@ def photographs(joints: Array, case: str) -> list[Any]:
     return [renderer.frame(HandState(q, *UPRIGHT), (PIXELS, PIXELS), camera) for q in joints]
 
 
-def _draw_posture(
-    panel: Any, place: int, one: Mapping[str, Any], picture: Any, mark: Array
-) -> None:
+def _tries(case: str, one: Mapping[str, Any]) -> str:
+    touched = sum(repeat["touched"] for repeat in one["repeats"])
+    return f"{WORDS[case]}: {touched} of {len(one['repeats'])}, {_remaining(one):.1f} mm"
+
+
+def _draw_posture(panel: Any, title: str, picture: Any, mark: Array) -> None:
     half = VIEW["distance"] * np.tan(np.radians(0.5 * VIEW["view_angle"]))
     y, z = VIEW["target"][1:]
     panel.imshow(picture, extent=[y - half, y + half, z - half, z + half])
     panel.plot(mark[1], mark[2], "o", markersize=7, fillstyle="none", color="tab:red")
-    touched = sum(repeat["touched"] for repeat in one["repeats"])
-    words = f"{place}: {place_name(TARGETS[place - 1])}\n{touched} of {len(one['repeats'])}"
-    panel.set_title(f"{words}, {_remaining(one):.1f} mm", fontsize=9)
+    panel.set_title(title, fontsize=9)
     panel.set_axis_off()
 
 

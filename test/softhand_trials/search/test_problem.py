@@ -40,6 +40,8 @@ def write(tmp_path):
         ("evaluations: 40", "evaluations: 0", "evaluations: expected a whole number from 1"),
         ("seed: 3", "start: {z: 1}", "start: z: expected a variable"),
         ("seed: 3", "start: {x: 1.5}", "start: x: expected a variable within its range"),
+        ("seed: 3", "start: [{x: 1}, {x: 1.5}]", "start: x: expected a variable within its range"),
+        ("seed: 3", "enough: little", "enough: expected"),
         ("seed: 3", "generation: 2", "sampler: cma: expected 2 or more variables"),
         ("seed: 3", "sed: 3", "only the keys"),
         ("search_objectives:bowl", "bowl", "expected module:function, got 'bowl'"),
@@ -49,6 +51,15 @@ def write(tmp_path):
 def test_what_cannot_be_searched_is_refused(write, old, new, words):
     with pytest.raises(ValueError, match=words):
         load_problem(write((old, new)), allow_any=True)
+
+
+def test_one_start_several_and_none_are_read(write):
+    for text, starts in (
+        ("start: {x: 1}", ({"x": 1.0},)),
+        ("start: [{x: 1}, {y: -2}]", ({"x": 1.0}, {"y": -2.0})),
+        ("seed: 4", ()),
+    ):
+        assert load_problem(write(("seed: 3", text)), allow_any=True).starts == starts
 
 
 def test_code_of_other_modules_is_run_only_when_it_is_allowed(write):

@@ -114,13 +114,37 @@ def test_what_is_tried_first_can_be_given(tmp_path):
     assert len(result.records) == len(read_results(tmp_path)) == 10
 
 
+def test_several_postures_are_tried_first_in_their_order(tmp_path):
+    starts = [{"x": 0.1 * k, "y": -0.2 * k} for k in range(6)]
+    problem = replace(BOWL, evaluations=9, generation=4, start=starts, sampler="tpe")
+    records = run_search(problem, tmp_path, jobs=0).records
+    assert [record["values"] for record in records[:6]] == starts
+    assert len(records) == 9 and len({str(record["values"]) for record in records}) == 9
+
+
+def test_a_search_ends_with_the_generation_that_is_good_enough(tmp_path):
+    whole = run_search(replace(BOWL, generation=8), tmp_path / "a", jobs=0)
+    costs = [record["cost"] for record in whole.records]
+    enough = min(costs[8:16])
+    first = next(k for k, cost in enumerate(costs) if cost <= enough)
+    problem = replace(BOWL, generation=8, enough=enough)
+    ended = run_search(problem, tmp_path / "b", jobs=0)
+    assert len(ended.records) == 8 * (first // 8 + 1) < len(costs)
+    again = run_search(problem, tmp_path / "b", jobs=0)
+    assert (
+        lasting(again.records)
+        == lasting(ended.records)
+        == lasting(whole.records[: len(again.records)])
+    )
+
+
 def test_a_search_goes_on_around_its_start_where_a_spread_is_given(tmp_path):
     start = {"x": -0.6, "y": 3.0}
     problem = replace(BOWL, evaluations=12, generation=6, start=start, spread=0.05)
     second = run_search(problem, tmp_path, jobs=0).records[6:]
     away = [abs(r["values"]["x"] + 0.6) / 2 + abs(r["values"]["y"] - 3.0) / 10 for r in second]
     assert max(away) < 0.5 and np.median(away) < 0.15
-    for wrong in ({"start": {}}, {"start": {"x": 0.0}}, {"sampler": "tpe"}):
+    for wrong in ({"start": {}}, {"start": {"x": 0.0}}, {"start": [start] * 2}, {"sampler": "tpe"}):
         with pytest.raises(ValueError, match="spread"):
             replace(problem, **wrong)
 

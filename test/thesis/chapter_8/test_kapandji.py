@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 
 from thesis.chapter_8 import kapandji
-from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN
-from thesis.chapter_8.kapandji import CASES, NO_INDEX, Parameters, problem, report
+from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN, THUMB_FIRST, hand_variant
+from thesis.chapter_8.kapandji import (
+    CASES,
+    FAR,
+    LEAST,
+    NO_INDEX,
+    Parameters,
+    by_actuator,
+    problem,
+    report,
+)
 
 
 def one(distance, pressure=40e3, touched=None):
@@ -18,14 +27,25 @@ def one(distance, pressure=40e3, touched=None):
         "others": [],
         "at_radius": {"5": distance <= 0.005, "8": touched, "12": distance <= 0.012},
     }
-    return {"values": dict.fromkeys("abcd", pressure), "repeats": [repeat] * 3}
+    return {
+        "values": {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 1.0},
+        "statics": 0.5 * distance,
+        "repeats": [repeat] * 3,
+    }
 
 
 def results(**cases):
     line = {"twists": np.array([-0.5, 0.0]), "places": np.zeros((2, 3))}
     axes = {f"{name}_{key}": v for name in ("equal", "differing") for key, v in line.items()}
     found = {n: {str(p): o for p, o in c.items()} for n, c in cases.items()}
-    return {"cases": found, "fine": next(iter(found.values())), **axes}
+    fine = {name: places for name, places in found.items() if name in LEAST}
+    return {"cases": found, "fine": fine, **axes}
+
+
+def seven(found):
+    """With a channel for each actuator."""
+    values = {**dict.fromkeys(hand_variant(SEVEN).channels, 40e3), THUMB_FIRST: 0.0}
+    return {place: {**one, "values": values} for place, one in found.items()}
 
 
 def reached(*far, near=0.004):
@@ -39,18 +59,20 @@ def met(found):
 def test_seven_of_eight_with_place_one_missed_is_what_the_thesis_found():
     good = {
         FOUR: reached(1),
+        SEVEN: seven(reached(1)),
         RIGID: reached(1, 2, 4, 5, 6),
         NO_INDEX: {place: one(0.03) for place in (1, 2, 3)},
     }
     found = met(report(results(**good), Parameters()))
-    assert len(found) == 4 and all(found.values())
+    assert len(found) == 6 and all(found.values())
 
 
 @pytest.mark.parametrize(
     ("case", "places", "what"),
     [
-        (FOUR, reached(1, 2, 3), "places reached within 8 mm"),
-        (FOUR, {**reached(4), 2: one(0.004, 70e3)}, "place 1 is the hardest"),
+        (FOUR, reached(1, 2, 3), "places reached within 8 mm, four channels"),
+        (SEVEN, seven(reached(1, 2)), "places reached within 8 mm, seven channels"),
+        (FOUR, {**reached(4), 2: one(0.004, 70e3)}, "place 1 is the hardest, four channels"),
         (RIGID, reached(1, 2, 3, 4), "negative control: palm rigid"),
         (NO_INDEX, {2: one(0.001)}, "negative control: index empty, places 1 to 3"),
     ],
@@ -64,32 +86,51 @@ def test_a_place_counts_when_every_repeat_touches():
     twice[5]["repeats"] = [*twice[5]["repeats"][:2], one(0.03)["repeats"][0]]
     table = report(results(**{FOUR: twice}), Parameters()).table
     assert "6 of 8: 2, 3, 4, 6, 7, 8" in table
-    assert "place 5: ring, tip | reached | 2 of 3" in table
-    assert "winners at steps of 1 ms | - | 6 of 8" in table
+    assert "place 5: ring, tip, four channels | reached | 2 of 3" in table
+    assert "winners at steps of 1 ms, four channels | - | 6 of 8" in table
 
 
 def test_places_within_other_radii_are_listed():
     mixed = reached(1)
     mixed[6] = one(0.007)
     table = report(results(**{FOUR: mixed}), Parameters()).table
-    assert "| within 5 mm | - | 6 of 8: 2, 3, 4, 5, 7, 8" in table
-    assert "| within 12 mm | - | 7 of 8" in table
+    assert "| within 5 mm, four channels | - | 6 of 8: 2, 3, 4, 5, 7, 8" in table
+    assert "| within 12 mm, four channels | - | 7 of 8" in table
 
 
 def test_searches_leave_out_what_is_to_stay_empty_and_have_seeds_of_their_own():
     given = Parameters()
-    four, seven = problem(given, FOUR, 3), problem(given, SEVEN, 3)
+    four = problem(given, FOUR, 3)
     assert [(v.name, v.high) for v in four.variables] == [
         ("a", 80e3),
         ("b", 80e3),
         ("c", 105e3),
         ("d", 160e3),
+        (THUMB_FIRST, 1.0),
     ]
-    assert len(seven.variables) == 7
-    assert [v.name for v in problem(given, NO_INDEX, 2).variables] == ["a", "c", "d"]
+    assert len(problem(given, SEVEN, 3).variables) == 7 + 1
+    assert [v.name for v in problem(given, NO_INDEX, 2).variables] == ["a", "c", "d", THUMB_FIRST]
     assert four.seed != problem(given, FOUR, 4).seed
-    assert (four.sampler, given.evaluations + sum(given.tried)) == ("tpe", 400)
     assert all(set(places) <= set(range(1, 9)) for _, _, places in CASES.values())
+
+
+def test_seven_channels_contain_each_posture_of_four():
+    values = by_actuator({"a": 1.0, "b": 2.0, "c": 3.0, "d": 4.0, THUMB_FIRST: 0.0})
+    assert set(values) == {*hand_variant(SEVEN).channels, THUMB_FIRST}
+    assert values[THUMB_FIRST] == 0.0
+    assert [values[name] for name in ("little", "ring", "middle", "index")] == [1.0, 1.0, 1.0, 2.0]
+    assert [values[name] for name in ("thumb", "palm_inner", "palm_outer")] == [3.0, 3.0, 4.0]
+
+
+def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
+    from thesis.frame import Job
+
+    few = {"cases": (NO_INDEX,), "places": (2,), "repeats": 1}
+    given = Parameters(**{**kapandji.SMALL, **few})
+    one = kapandji.run(given, Job(tmp_path, lambda what, share: None))["cases"][NO_INDEX]["2"]
+    assert one["statics"] > FAR and "evaluations" not in one
+    assert not kapandji.reached(one)
+    assert not (tmp_path / NO_INDEX / "2" / "results.jsonl").exists()
 
 
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):

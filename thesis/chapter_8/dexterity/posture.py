@@ -1,9 +1,9 @@
 """Postures of an empty hand: channels are brought to pressures, then closed.
 
-As in section 8.2.2, the channels of palm and thumb are filled first, then those of the fingers.
-Pressures follow their ramps exactly, as with valves of unlimited flow (our simplification: through
-the box's chokes the channel of three fingers takes longer than its ramp). Then the valves close and
-the air stays in.
+The channels of palm and thumb are filled first, as in section 8.2.2, then those of the fingers, or
+the other way round; section 8.2.1 does not say which. Pressures follow their ramps exactly, as with
+valves of unlimited flow (our simplification: through the box's chokes the channel of three fingers
+takes longer than its ramp). Then the valves close and the air stays in.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ HAND = "rbo_hand_2"
 FOUR, SEVEN, RIGID = "four_channels", "seven_channels", "rigid_palm"
 HANDS = (FOUR, SEVEN, RIGID)
 PALM = "palm"
+THUMB_FIRST = "thumb_first"  # name of the variable that sets the order
 STIFF = 1e3  # factor on the shear modulus of actuators that are as good as rigid
 RAMP, SETTLE, LASTING = 1.0, 0.5, 1.0  # of each of two ramps, before closing, and closed [s]
 STEP, SEGMENTS = 0.005, 8
@@ -111,9 +112,9 @@ class PosedHand:
         """Names of the channels."""
         return self.scene.channels
 
-    def take(self, pressures: Array) -> tuple[Snapshot, Snapshot]:
-        """Bring the channels to gauge pressures [Pa]; snapshots when the valves close, and one
-        second later.
+    def take(self, pressures: Array, thumb_first: bool = True) -> tuple[Snapshot, Snapshot]:
+        """Bring the channels to gauge pressures [Pa], those of palm and thumb before those of the
+        fingers or after them; snapshots when the valves close, and one second later.
 
         Raises ValueError for pressures beyond the limits, RuntimeError when the simulation
         diverges.
@@ -122,7 +123,7 @@ class PosedHand:
             raise ValueError(f"pressures: expected 0 to {self.limits} Pa, got {pressures}")
         simulation = self.scene.simulation
         simulation.restore(self._start)
-        begin = simulation.time + np.where(self._first, 0.0, RAMP)
+        begin = simulation.time + np.where(self._first == thumb_first, 0.0, RAMP)
         masses = np.zeros(len(pressures))
         for _ in range(round((2 * RAMP + SETTLE) / simulation.step_size)):
             share = np.clip((simulation.time - begin) / RAMP, 0.0, 1.0)
@@ -179,6 +180,7 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
 
     Args:
         values: gauge pressure [Pa] by channel; a channel that is not named stays empty.
+            `thumb_first`: above 0.5, as if it is left out, palm and thumb are filled first.
         settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`, `draw`:
             seeds of a change of each pressure by up to `SPREAD`.
 
@@ -197,7 +199,7 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
         share = np.random.default_rng(settings["draw"]).uniform(-SPREAD, SPREAD, len(pressures))
         pressures = np.minimum((1.0 + share) * pressures, hand.limits)
     try:
-        closed, later = hand.take(pressures)
+        closed, later = hand.take(pressures, values.get(THUMB_FIRST, 1.0) > 0.5)
     except RuntimeError:
         posed_hand.cache_clear()  # the engine has diverged
         raise

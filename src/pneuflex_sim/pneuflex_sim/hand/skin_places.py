@@ -106,14 +106,24 @@ class SkinPlaces:
         """Points (len(along) * k, 3) [m] of the skin's outlines at distances `along` [m] from the
         base of a chain.
         """
-        return np.vstack([self._placed(chain, at, _ring, q) for at in along])
+        return np.vstack([self._placed(*self.outline(chain, at), q) for at in along])
 
     def point(self, chain: str, share: float, side: str, q: Array) -> Array:
         """Point (3,) [m] in the middle of a side, or of the `tip`, at a share of a chain's
         length.
         """
+        return self._placed(*self.middle(chain, share, side), q)[0]
 
-        def middle(outline: ChainOutline, along: float) -> Array:
+    def outline(self, chain: str, along: float) -> tuple[int, Array]:
+        """The joint that carries the skin's outline at a distance `along` [m] from the base of a
+        chain, and the outline's points (k, 3) [m] in the frame of that joint.
+        """
+        return self._carried(chain, along, _ring)
+
+    def middle(self, chain: str, share: float, side: str) -> tuple[int, Array]:
+        """As `outline`, of the one point in the middle of a side, see `point`."""
+
+        def section(outline: ChainOutline, along: float) -> Array:
             """The side's middle in the section (1, 2) [m]."""
             height, width = np.maximum(outline.extents(along)[0], SMALLEST_EDGE)
             flank = [-0.3 * height, 0.5 * width]  # as `_girth` has it
@@ -127,15 +137,19 @@ class SkinPlaces:
                 ]
             )
 
-        return self._placed(chain, share * self.length(chain), middle, q)[0]
+        return self._carried(chain, share * self.length(chain), section)
 
-    def _placed(self, chain: str, along: float, ring: Section, q: Array) -> Array:
+    def _placed(self, joint: int, points: Array, q: Array) -> Array:
+        position, frame, _ = self._shape.frames(q)
+        return np.asarray(position[joint] + points @ frame[joint].T)
+
+    def _carried(self, chain: str, along: float, section: Section) -> tuple[int, Array]:
         outline = self._outlines[chain]
-        for bone, origin, axes in self._bones(chain, q):
+        for bone, joint, lift in self._carriers(chain):
             if along <= outline.range(bone)[1] + 1e-9:
-                flat = ring(outline, along)
+                flat = section(outline, along)
                 z = np.full((len(flat), 1), along - outline.joint(bone))
-                return origin + np.hstack([flat, z]) @ axes.T
+                return joint, np.hstack([flat, z]) + lift
         raise ValueError(f"along: expected at most {outline.length} m, got {along}")
 
     def _beside(self, chain: str, point: Array, q: Array) -> list[tuple[float, float, Array]]:
@@ -153,17 +167,21 @@ class SkinPlaces:
     def _bones(self, chain: str, q: Array) -> list[tuple[int, Array, Array]]:
         """Number, origin and axes of each bone of a chain that has rubber."""
         position, frame, _ = self._shape.frames(q)
+        return [
+            (bone, position[joint] + frame[joint] @ lift, frame[joint])
+            for bone, joint, lift in self._carriers(chain)
+        ]
+
+    def _carriers(self, chain: str) -> list[tuple[int, int, Array]]:
+        """Number of each bone that has rubber, its joint, and the bone's origin in that frame."""
         joints, outline = self._shape.layout.chain_joints[chain], self._outlines[chain]
-        strut = outline.description.strut
-        found = []
-        first = joints.start
+        strut, first, found = outline.description.strut, joints.start, []
         if strut is not None:
             lift = np.array([0.0, 0.0, strut.length / 2.0 + outline.edge / 2.0])
-            found.append((0, position[first] + frame[first] @ lift, frame[first]))
+            found.append((0, first, lift))
             first += 1
         return found + [
-            (bone, position[first + bone - 1], frame[first + bone - 1])
-            for bone in range(1, outline.segments + 1)
+            (bone, first + bone - 1, np.zeros(3)) for bone in range(1, outline.segments + 1)
         ]
 
 

@@ -6,8 +6,9 @@ The file has the keys
 * `variables: {name: [low, high]}`;
 * `evaluations`: the budget; `generation` (8): evaluations that the sampler is asked for before
   it gets a result of any; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
-* `start: {name: value}`: what is tried first; with `spread`, a share of each range, CMA-ES goes on
-  around there, so far, after its first generation;
+* `start: {name: value}`, or a list of such: what is tried first; with `spread`, a share of each
+  range, CMA-ES goes on around the one start, so far, after its first generation;
+* `enough`: a cost; the search ends after the generation in which one is as low;
 * `settings`: what the objective is given besides the values. Texts that are the path of a file from
   the problem's folder on are made whole, and its content belongs to the evaluation.
 """
@@ -16,13 +17,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from softhand_common.documents.yaml_document import Node, read_document
-from softhand_trials.search.objective import check_name, evaluate
+from softhand_trials.search.objective import COST, check_name, evaluate
 from softhand_trials.sweep.task import DIGEST_DIGITS, Record
 
 FORMAT = "softhand-search/1"
@@ -55,10 +57,11 @@ class SearchProblem:
     generation: int = GENERATION
     sampler: str = "cma"
     seed: int = 0
-    start: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] | Sequence[Mapping[str, float]] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
     allow_any: bool = False
     spread: float | None = None
+    enough: float | None = None
 
     def __post_init__(self) -> None:
         check_name(self.objective, self.allow_any)
@@ -70,17 +73,28 @@ class SearchProblem:
             raise ValueError(
                 "sampler: cma: expected 2 or more variables and generations of 4 or more"
             )
-        if self.spread is not None and (self.sampler != "cma" or not self.start):
-            raise ValueError("spread: expected none without the key start and the sampler cma")
+        if self.spread is not None and (self.sampler != "cma" or len(self.starts) != 1):
+            raise ValueError("spread: expected none without one start and the sampler cma")
         by_name = {variable.name: variable for variable in self.variables}
-        for name, value in self.start.items():
+        for name, value in (item for start in self.starts for item in start.items()):
             found = by_name.get(name)
             if found is None or not found.low <= value <= found.high:
                 raise ValueError(
                     f"start: {name}: expected a variable within its range, got {value}"
                 )
-        if self.spread is not None and len(self.start) < len(by_name):
+        if self.spread is not None and len(self.starts[0]) < len(by_name):
             raise ValueError("start: expected a value of every variable, as there is a spread")
+
+    @property
+    def starts(self) -> tuple[Mapping[str, float], ...]:
+        """What is tried first, in this order."""
+        given = (self.start,) if isinstance(self.start, Mapping) else self.start
+        return tuple(start for start in given if start)
+
+    def is_enough(self, records: Sequence[Record]) -> bool:
+        """Whether one of a generation's evaluations is so good that the search may end."""
+        costs = [record[COST] for record in records if COST in record]
+        return self.enough is not None and min(costs, default=math.inf) <= self.enough
 
     def with_settings(self, **changed: Any) -> SearchProblem:
         """A copy with some of the objective's settings changed."""
@@ -143,7 +157,7 @@ def load_problem(path: str | Path, allow_any: bool = False) -> SearchProblem:
     """
     document = read_document(Path(path), FORMAT)
     required = ("format", "name", "objective", "variables", "evaluations", "sampler")
-    top = document.fields(required, ("generation", "seed", "start", "spread", "settings"))
+    top = document.fields(required, ("generation", "seed", "start", "spread", "enough", "settings"))
     variables = tuple(_variable(*item) for item in top["variables"].mapping().items())
     if not variables:
         raise top["variables"].error("at least one variable")
@@ -152,8 +166,9 @@ def load_problem(path: str | Path, allow_any: bool = False) -> SearchProblem:
         if "generation" in top
         else GENERATION,
         "seed": top["seed"].whole(0, 2**32 - 1) if "seed" in top else 0,
-        "start": _numbers(top["start"]) if "start" in top else {},
+        "start": _starts(top["start"]) if "start" in top else (),
         "spread": top["spread"].number(above=0.0, high=1.0) if "spread" in top else None,
+        "enough": top["enough"].number() if "enough" in top else None,
         "settings": _settings(top["settings"]) if "settings" in top else {},
     }
     name, function = top["name"].name(), top["objective"].text()
@@ -175,6 +190,11 @@ def _variable(name: str, node: Node) -> Variable:
 
 def _numbers(node: Node) -> dict[str, float]:
     return {name: child.number() for name, child in node.mapping().items()}
+
+
+def _starts(node: Node) -> tuple[dict[str, float], ...]:
+    many = node.items() if isinstance(node.value, list) else [node]
+    return tuple(_numbers(start) for start in many)
 
 
 def _settings(node: Node) -> dict[str, Any]:

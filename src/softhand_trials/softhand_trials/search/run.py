@@ -110,6 +110,8 @@ def search_with(workers: Workers, problem: SearchProblem, folder: Path) -> Searc
             records = [results.records[evaluation.key] for evaluation in generation]
             study.tell(generation, records)
             found += records
+            if problem.is_enough(records):
+                break
     result = SearchResult(found)
     try:
         write_best(problem, result, folder)

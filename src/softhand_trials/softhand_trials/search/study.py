@@ -37,8 +37,8 @@ class Study:
         self._study = optuna.create_study(
             storage=self._storage, sampler=_sampler(problem), study_name=problem.name
         )
-        if problem.start:
-            self._study.enqueue_trial(dict(problem.start))
+        for start in problem.starts:
+            self._study.enqueue_trial(dict(start))
 
     def ask(self, count: int | None = None) -> list[Evaluation]:
         """The next generation, or the next `count`; empty when all evaluations have been asked
@@ -90,7 +90,7 @@ def _sampler(problem: SearchProblem) -> optuna.samplers.BaseSampler:
             return samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
     given: dict[str, Any] = {}
     if problem.spread is not None:
-        given = {"x0": dict(problem.start), "sigma0": problem.spread}
+        given = {"x0": dict(problem.starts[0]), "sigma0": problem.spread}
     with warnings.catch_warnings():  # x0 and sigma0 are to go, and the version is pinned
         warnings.simplefilter("ignore", FutureWarning)
         return samplers.CmaEsSampler(

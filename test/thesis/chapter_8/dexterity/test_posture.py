@@ -72,6 +72,17 @@ def test_pressures_beyond_the_limits_are_refused(hand):
         hand.take(np.array([0.0, 81e3, 0.0, 0.0]))
 
 
+@pytest.mark.parametrize("thumb_first", [True, False])
+def test_either_the_thumb_or_the_fingers_are_filled_first(hand, thumb_first, monkeypatch):
+    simulation, given = hand.scene.simulation, []
+    fill = simulation.set_air_masses
+    monkeypatch.setattr(simulation, "set_air_masses", lambda m: (given.append(m.copy()), fill(m)))
+    hand.take(np.array([20e3, 20e3, 20e3, 20e3]), thumb_first)
+    early = given[round(0.5 / simulation.step_size)]
+    assert (early > 0.3 * given[-1]).tolist() == [not thumb_first] * 2 + [thumb_first] * 2
+    assert (given[-1] > 0.0).all()
+
+
 def test_palm_and_thumb_are_filled_first():
     four, seven = hand_variant(FOUR), hand_variant(SEVEN)
     assert dict(zip(four.channels, first_channels(four), strict=True)) == {
