@@ -79,10 +79,22 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
 
 def require_possible(data: MeasurementSet) -> None:
     """Raise DocumentError if a run has values that were kept although no stretch can have them."""
+    wrong = _impossible(data)
+    _refuse(wrong and next(iter(data.doubts), wrong))  # as it was told of the file
+
+
+def is_possible(data: MeasurementSet) -> bool:
+    """Whether no run has values that no stretch can have."""
+    return _impossible(data) is None
+
+
+def _impossible(data: MeasurementSet) -> str | None:
     for run in data.runs:
         for name in run.columns.keys() & _DOUBTS:
             wrong = _out_of_range(data.folder / run.name, name, run.columns[name], _DOUBTS)
-            _refuse(wrong and next(iter(data.doubts), wrong))  # as it was told of the file
+            if wrong is not None:
+                return wrong
+    return None
 
 
 def _out_of_range(path: Path, name: str, values: Array, ranges: Mapping) -> str | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
+from model_lab.measurements.rows import is_possible
 from model_lab.rules import RULES
 from model_lab.series.events import EXCHANGED, ODD_RUN, Event
 from model_lab.slips.candidates import candidates
@@ -128,7 +129,7 @@ def _readings(data: MeasurementSet, name: str) -> Iterator[_Reading]:
     for candidate in candidates(alone):
         specimens = candidate.mended.specimens
         kept = all(specimens[key] is specimen for key, specimen in data.specimens.items())
-        if len(candidate.mended.runs) == 1 and kept:
+        if len(candidate.mended.runs) == 1 and kept and is_possible(candidate.mended):
             said, fits = (
                 f"{candidate.column} in {unit}" for unit in (candidate.said, candidate.fits)
             )

@@ -26,7 +26,7 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 Array = NDArray[np.float64]
 
 FASTEST = 1e4  # [rad/s]; faster, a joint has no meaning any more
-LARGEST_STEP = 0.004  # at which fingers that touch come to rest [s]; not at 0.005
+LARGEST_TOUCHING_STEP = 0.004  # at which fingers that touch come to rest [s]; not at 0.005
 WHOLE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 mujoco.set_mju_user_warning(lambda message: None)  # else it writes a file into the current folder
@@ -215,9 +215,9 @@ def _check(around: Surroundings) -> None:
             "gui: expected false with engine mujoco, which has no window here; `softhand play` "
             "shows it, or take engine pybullet"
         )
-    if around.finger_contact and around.step > LARGEST_STEP:
+    if around.finger_contact and around.step > LARGEST_TOUCHING_STEP:
         raise ValueError(
-            f"step: expected at most {1e3 * LARGEST_STEP:g} ms with finger_contact and engine "
+            f"step: expected at most {1e3 * LARGEST_TOUCHING_STEP:g} ms with finger_contact and engine "
             f"mujoco, where fingers that touch else do not come to rest, got "
             f"{1e3 * around.step:g} ms"
         )
