@@ -22,7 +22,7 @@ from model_lab.diagnosis.search import Scored, score_base, trial_values, with_tr
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import COURSES, Event, examine, group_of_runs, of_the_other
+from model_lab.series.events import STEP_OR_DRIFT, Event, examine, group_of_runs, of_the_other
 from model_lab.series.lowering import examine_lowering
 from model_lab.series.mended import without_events
 from model_lab.series.odd_run import error_of_runs, odd_run_slips
@@ -93,7 +93,7 @@ def _of_the_load(data: MeasurementSet, events: Sequence[Event], pose: Pose) -> t
     what leaves the least error; empty if there are other events. Where outputs are not proportional
     to the pressure, rubber that softens changes their course, too, which a scale does not take out.
     """
-    of_scale = all(e.kind in COURSES and e.quantity == OUTPUT_SCALE for e in events)
+    of_scale = all(e.kind in STEP_OR_DRIFT and e.quantity == OUTPUT_SCALE for e in events)
     if data.experiment != "free_bending" or not of_scale:
         return ()
 

@@ -26,7 +26,7 @@ from model_lab.series.exchange import NORMAL_DRAWS, exchanged_pair
 from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
 
 STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
-COURSES = (STEP_EVENT, DRIFT_EVENT)  # of many runs, that no scatter of one run explains
+STEP_OR_DRIFT = (STEP_EVENT, DRIFT_EVENT)  # of many runs, that no scatter of one run explains
 MOST_EVENTS = 4  # that are sought in one series
 SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
 SETTLING_RUNS = 0.25  # share of the series after which a drift that settles has 63 % of its size
@@ -138,7 +138,7 @@ def examine(
             several = several if several[0].p_value <= RULES.further_event_p_value else []
         several = [event for event in several if _matters(event, values, within)]
         if not several:
-            likely = found.kind in COURSES and found.p_value <= RULES.doubted_p_value
+            likely = found.kind in STEP_OR_DRIFT and found.p_value <= RULES.doubted_p_value
             if likely and not events and _matters(found, values, within):
                 doubted = found
             break
@@ -168,7 +168,7 @@ def without_event(event: Event, table: SampleTable, measured: Array) -> Array:
     """Measured outputs (samples,) as they would be without a step or a drift; events of other kinds
     change nothing.
     """
-    if event.kind not in COURSES:
+    if event.kind not in STEP_OR_DRIFT:
         return measured
     shape = event.pattern.shape[table.run]
     if event.quantity == OUTPUT_SCALE:
@@ -316,7 +316,7 @@ def _odd_run(
 def _concerns(event: Event, one: RunValues) -> bool:
     """Whether an event has used up a degree of freedom of these values. Odd runs concern all."""
     same = (event.quantity, event.output) == (one.quantity, one.output)
-    return same or event.kind not in COURSES
+    return same or event.kind not in STEP_OR_DRIFT
 
 
 def _chosen(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import COURSES, Event, Series, examine
+from model_lab.series.events import STEP_OR_DRIFT, Event, Series, examine
 
 
 def examine_lowering(
@@ -25,7 +25,7 @@ def examine_lowering(
     refused: tuple[str, ...] = ()
     while True:
         series = examine(data, residual, within, refused)
-        courses = [e.kind for e in series.events if e.kind in COURSES]
+        courses = [e.kind for e in series.events if e.kind in STEP_OR_DRIFT]
         taken_out = series.events if courses else tuple(filter(None, [series.doubted]))
         if not taken_out or error_without(taken_out) <= error_without(()):
             return series

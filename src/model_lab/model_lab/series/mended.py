@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from model_lab.measurements.measurement_set import MeasurementSet, Run
-from model_lab.series.events import COURSES, Event
+from model_lab.series.events import STEP_OR_DRIFT, Event
 from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 
 
@@ -17,8 +17,8 @@ def without_events(data: MeasurementSet, events: Sequence[Event]) -> Measurement
     have been before it, odd runs are left out. Where the load changed, pressures become those at
     which the specimen, as it was before, would have given the readings.
     """
-    set_aside = {event.run for event in events if event.kind not in COURSES}
-    courses = [event for event in events if event.kind in COURSES]
+    set_aside = {event.run for event in events if event.kind not in STEP_OR_DRIFT}
+    courses = [event for event in events if event.kind in STEP_OR_DRIFT]
     runs = tuple(
         _without(data, run, index, courses)
         for index, run in enumerate(data.runs)

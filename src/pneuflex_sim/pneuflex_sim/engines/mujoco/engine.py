@@ -217,8 +217,8 @@ def _check(around: Surroundings) -> None:
         )
     if around.finger_contact and around.step > LARGEST_TOUCHING_STEP:
         raise ValueError(
-            f"step: expected at most {1e3 * LARGEST_TOUCHING_STEP:g} ms with finger_contact and engine "
-            f"mujoco, where fingers that touch else do not come to rest, got "
+            f"step: expected at most {1e3 * LARGEST_TOUCHING_STEP:g} ms with finger_contact and "
+            "engine mujoco, where fingers that touch else do not come to rest, got "
             f"{1e3 * around.step:g} ms"
         )
     if around.solver != SolverSettings():
