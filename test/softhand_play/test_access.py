@@ -20,6 +20,7 @@ FATAL = 1008  # websocket close code: a message against the policy
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     with served(hand="single_finger", scene="stand") as page:
+        wait_until(lambda: page.hand.sliders, "sliders")
         yield page
 
 

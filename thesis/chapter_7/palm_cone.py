@@ -9,7 +9,6 @@ bend, so that what a model is off by is twist, and what comes of it.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -101,9 +100,8 @@ def write_set(
     ]
     write_file(folder / "experiment.yaml", "\n".join(lines) + "\n")
     for name, rows in runs.items():
-        with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-            table = csv.writer(file)
-            table.writerow(channels + marks)
-            for pressure, place in zip(pressures[rows], places[rows], strict=True):
-                given = (1e-3 * pressure).tolist() if with_pressures else []
-                table.writerow([f"{v:.6g}" for v in [*given, *(1e3 * place).ravel()]])
+        table = [",".join(channels + marks)]
+        for pressure, place in zip(pressures[rows], places[rows], strict=True):
+            given = (1e-3 * pressure).tolist() if with_pressures else []
+            table.append(",".join(f"{v:.6g}" for v in [*given, *(1e3 * place).ravel()]))
+        write_file(folder / f"{name}.csv", "\n".join(table) + "\n")

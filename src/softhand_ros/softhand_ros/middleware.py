@@ -90,7 +90,9 @@ def _mark_as_not_ok(port: Path) -> bool:
     at = content.find(number) + NUMBER_TO_FLAGS
     if NODE_OF_PORT not in content or number not in content or content[at] > ALL_FLAGS:
         return False
-    with port.open("r+b") as file:
-        file.seek(at)
-        file.write(bytes([content[at] & ~PORT_OK]))
+    file = os.open(port, os.O_RDWR)
+    try:
+        os.pwrite(file, bytes([content[at] & ~PORT_OK]), at)
+    finally:
+        os.close(file)
     return True

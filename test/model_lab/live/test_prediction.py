@@ -113,6 +113,17 @@ def test_angles_from_before_the_first_pressure_are_left_out():
     assert [one.stamp for one in found] == [20 * MS]
 
 
+@pytest.mark.parametrize(("gap", "compared"), [(200 * MS, True), (300 * MS, False)])
+def test_angles_in_a_long_gap_of_the_pressures_are_left_out(gap, compared):
+    """Messages were lost: what the pressure did between them is not known."""
+    prediction = LivePrediction(HAND, Model())
+    prediction.add_pressures(0, np.array([0.0]))
+    prediction.add_angles(gap // 2, {"finger": 0.1})
+    assert bool(prediction.add_pressures(gap, np.array([20e3]))) is compared
+    prediction.add_angles(gap + MS, {"finger": 0.1})
+    assert prediction.add_pressures(gap + 5 * MS, np.array([20e3]))
+
+
 def test_a_finger_is_settled_when_its_pressure_has_stood_for_the_time():
     prediction = LivePrediction(HAND, Model(), Settling(0.1, 1000.0))
     found = predict(prediction, lambda t: 10e3 if t < 0.3 else 12e3, 600 * MS)

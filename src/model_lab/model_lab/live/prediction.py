@@ -27,6 +27,7 @@ from softhand_model.model_file import Model
 PRESSURE_HISTORY = (
     5 * 10**9
 )  # time [ns] for which pressures are kept; angles that come later find none
+PRESSURE_GAP = 250_000_000  # [ns]; no board that drives a hand samples more slowly
 CHAIN_SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
 MOST_WAITING_ANGLES = 500  # angle samples that wait for their pressure; older ones are dropped
 SECOND = 1e9  # [ns]
@@ -56,8 +57,14 @@ class PressureTrack:
             self._forget(bisect_left(self._stamps, stamp - PRESSURE_HISTORY))
 
     def covers(self, stamp: int) -> bool:
-        """Whether a stamp [ns] lies between the stamps of pressures that are kept."""
-        return bool(self._stamps) and self._stamps[0] <= stamp <= self._stamps[-1]
+        """Whether a stamp [ns] lies between kept pressures that are PRESSURE_GAP apart or less: in
+        a longer gap, as where messages were lost, a change may have been missed.
+        """
+        if not self._stamps or not self._stamps[0] <= stamp <= self._stamps[-1]:
+            return False
+        after = bisect_left(self._stamps, stamp)
+        first = self._stamps[max(after - 1, 0)]
+        return self._stamps[after] == stamp or self._stamps[after] - first <= PRESSURE_GAP
 
     def at(self, stamp: int) -> Array:
         """Pressures (channels,) [Pa] at a stamp [ns] for which `covers` is true.

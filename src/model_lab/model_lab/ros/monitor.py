@@ -29,7 +29,7 @@ from softhand_ros.run_node import run_node
 from softhand_ros.topics import nanoseconds, stamp_of, subscribe_by_hand, take
 
 POLL_PERIOD = 0.01  # wall time between looks at what has come [s]
-QUEUED = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)  # between two looks
+QUEUED = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.RELIABLE)  # between two looks
 
 
 class Monitor(Node):

@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions
-from softhand_ros.topics import RELIABLE, full_name, has_subscribers
+from softhand_ros.topics import EACH_STEP, full_name, has_subscribers
 
 WORLD = "world"
 
@@ -31,12 +31,12 @@ class StateTopics:
     def __init__(self, node: Node, simulation: Simulation) -> None:
         self._simulation = simulation
         make, self._wrist_frame = node.create_publisher, full_name(node, "wrist")
-        self._joints = make(JointState, "hand/joint_states", RELIABLE)
-        self._fingertips = make(PoseArray, "hand/fingertips", RELIABLE)
-        self._tip_angles = make(JointState, "hand/tip_angles", RELIABLE)
-        self._wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
-        self._wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
-        self._object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
+        self._joints = make(JointState, "hand/joint_states", EACH_STEP)
+        self._fingertips = make(PoseArray, "hand/fingertips", EACH_STEP)
+        self._tip_angles = make(JointState, "hand/tip_angles", EACH_STEP)
+        self._wrench = make(WrenchStamped, "wrist/wrench", EACH_STEP)
+        self._wrist_pose = make(PoseStamped, "wrist/pose", EACH_STEP)
+        self._object_pose = make(PoseStamped, "scene/object_pose", EACH_STEP)
         self._joint_message = JointState(name=joint_names(simulation.bodies.layout))
         self._joint_message.header.frame_id = self._wrist_frame
         self._wrist_message, self._object_message = PoseStamped(), PoseStamped()

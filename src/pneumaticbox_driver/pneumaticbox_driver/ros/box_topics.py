@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import CommandTraffic
-from softhand_ros.topics import RELIABLE, Due, has_subscribers, seconds
+from softhand_ros.topics import EACH_STEP, RELIABLE, Due, has_subscribers, seconds
 
 BOX_COMMAND, BOX_SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
 BOX_STATE = "pneumaticbox/state"
@@ -115,11 +115,11 @@ class StateTopics:
     ) -> None:
         channels = box.settings.channels
         self._box = box
-        self._state_out = node.create_publisher(JointState, BOX_STATE, RELIABLE)
+        self._state_out = node.create_publisher(JointState, BOX_STATE, EACH_STEP)
         self._state = JointState(name=list(channels))
         names = (*channels, "supply")
         self._pressure_out = [
-            node.create_publisher(FluidPressure, f"pneumaticbox/{name}/pressure", RELIABLE)
+            node.create_publisher(FluidPressure, f"pneumaticbox/{name}/pressure", EACH_STEP)
             for name in names
         ]
         deviations = [channel_deviation] * len(channels) + [supply_deviation]
