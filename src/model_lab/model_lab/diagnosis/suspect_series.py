@@ -29,7 +29,7 @@ from model_lab.series.odd_run import error_of_runs, odd_run_slips
 from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE, run_values, within_groups
 from model_lab.slips.slip import Slip
 
-LOAD_OVER_OUTPUT = (0.2, 1.5)  # of logarithms: outputs grow by more than the load, or saturate
+LOAD_OVER_OUTPUT = (0.2, 1.5)  # of logarithms, by hand: outputs grow by more than the load, or less
 LOAD_TRIALS = 10
 
 Pose = Callable[[MeasurementSet], tuple[FitProblem, Sequence[str]]]

@@ -27,7 +27,7 @@ from softhand_model.model_file import Model
 PRESSURE_HISTORY = (
     5 * 10**9
 )  # time [ns] for which pressures are kept; angles that come later find none
-PRESSURE_GAP = 250_000_000  # [ns]; no board that drives a hand samples more slowly
+PRESSURE_GAP = 250_000_000  # [ns]; chosen by hand: 50 samples of a driver at 200 Hz
 CHAIN_SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
 MOST_WAITING_ANGLES = 500  # angle samples that wait for their pressure; older ones are dropped
 SECOND = 1e9  # [ns]
