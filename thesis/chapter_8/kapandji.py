@@ -6,24 +6,23 @@ judge are those of `thesis.chapter_8.dexterity.kapandji`.
 
 A search tries the postures that come nearest to the place by statics, without contact
 (`thesis.chapter_8.dexterity.reach`), each with the thumb and with the fingers filled first, with
-seven channels before all others the winner with four, until a touch is good enough or its budget is
-used; last come a stored posture, where there is one, and what TPE makes of the others. A place that
-statics leave far away is not searched. Of the postures that touch, the winner is the one with the
-lowest worst cost in tries with varied pressures. It is judged again with other draws, and the place
-counts as reached when all of these repeats touch it.
+seven channels before all others the winner with four. The best postures that touch are tried with
+varied pressures. Unless one of them is good enough in all these tries, CMA-ES goes on around the
+best posture, and its best ones are tried in the same way. The winner is the posture with the lowest
+worst cost of all tries. It is judged again with other draws, and the place counts as reached when
+all of these repeats touch it. A place that statics leave far away is judged and not searched.
 
-The cost, in which a contact elsewhere is no worse than none, and the use of TPE were chosen on
-place 8 with four channels alone: of 16 postures from statics one touched (cost 7.9 mm, median 22),
-of 16 of TPE after them none (median 36). The order became a variable after place 2: in six postures
-near it the index came down on the wrong side of the thumb that was filled first, and in two of them
-the thumb touched the place when the fingers were filled first. Searches run at steps of 2 ms: at
-5 ms, fingers that press on each other trembled, and touches found there were lost at 2 ms.
+The cost, in which a contact elsewhere is no worse than none, was chosen on place 8 with four
+channels. The order became a variable after place 2: in six postures near it the index came down on
+the wrong side of the thumb that was filled first, and in two of them the thumb touched the place
+when the fingers were filled first. Searches run at steps of 2 ms: at 5 ms, fingers that press on
+each other trembled, and touches found there were lost at 2 ms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,14 @@ import numpy as np
 
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from softhand_model.hand.hand import load_hand
-from softhand_trials.search import SearchProblem, Variable, search_with, try_again
+from softhand_trials.search import (
+    SearchProblem,
+    SearchResult,
+    Tried,
+    Variable,
+    search_with,
+    try_again,
+)
 from softhand_trials.search.objective import COST
 from softhand_trials.search.problem import Evaluation
 from softhand_trials.sweep.results import Results as KeptResults
@@ -59,7 +65,6 @@ CASES = {  # hand, channels that stay empty, places
     RIGID: (RIGID, (), tuple(range(1, 9))),
     NO_INDEX: (FOUR, ("b",), (1, 2, 3)),
 }
-SAMPLER = "tpe"
 OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
 WORDS = {
     FOUR: "four channels",
@@ -69,21 +74,18 @@ WORDS = {
 }
 LEAST = {FOUR: 6, SEVEN: 7}  # places that are to be reached
 MOST_RIGID = 3  # places that may be reached with a palm that is rigid
-ENOUGH = 4.0  # cost [mm] of a touch at which a search ends: half the radius
+ENOUGH = 4.0  # worst cost [mm] in tries with which a search ends: half the radius
 FAR = 0.030  # [m] of a place by statics from which on it is not searched
-STORED = {  # with four channels, by place: touches (6.0, 7.4, 7.9 mm) of searches before this one
-    5: {"a": 65.0e3, "b": 0.0, "c": 101.957e3, "d": 111.304e3, THUMB_FIRST: 1.0},
-    6: {"a": 77.5e3, "b": 0.0, "c": 105.0e3, "d": 136.81e3, THUMB_FIRST: 1.0},
-    8: {"a": 65.0e3, "b": 0.0, "c": 105.0e3, "d": 111.304e3, THUMB_FIRST: 1.0},
-}
+SPREAD = 0.1  # of CMA-ES around the best posture from statics, as a share of each range
 VIEW = {"target": (0.0, 0.0, 0.12), "distance": 4.0, "view_angle": 3.2, "yaw": 90.0, "pitch": 0.0}
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 PIXELS = 420
 SMALL = {
     "places": (4,),
     "cases": (FOUR,),
-    "evaluations": 8,
     "starts": 4,
+    "around": 4,
+    "generation": 4,
     "tried": (1,),
     "segments": 5,
     "step": 0.005,
@@ -99,25 +101,23 @@ class Parameters:
 
     places: tuple[int, ...] = option(tuple(range(1, 9)), "by their numbers [-]")
     cases: tuple[str, ...] = option(tuple(CASES), "hands and channels that are searched [-]")
-    evaluations: int = option(13, "of a search, its budget [-]")
-    starts: int = option(12, "starting points from statics, of these evaluations [-]")
+    starts: int = option(16, "evaluations of postures from statics, a place [-]")
+    around: int = option(40, "evaluations of CMA-ES around the best of them [-]")
     tried: tuple[int, ...] = option(
-        (2,), "candidates that each draw of other pressures is tried on [-]"
+        (4, 3, 2), "candidates that each draw of other pressures is tried on [-]"
     )
-    generation: int = option(4, "evaluations a generation [-]")
+    generation: int = option(8, "evaluations a generation of CMA-ES [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
     step: float = option(0.002, "of the physics [s]")
     fine_step: float = option(0.001, "of another verdict on the first case's winners [s]")
     segments: int = option(8, "an actuator [-]")
     points: int = option(6, "pressures a channel of the thumb base's workspace [-]")
-    seed: int = option(8000, "of searches and repeats [-]")
+    seed: int = option(9000, "of searches and repeats [-]")
     jobs: int = option(1, "processes [-]")
 
 
-def problem(
-    given: Parameters, case: str, place: int, starts: Sequence[Mapping[str, float]] = ()
-) -> SearchProblem:
-    """The search for one place from some postures."""
+def problem(given: Parameters, case: str, place: int) -> SearchProblem:
+    """The search for one place by CMA-ES."""
     variant, empty, _ = CASES[case]
     hand = hand_variant(variant)
     return SearchProblem(
@@ -129,11 +129,9 @@ def problem(
             if name not in empty
         )
         + (Variable(THUMB_FIRST, 0.0, 1.0),),
-        given.evaluations,
+        given.around,
         given.generation,
-        SAMPLER,
         seed=given.seed + place,
-        start=starts,
         settings={
             "place": place,
             "hand": variant,
@@ -141,7 +139,6 @@ def problem(
             "segments": given.segments,
         },
         allow_any=True,
-        enough=ENOUGH,
     )
 
 
@@ -192,31 +189,59 @@ def _searched(
     """The winner of a search from known postures and those of statics, and its repeats."""
     reach, folder = statics(case, given.segments), folder / case / str(place)
     nearest = reach.nearest(TARGETS[place - 1])
-    found: dict[str, Any] = {"statics": nearest.distance}
     search = problem(given, case, place)
+    found: dict[str, Any] = {"statics": nearest.distance}
     if nearest.distance > FAR:
         found["values"] = _named(search, case, nearest.pressures, True)
     else:
-        near = reach.starts(TARGETS[place - 1], given.starts)
+        near = reach.starts(TARGETS[place - 1], -(-given.starts // 2))
         both = [_named(search, case, n.pressures, first) for n in near for first in (False, True)]
-        stored = [STORED[place]] if case == FOUR and place in STORED else []
-        search = problem(given, case, place, [*[*known, *both][: given.starts], *stored])
-        result = search_with(workers, search, folder)
-        best = result.best
-        if best["touched"]:
-            # not those of the repeats
-            draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
-            tried = try_again(workers, search, result, draws, given.tried, folder / "tried")
-            best = tried[0].record
-        found |= {
-            "values": dict(best["values"]),
-            "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
-            "evaluations": len(result.records),
-            "failed": result.failed,
-        }
+        found |= _best(workers, given, search, [*known, *both[: given.starts]], folder)
     return found | {
         "repeats": repeats(workers, search, found["values"], given.repeats, folder / "repeats")
     }
+
+
+def _best(
+    workers: Workers,
+    given: Parameters,
+    search: SearchProblem,
+    starts: Sequence[Mapping[str, float]],
+    folder: Path,
+) -> dict[str, Any]:
+    """The winner of a search, how it was found, and evaluations without and with tries."""
+    tasks = [Evaluation(search, number, values) for number, values in enumerate(starts)]
+    with KeptResults(folder / "statics", tasks, COST, ("values",)) as kept:
+        result = SearchResult(finish(workers, tasks, kept))
+    tried = [_tried(workers, given, search, result, folder / "statics_tried")]
+    if not (tried[0].records and tried[0].worst <= ENOUGH):
+        around = replace(
+            search,
+            name=f"{search.name}_around",
+            start=dict(tried[0].record["values"]),
+            spread=SPREAD,
+        )
+        more = search_with(workers, around, folder / "around")
+        tried.append(_tried(workers, given, around, more, folder / "around_tried"))
+        result = SearchResult([*result.records, *more.records])
+    best = min(tried, key=lambda one: (not one.records, one.worst)).record
+    return {
+        "values": dict(best["values"]),
+        "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
+        "evaluations": len(result.records),
+        "failed": result.failed,
+    }
+
+
+def _tried(
+    workers: Workers, given: Parameters, search: SearchProblem, result: SearchResult, folder: Path
+) -> Tried:
+    """The best evaluation; if it touches, the one that stands most tries with varied pressures."""
+    if not result.best["touched"]:
+        return Tried(result.best, ())
+    # not those of the repeats
+    draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
+    return try_again(workers, search, result, draws, given.tried, folder)[0]
 
 
 def _named(

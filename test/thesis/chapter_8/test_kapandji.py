@@ -130,19 +130,20 @@ def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
     one = kapandji.run(given, Job(tmp_path, lambda what, share: None))["cases"][NO_INDEX]["2"]
     assert one["statics"] > FAR and "evaluations" not in one
     assert not kapandji.reached(one)
-    assert not (tmp_path / NO_INDEX / "2" / "results.jsonl").exists()
+    assert not (tmp_path / NO_INDEX / "2" / "statics").exists()
 
 
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     from thesis.frame import Job, save_figure
 
-    given = Parameters(**{**kapandji.SMALL, "evaluations": 4, "generation": 4, "repeats": 1})
+    given = Parameters(**{**kapandji.SMALL, "repeats": 1})
     job = Job(tmp_path, lambda what, share: None)
     first = kapandji.run(given, job)
     again = kapandji.run(given, job)
     assert first["cases"] == again["cases"]
     assert (first["joints"] == again["joints"]).all()
-    assert len((tmp_path / FOUR / "4" / "results.jsonl").read_text().splitlines()) == 4
+    lines = (tmp_path / FOUR / "4" / "statics" / "results.jsonl").read_text().splitlines()
+    assert len(lines) == kapandji.SMALL["starts"]
     found = report(first, given)
     save_figure(kapandji, first, found, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000
