@@ -1,4 +1,4 @@
-"""Both engines on the same hands: verdicts, natural frequencies in MuJoCo, speed.
+"""Both engines on the same hands: natural frequencies in MuJoCo, speed.
 
 Every row is also printed as soon as it is known.
 """
@@ -28,14 +28,11 @@ from bench.sim.motion import (
     weightless,
 )
 from bench.sim.mujoco_hand import OURS, grasp
-from grasp_strategies.strategy import load_strategy, strategy_names
-from pneuflex_sim.engines import ENGINES, MUJOCO, PYBULLET
-from pneuflex_sim.scene.objects import load_object, load_objects
-from softhand_trials.trials import Placement, StartedScene, TrialSettings, run_trial
+from pneuflex_sim.engines import MUJOCO, PYBULLET
+from softhand_trials.trials import TrialSettings, run_trial
 
 Array = NDArray[np.float64]
 
-VERDICT_TARGET = 0.9  # share of strategies and objects with the same verdict
 FREQUENCY_TARGETS = {0.001: 0.97, 0.002: 0.95, 0.005: 0.9, 0.010: 0.85}  # over 0.1 ms, by step [s]
 PLAIN_TARGET, PYBULLET_TARGET = 0.9, 0.55  # speed over plain MuJoCo, and over engine mujoco
 SPEED_STEP, SPEED_SEEDS = 0.001, 3  # step [s]
@@ -45,54 +42,6 @@ RATE_SEEDS, RATE_AGREEING = 20, 0.95
 RATE_OFFSET = 0.030  # [m] largest shift of the object, at which some grasps fail
 PLAIN = "MuJoCo, discrete, elliptic"
 FINEST_BIN = 0.02  # [Hz] of a spectrum that is padded with zeros
-
-
-# ------------------------------------------------------------------ verdicts
-def nominal_trials(small: bool) -> Iterator[tuple[str, str, TrialSettings, Placement]]:
-    """Shipped strategies with their hand, each with the objects that both engines can simulate (or,
-    when it is small, those that it is known to lift), where the strategy has them.
-    """
-    rigid = [name for name, thing in load_objects().items() if not thing.compliance]
-    for name in strategy_names():
-        strategy = load_strategy(name)
-        tried = strategy.tried_with
-        for thing in strategy.objects if small else rigid:
-            upright = (0.0, 0.0, 0.0) if thing in tried.upright else None
-            described = load_object(thing)
-            described = described if upright is None else replace(described, rpy=upright)
-            settings = TrialSettings(
-                name,
-                thing,
-                tried.scene,
-                tried.model or None,
-                tried.step,
-                tried.segments,
-                wall_inclination=tried.wall_inclination,
-                object_rpy=upright,
-                early_end=True,
-            )
-            place = described.corner_place if tried.place is None else tried.place
-            yield name, thing, settings, Placement(place)
-
-
-def verdicts(small: bool) -> Iterator[dict[str, Any]]:
-    """Share of strategies and objects that end alike in both engines; each is
-    printed.
-    """
-    same, held, known, count = 0, 0, 0, 0
-    for strategy, thing, settings, placement in nominal_trials(small):
-        found = {
-            name: StartedScene(replace(settings, engine=name)).run(placement) for name in ENGINES
-        }
-        alike = len({result.gripped for result in found.values()}) == 1
-        same, count = same + alike, count + 1
-        if thing in load_strategy(strategy).objects:
-            held, known = held + alike, known + 1
-        told = "; ".join(f"{name}: {result.reason}" for name, result in found.items())
-        print(f"{'same' if alike else 'differs'}: {strategy}, {thing}: {told}", flush=True)
-    what = "strategies x objects: same verdict in both engines"
-    yield at_least(f"{what}, {count} pairs", same / count, "", VERDICT_TARGET)
-    yield stated(f"{what}, {known} that are known to succeed", held / known, "")
 
 
 # ------------------------------------------------------------------ frequency
@@ -189,7 +138,7 @@ def batch(settings: TrialSettings, small: bool) -> tuple[list[bool], float]:
 def rows(small: bool) -> list[dict[str, Any]]:
     """All rows."""
     found = []
-    for part in (frequencies(), speeds(small), rates(small), verdicts(small)):
+    for part in (frequencies(), speeds(small), rates(small)):
         for row in part:
             print(f"{row['name']}: {row['value']:.4g} {row['target'] or ''}", flush=True)
             found.append(row)
