@@ -1,5 +1,5 @@
 """Do both engines come to the same verdict? Shipped strategies with each object at its place; and
-where they differ, with the object moved by a little.
+where they differ, at a fine step, and with the object moved by a little.
 
 Trials that are finished are kept in out/bench/sim-verdicts.jsonl, so that a stopped run goes on.
 """
@@ -26,6 +26,7 @@ SOURCES = (
     "src/softhand_trials",
 )
 TARGET = 0.9  # share of strategies and objects with the same verdict
+FINE = 0.0005  # [s] step
 NEAR = 0.005  # [m] by which the object is moved in four directions
 MOVES = ((NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
 
@@ -92,7 +93,7 @@ def rows(small: bool) -> list[dict[str, Any]]:
         return known[key]["found"]
 
     same, count, tried_same, tried = 0, 0, 0, 0
-    changing, apart = 0, 0
+    at_fine, changing, apart = 0, 0, 0
     for strategy, thing, settings, placement in nominal_trials(small):
         key = f"{strategy}, {thing}"
         found = once(key, lambda s=settings, p=placement: both(s, p))
@@ -104,6 +105,10 @@ def rows(small: bool) -> list[dict[str, Any]]:
         print(f"{'same' if agree else 'differs'}: {key}: {told}", flush=True)
         if agree:
             continue
+        fine = once(f"{key}, fine", lambda s=settings, p=placement: both(replace(s, step=FINE), p))
+        at_fine += len({held for held, _ in fine.values()}) == 1
+        words = {name: reason for name, (_, reason) in fine.items()}
+        print(f"    at {1e3 * FINE:g} ms: {words}", flush=True)
         counts = once(f"{key}, nearby", lambda s=settings, p=placement: nearby(s, p))
         totals = {name: counts[name] + found[name][0] for name in ENGINES}
         print(f"    of five places gripped: {totals}", flush=True)
@@ -115,6 +120,11 @@ def rows(small: bool) -> list[dict[str, Any]]:
     return [
         at_least(f"{what}, {count} pairs", same / count, "", TARGET),
         stated(f"{what}, {tried} that are known to succeed", tried_same / tried, ""),
+        stated(
+            f"differing pairs: same verdict at steps of {1e3 * FINE:g} ms",
+            at_fine,
+            f"of {count - same}",
+        ),
         stated(
             "differing pairs: an engine's own verdict changes within 5 mm",
             changing,
