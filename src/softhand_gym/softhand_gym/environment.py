@@ -232,8 +232,8 @@ def _pieces(action_time: float, step: float) -> int:
     steps = action_time / (pieces * step)
     if not action_time > 0.0 or abs(steps - round(steps)) > 1e-6:
         raise ValueError(
-            f"action_time: expected a multiple of {max(CONTROL_STEP, step):g} s, or of the step, "
-            f"{step:g} s, if it is shorter; got {action_time!r}"
+            f"action_time: expected a multiple of {max(CONTROL_STEP, step):g} s, or a shorter time "
+            f"that is a multiple of the physics step, {step:g} s; got {action_time!r}"
         )
     return pieces
 

@@ -51,8 +51,8 @@ class AirScale:
 
 
 class Sight:
-    """Observations as the agent gets them, and their `space`. `touching_names` are the names of the
-    bodies that may press on the object.
+    """Builds the agent's observations, and has their Gymnasium `space`. `touching_names`: bodies
+    whose contact with the object is observed.
     """
 
     def __init__(

@@ -221,7 +221,9 @@ class LabTab:
     def _run(self, words: Sequence[str], done: Callable[[str], None]) -> None:
         """Run a command; its answer is shown, or its error."""
         if not self._is_set:
-            raise ValueError("lab: expected measurements; drop files, and answer open questions")
+            raise ValueError(
+                "lab: no measurements yet; drag files onto the page, and answer its questions"
+            )
 
         def ended(code: int, text: str) -> None:
             if code:

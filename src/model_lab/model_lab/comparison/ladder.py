@@ -34,7 +34,7 @@ class Ladder:
 
     @property
     def floor(self) -> NoiseFloor:
-        """The noise floor, estimated from the residual of the best model."""
+        """The noise floor as stated for the best model: from repeats if there are any."""
         return self.best.errors.floor
 
 

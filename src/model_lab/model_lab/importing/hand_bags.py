@@ -61,8 +61,8 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
     for topic in read_topics(bag):
         if found.setdefault(_suffix(topic.topic), topic) is not topic:
             raise DocumentError(
-                f"{bag}: expected one hand, got {topic.topic} and "
-                f"{found[_suffix(topic.topic)].topic}; record them in bags of their own"
+                f"{bag}: expected topics of one hand, got those of two, such as {topic.topic} and "
+                f"{found[_suffix(topic.topic)].topic}; record each hand in a bag of its own"
             )
     tips, state, wrist = (found[name] for name in HAND_TOPICS)
     counted = sum(name.endswith("position.x") for name in tips.columns)

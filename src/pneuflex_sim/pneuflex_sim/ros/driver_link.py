@@ -122,4 +122,4 @@ class TopicLink:
         return f"the driver answers late: {missed} samples waited for it in vain"
 
     def close(self) -> None:
-        """Nothing: the driver ends by itself."""
+        """Do nothing: the driver is a process of its own and ends by itself."""

@@ -48,9 +48,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Wall:
-    """A plane of a material that meets the table along x = distance [m] and rises there towards
-    +x, at an inclination [deg] against the table; 90 is upright, more leans over the table.
-    rolling_resistance [m] as that of a table.
+    """A plane of a material that meets the table in the line x = distance [m]. Inclination [deg]
+    against the table: 90 is upright; less, and it slopes away from the object; more, and it
+    overhangs. rolling_resistance [m]: as for a table.
     """
 
     material: str

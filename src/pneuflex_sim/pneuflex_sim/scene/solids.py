@@ -150,7 +150,8 @@ def _pieces_of_body(mesh: Mesh) -> tuple[Array, ...]:
 
 
 def cache_file(mesh: Mesh) -> Path:
-    """Cache file of the pieces of a mesh; its name follows from mesh, settings and version.
+    """The file in which the convex pieces of a mesh are cached. Its name is a digest of the mesh,
+    and of CoACD's settings and version, as it cuts the mesh.
 
     Raises ValueError when CoACD is not installed.
     """
@@ -158,8 +159,8 @@ def cache_file(mesh: Mesh) -> Path:
         version = metadata.version("coacd")
     except metadata.PackageNotFoundError as reason:
         raise ValueError(
-            "mesh: expected a convex mesh, got one that CoACD has to cut into convex pieces: "
-            "`pip install coacd`, or give `pieces: hull`"
+            "mesh: it is not convex, and CoACD, which would cut it into convex pieces, is not "
+            "installed: `pip install coacd`, or give `pieces: hull`, which fills its hollows"
         ) from reason
     key = hashlib.sha256(repr((version, sorted(COACD_SETTINGS.items()))).encode())
     key.update(mesh.vertices.tobytes() + mesh.indices.tobytes())

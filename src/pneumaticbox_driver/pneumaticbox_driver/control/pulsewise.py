@@ -219,7 +219,9 @@ class Pressure:
         return value, volume + model.volumes(value) - model.volumes(pressures)
 
     def evidence(self, view: BoxView, change: Floats, moved: Floats) -> Floats:
-        """The change of pressure (n,) [Pa] if it has the sign of the moved air, else 0."""
+        """How much each pulse counts in learning, as a change of pressure (n,) [Pa]: size of the
+        measured change, or 0 where pressure fell as air went in, or rose as it went out.
+        """
         size = np.where(change * moved > 0, np.abs(change), 0.0)
         return np.where(size > PRESSURE_NOISE, size, 0.0)
 

@@ -92,8 +92,8 @@ class Waits:
             raise Interrupted
 
     def wait_for_nodes(self) -> None:
-        """Wait until no node and no topic is missing; raises RunFailed after SUITE_START_LIMIT
-        [s].
+        """Wait until all expected nodes and topics are there; raises RunFailed after
+        SUITE_START_LIMIT [s].
         """
         end = time.monotonic() + SUITE_START_LIMIT
         while missing := self.listener.missing():

@@ -79,7 +79,10 @@ class _Builder:
             ):
                 self.low, self.high, self.moved = low + shift, high + shift, float(moved)
                 return
-        raise ValueError(f"plate: expected room behind the actuators of {hand.name}, got none")
+        raise ValueError(
+            f"plate: it meets the actuators of {hand.name} wherever it is put, up to "
+            f"{FARTHEST_PLACE:g} mm behind its place; make it smaller in the hand's file"
+        )
 
     def pad(self, chain: ChainDescription, back: float | None = None) -> tuple[Array, Array]:
         """Least and greatest corner (3,) [mm] of a chain's pad in its frame, from x = `back`."""

@@ -130,7 +130,7 @@ class StagedEffects:
 
     @property
     def stiffens(self) -> bool:
-        """Whether an effect changes the stiffness by a factor."""
+        """Whether any of the effects multiplies the stiffness, up or down."""
         return any(overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
 
     def bend_twist_coupling(self) -> Array | float:

@@ -63,8 +63,9 @@ def bending_load(
     ratio: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """Load s = p*ratio*h/(4*G*d) [-] that the elastic term balances in free bending (eq. 3.30 with
-    3.37).
+    """Load s = p*ratio*h/(4*G*d) [-] in free bending (thesis, eq. 3.30 with 3.37): that of the
+    pressure p [Pa] on a section of height h [m] with a wall of thickness d [m] and shear modulus
+    G [Pa]. `ratio` [-]: of `side_wall_ratio`.
 
     >>> float(bending_load(67e3, 0.02, 0.002, 1.0, 67e3))
     2.5

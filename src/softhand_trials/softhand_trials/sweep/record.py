@@ -43,7 +43,7 @@ def check_record(node: Node, needed: Iterable[str] = (), result: str = "") -> Re
 
 def _name(node: Node) -> str:
     if len(node.text()) > LONGEST_SETTING or not node.text().isprintable():
-        raise node.error(f"text of at most {LONGEST_SETTING} characters that can be printed")
+        raise node.error(f"text of at most {LONGEST_SETTING} printable characters")
     return node.text()
 
 

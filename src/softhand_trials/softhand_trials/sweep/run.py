@@ -79,9 +79,15 @@ def start_workers(jobs: int, scheduler: str | None = None) -> Workers:
 
 
 def pace(count: int, elapsed: float, left: int, what: str = "trials") -> str:
-    """Rate and time left, in words.
+    """Rate, and time left as minutes:seconds, in words.
 
-    >>> pace(10, 20.0, 40)
+    Args:
+        count: done so far.
+        elapsed: time that these took [s].
+        left: to be done in all, with those of `count`.
+        what: is counted.
+
+    >>> pace(10, 20.0, 40)  # 30 are left, at 2 s each
     '1,800 trials an hour, 1:00 left'
     """
     rate = count / elapsed
