@@ -109,7 +109,7 @@ class ChainDescription:
     """
 
     name: str
-    actuators: dict[str, Actuator] = field(hash=False)
+    actuators: dict[str, Actuator] = field(hash=False)  # a dict has no hash, but is compared
     channels: dict[str, str] = field(hash=False)
     mount: Mount
     strut: Strut | None = None
