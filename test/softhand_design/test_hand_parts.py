@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.pictures.skin import HandSkin
 from softhand_design.commands.hand import main
-from softhand_design.kit import checks
+from softhand_design.kit import checks, rubber
+from softhand_design.kit import part as kit_part
 from softhand_design.kit.bill import bill_of, thread_length
 from softhand_design.kit.frames import mount_poses
 from softhand_design.kit.kit import build_kit
@@ -31,6 +33,15 @@ from softhand_model.model_file import load_model
 GRIPPER = Path(__file__).parents[2] / "examples" / "three_finger_gripper" / "gripper.yaml"
 
 CORNER = 3.0  # [mm] by which the simulator rounds the back more than the mould
+
+
+@pytest.fixture(scope="module", autouse=True)
+def actuators_made_once():
+    """Variants of a hand share its actuators: each is cast, and the room around it found, once."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((rubber, "build_cast"), (rubber, "sided"), (kit_part, "grown")):
+            patch.setattr(module, name, cache(getattr(module, name)))
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softhand_model.bending.balance import HIGHEST_ROOT, Balanced, balance, rough_stretch
+from softhand_model.bending.balance import (
+    HIGHEST_ROOT,
+    Balanced,
+    balance,
+    rough_root,
+    rough_stretch,
+)
 from softhand_model.hand.section import free_stretch
 
 SIDES = {
@@ -59,3 +65,5 @@ def test_a_load_that_nothing_carries_is_told_and_stays_finite():
 def test_rough_stretch_is_near_the_root():
     loads = np.linspace(-3.0, 10.0, 500)
     assert rough_stretch(loads) == pytest.approx(free_stretch(loads), rel=0.05)
+    roots = [rough_root(load) for load in loads]
+    assert roots == pytest.approx(rough_stretch(loads), rel=1e-14)

@@ -45,7 +45,10 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     """
     of_runs = [f"modulus_scale[{data.specimens[run.specimen].batch}]" for run in data.runs]
     scales = [np.atleast_1d(calibration.get(name, 1.0)) for name in of_runs]
-    return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
+    found = np.empty((max(map(len, scales)), len(scales), 1))
+    for run, scale in enumerate(scales):
+        found[:, run, 0] = scale
+    return found
 
 
 class SampleRows:

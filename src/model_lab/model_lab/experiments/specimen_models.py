@@ -176,6 +176,8 @@ class _Rule:
     def padded(self, count: int) -> _Rule:
         """The rule with more points that weigh nothing."""
         more = count - len(self.x)
+        if not more:
+            return self
         return _Rule(
             np.append(self.x, np.repeat(self.x[-1:], more)),
             np.append(self.weight, np.zeros(more)),

@@ -98,8 +98,7 @@ class Likelihood:
         counts = self.spectrum.counts()
         raw = (power + PSEUDO_OBSERVATIONS * self.floor) / (counts + PSEUDO_OBSERVATIONS)
         result = np.empty_like(raw)
-        for output in np.unique(self.spectrum.band_output):
-            mine = np.flatnonzero(self.spectrum.band_output == output)
+        for mine in self.spectrum.bands_of_outputs:
             if self.gain_known:
                 raw[:, mine[0]] = np.minimum(
                     raw[:, mine[0]],
@@ -109,8 +108,10 @@ class Likelihood:
                     ),
                 )
             far, left = self._beyond_noise(power[:, mine], counts[mine], self.floor[mine])
-            for lane, row in enumerate(raw):
-                result[lane, mine] = falling(left[lane] * row[mine] + far[lane], counts[mine])
+            levels = left[:, None] * raw[:, mine] + far[:, None]
+            for lane in np.flatnonzero((levels[:, :-1] < levels[:, 1:]).any(axis=1)):
+                levels[lane] = falling(levels[lane], counts[mine])
+            result[:, mine] = levels
         return result
 
     @staticmethod
@@ -314,7 +315,12 @@ def inverse(normal: Array, singular: float = 1e-14) -> Array:
     diagonal = np.diagonal(normal, axis1=-2, axis2=-1)
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     sizes = size[..., :, None] * size[..., None, :]
-    return np.asarray(np.linalg.pinv(normal / sizes, rcond=singular, hermitian=True) / sizes)
+    values, vectors = np.linalg.eigh(normal / sizes)
+    values, vectors = values[..., ::-1], vectors[..., ::-1]  # the largest first
+    kept = np.abs(values) > singular * np.abs(values).max(axis=-1, keepdims=True, initial=0.0)
+    inverted = np.divide(1.0, values, out=np.zeros_like(values), where=kept)
+    columns = inverted[..., :, None] * np.swapaxes(vectors, -1, -2)
+    return np.asarray(np.matmul(vectors, columns) / sizes)
 
 
 def _finished(likelihood: Likelihood, point: _Point) -> Fit:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -72,13 +73,24 @@ class Spectrum:
 
     def power(self, coefficients: Array) -> Array:
         """Sum of squares (lanes, bands) of coefficients (lanes, samples)."""
-        return np.stack(
-            [np.bincount(self.bands, lane, self.band_count) for lane in coefficients**2]
-        )
+        result = np.empty((len(coefficients), self.band_count))
+        for row, lane in zip(result, coefficients**2, strict=True):
+            row[:] = np.bincount(self.bands, lane, self.band_count)
+        return result
 
     def counts(self) -> Array:
         """Number of coefficients (bands,) of each band."""
+        return self._counts.copy()
+
+    @cached_property
+    def _counts(self) -> Array:
         return np.bincount(self.bands, minlength=self.band_count).astype(float)
+
+    @cached_property
+    def bands_of_outputs(self) -> list[IntArray]:
+        """Numbers of the bands of each output, by growing frequency."""
+        outputs = np.unique(self.band_output)
+        return [np.flatnonzero(self.band_output == output) for output in outputs]
 
 
 def make_spectrum(table: SampleTable, reference: Array) -> Spectrum:
@@ -219,8 +231,7 @@ def _white_level(variance: Array, counts: Array, spectrum: Spectrum, band: int) 
 def _falling(variance: Array, dof: Array, spectrum: Spectrum) -> Array:
     """Levels that do not rise with frequency, by pooling adjacent violators for each output."""
     result = variance.copy()
-    for output in np.unique(spectrum.band_output):
-        mine = np.flatnonzero(spectrum.band_output == output)
+    for mine in spectrum.bands_of_outputs:
         result[mine] = falling(variance[mine], np.maximum(dof[mine], 1.0))
     return result
 

@@ -36,7 +36,8 @@ def bends(time: Array, values: Array) -> Array:
     array([0., 1., 0.])
     """
     changes = np.diff(values) / np.diff(time)
-    at = np.pad(np.diff(changes) / (time[2:] - time[:-2]), 1)
+    at = np.zeros(len(time))
+    at[1:-1] = np.diff(changes) / (time[2:] - time[:-2])
     before, after = at[:-1], at[1:]
     alike = before * after > 0.0
     both = np.where(alike, before + after, 1.0)

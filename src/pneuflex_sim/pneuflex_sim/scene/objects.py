@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -147,6 +147,12 @@ class ObjectDescription:
 
 def load_objects() -> dict[str, ObjectDescription]:
     """The shipped objects by name."""
+    return dict(_shipped())
+
+
+@cache
+def _shipped() -> dict[str, ObjectDescription]:
+    """The shipped objects, read once."""
     path = Path(str(resources.files("pneuflex_sim").joinpath("data/objects.yaml")))
     entries = read_document(path, OBJECTS_FORMAT).fields(["format", "objects"])["objects"].mapping()
     return {name: _parse(name, entry, entry.mapping()) for name, entry in entries.items()}

@@ -42,14 +42,16 @@ def run(options: argparse.Namespace) -> None:
         raise ValueError("parts: expected the package manifold3d, got none: pip install manifold3d")
     # late: manifold3d and matplotlib are extras, PyBullet talks when it starts
     from softhand_design.drawings.assembled_picture import draw_assembled
-    from softhand_design.kit.report import make_kit, paths_of, terminal_text, write_kit
+    from softhand_design.kit.kit import build_kit
+    from softhand_design.kit.report import checked_kit, paths_of, terminal_text, write_kit
 
     used = KitParameters(**{e.name: getattr(options, e.name) for e in fields(KitParameters)})
-    made = make_kit(load_hand(options.hand), used)
-    paths = paths_of(made.kit, options.out)
+    kit = build_kit(load_hand(options.hand), used)
+    paths = paths_of(kit, options.out)
     for path in paths.values():
         check_new(path, options.force)
+    made = checked_kit(kit)
     write_kit(made, options.out)
-    save_figure(draw_assembled(made.kit), paths["picture"])
+    save_figure(draw_assembled(kit), paths["picture"])
     print(terminal_text(made))
     print("\n".join(str(path) for path in paths.values()))

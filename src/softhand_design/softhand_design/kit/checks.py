@@ -12,10 +12,9 @@ from softhand_design.kit.kit import Kit
 from softhand_design.kit.part import Part
 from softhand_design.kit.solids import Solid, overlap
 from softhand_design.mould.checks import OVERLAP, Check
-from softhand_design.mould.measure import OUTSIDE, hits_of, read_stl
+from softhand_design.mould.measure import OUTSIDE, hits_of
 from softhand_design.mould.plan import MILLI, Array
 
-RAYS_ACROSS = 40  # and as many along, through each part
 BY_RAYS, BY_FORMULA = 2.0, 0.5  # how far a volume may be off [%]
 LENGTH_OFF = 0.05  # of a measured length [mm]
 GAP_SEARCH = 5.0  # gaps are searched up to here [mm]
@@ -33,30 +32,16 @@ def check_kit(kit: Kit) -> list[Check]:
 
 
 def _solid(part: Part) -> Iterator[Check]:
-    mesh = read_stl(part.file)
+    mesh = part.mesh
     closed = mesh.is_watertight and mesh.is_winding_consistent
     yield Check(f"{part.name}: closed and oriented", float(closed), "", 1.0)
     yield Check(f"{part.name}: bodies", float(mesh.body_count), "", 1.0, 1.0)
     yield Check(f"{part.name}: volume", float(mesh.volume) / 1e3, "cm3", 1e-3)
-    off = 100.0 * (volume_by_rays(part.read) / float(mesh.volume) - 1.0)
+    off = 100.0 * (part.volume_by_rays / float(mesh.volume) - 1.0)
     yield Check(f"{part.name}: volume by rays, off by", off, "%", -BY_RAYS, BY_RAYS)
     if part.formula is not None:
         off = 100.0 * (float(mesh.volume) / part.formula - 1.0)
         yield Check(f"{part.name}: off the formula", off, "%", -BY_FORMULA, BY_FORMULA)
-
-
-def volume_by_rays(solid: Solid, across: int = RAYS_ACROSS, seed: int = 0) -> float:
-    """Volume [mm3] from the lengths inside of rays along z, one at random in each cell of a grid
-    across * across over the solid's box.
-    """
-    low, high = np.reshape(solid.bounding_box(), (2, 3))
-    random, size = np.random.default_rng(seed), (high - low)[:2] / across
-    inside = 0.0
-    for i, j in np.ndindex(across, across):
-        x, y = low[:2] + (np.array([i, j]) + random.uniform(size=2)) * size
-        hits = hits_of(solid, np.array([x, y, -OUTSIDE]), np.array([x, y, OUTSIDE]))
-        inside += float(np.sum(hits[1::2]) - np.sum(hits[: 2 * (len(hits) // 2) : 2]))
-    return inside * float(np.prod(size))
 
 
 def _trays(kit: Kit) -> Iterator[Check]:

@@ -68,7 +68,11 @@ class CheckedKit:
 
 def make_kit(hand: HandDescription, used: KitParameters | None = None) -> CheckedKit:
     """Build and check all parts of a hand; raises ValueError as `build_kit` does."""
-    kit = build_kit(hand, used)
+    return checked_kit(build_kit(hand, used))
+
+
+def checked_kit(kit: Kit) -> CheckedKit:
+    """A kit with its bill and all checks."""
     return CheckedKit(kit, bill_of(kit), check_kit(kit))
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -59,15 +58,17 @@ def rough_stretch(load: Array) -> Array:
     >>> rough_stretch(np.array([-1.0, 0.0, 1.0, 3.0])).round(2).tolist()
     [0.83, 1.0, 1.37, 3.06]
     """
-    return np.asarray(rough_root.py_func(load))
+    above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
+    stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
+    return np.asarray(stretched / np.cbrt(1.0 - 0.75 * below))
 
 
 @compiled
-def rough_root(load: Any) -> Any:
-    """`rough_stretch` for numbers or arrays, in compiled code."""
-    above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
-    stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
-    return stretched / np.cbrt(1.0 - 0.75 * below)
+def rough_root(load: float) -> float:
+    """`rough_stretch` of a number, in compiled code, with one cube root in place of two."""
+    if load < 0.0:
+        return 1.0 / np.cbrt(1.0 - 0.75 * load)
+    return 0.25 * load + np.cbrt(1.0 + (0.75 * load) ** 3)
 
 
 def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:

@@ -168,10 +168,11 @@ class _InLoops(NamedTuple):
 
     def in_rows(self, rows: int) -> _InLoops:
         """The same for parts of the rows, side by side."""
-        chain = self.chain._replace(
-            values=np.tile(self.chain.values, rows),
-            states=np.tile(self.chain.states, rows),
-            sizes=np.tile(self.chain.sizes, rows),
+        every, chain = rows * self.chain.sizes.shape[1], self.chain
+        chain = chain._replace(
+            values=np.tile(chain.values, rows),
+            states=np.zeros((len(chain.states), every)),
+            sizes=np.zeros((len(chain.sizes), every)),
         )
         return self._replace(chain=chain, sizes=np.tile(self.sizes, rows))
 

@@ -81,9 +81,7 @@ def discretise(description: ChainDescription, segments: int, model: Model) -> Ch
 class ChainModel:
     """A discretised chain under a model; pressures are gauge, one for each of its actuators.
 
-    segments: the rigid links and joint springs. count: number of segments per actuator. volume_gain
-    (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
-        about y; constant, because the volume is linear in the curvature (eq. 3.17).
+    segments: the rigid links and joint springs. count: number of segments per actuator.
     """
 
     def __init__(self, description: ChainDescription, segments: int, model: Model) -> None:
@@ -111,9 +109,19 @@ class ChainModel:
         self._responses = [
             curve for curve in self._curves if curve is not None and not tabulates(model)
         ]
-        volumes = [part.chamber_volume() + part.supply_volume for part in self._parts]
-        self._rest_volume = np.array(volumes)
-        self.volume_gain = volume_gains(self.description, self.segments, segments)
+        self._staged = StagedEffects(model.effects)  # of which nothing with memory is asked
+
+    @cached_property
+    def _rest_volume(self) -> Array:
+        return np.array([part.chamber_volume() + part.supply_volume for part in self._parts])
+
+    @cached_property
+    def volume_gain(self) -> Array:
+        """Change (actuators, n) [m3/rad] of each chamber's volume with a joint's rotation about y.
+
+        Constant, because the volume is linear in the curvature (eq. 3.17).
+        """
+        return volume_gains(self.description, self.segments, self.count)
 
     @cached_property
     def _tables(self) -> list[RestTable]:
@@ -177,7 +185,7 @@ class ChainModel:
         joints, at temperatures (rows,) [K]; 1 for struts.
         """
         factors = np.ones((len(temperature), self._shape[0]))
-        of_rubber = StagedEffects(self.model.effects).modulus_factor(temperature)
+        of_rubber = self._staged.modulus_factor(temperature)
         factors[:, self._struts :] = np.broadcast_to(of_rubber, len(temperature))[:, None]
         return factors
 
@@ -185,12 +193,11 @@ class ChainModel:
         """Factors (rows, n, *k) [-] of the effects on the stiffness in bending, at distances `away`
         (*k) [rad] from rest bends (rows, n) [rad]; None if no effect changes it.
         """
-        staged = StagedEffects(self.model.effects)
-        if not staged.stiffens:
+        if not self._staged.stiffens:
             return None
         at_rest = np.expand_dims(rest, tuple(range(2, 2 + away.ndim)))
         factors = np.ones((*rest.shape, *away.shape))
-        of_rubber = staged.stiffness_factor(at_rest + away, at_rest + 0.0 * away)
+        of_rubber = self._staged.stiffness_factor(at_rest + away, at_rest + 0.0 * away)
         factors[:, self._struts :] = np.broadcast_to(of_rubber, factors.shape)[:, self._struts :]
         return factors
 

@@ -58,11 +58,10 @@ class RestTable:
         onto_joints: Array,
         response: SegmentResponse | None = None,
     ) -> None:
-        highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
-        self.step = highest / REST_INTERVALS
-        pressures = np.linspace(0.0, highest, REST_INTERVALS + 1)
+        pressures = _table_pressures(actuator)
+        self.step = float(pressures[-1]) / REST_INTERVALS
         found = (
-            segment_angles(actuator, segments, pressures)
+            _angles_without_effects(actuator, segments)
             if response is None
             else response.angles_and_slopes(pressures)
         )
@@ -97,6 +96,19 @@ class RestTable:
         relative = max(float(pressure), 0.0) / self.step
         index = min(int(relative), REST_INTERVALS)
         return index, relative - index
+
+
+def _table_pressures(actuator: Actuator) -> Array:
+    """Gauge pressures (REST_INTERVALS + 1,) [Pa] between which a table interpolates."""
+    return np.linspace(0.0, HIGHEST_OVER_LIMIT * actuator.max_pressure, REST_INTERVALS + 1)
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def _angles_without_effects(actuator: Actuator, segments: int) -> tuple[Array, Array]:
+    """`segment_angles` at the pressures of a table; kept, as each simulation of a hand needs them
+    again.
+    """
+    return segment_angles(actuator, segments, _table_pressures(actuator))
 
 
 @lru_cache(maxsize=KEPT_TABLES)

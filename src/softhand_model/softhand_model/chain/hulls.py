@@ -9,6 +9,8 @@ joint: bending opens no gap in the passive layer, but wedges on the back, as bet
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
@@ -18,22 +20,28 @@ from softhand_model.hand.hand import ChainDescription
 
 COLLISION_MARGIN = 0.001  # [m]
 SMALLEST_EDGE = 0.006  # collision shapes are never thinner than this [m]
+KEPT_HULLS = 32  # chains
 MAX_TAPER_FACTOR = 2.0  # limit that keeps a section of SMALLEST_EDGE from vanishing
 
 
-def collision_hulls(description: ChainDescription, segments: int) -> list[Array]:
+@lru_cache(maxsize=KEPT_HULLS)
+def collision_hulls(description: ChainDescription, segments: int) -> tuple[Array, ...]:
     """Vertices (k, 3) [m] of the hull of each link, in the frame of the link, from the strut (or
     first joint) to the tip. segments: number per actuator.
 
     A strut's link carries the first half segment of the rubber; the strut itself has no hull. The
     base of a chain without strut is part of the body that carries it and has none either. Sections
-    thinner than SMALLEST_EDGE are thickened to it, behind the passive layer.
+    thinner than SMALLEST_EDGE are thickened to it, behind the passive layer. Hulls are kept, as
+    each simulation of a hand needs them again, and cannot be written.
     """
     outline, hulls = ChainOutline(description, segments), []
     if description.strut is not None:
         lift = np.array([0.0, 0.0, description.strut.length / 2.0 + outline.edge / 2.0])
         hulls.append(_hull(outline, 0) + lift)
-    return hulls + [_hull(outline, bone) for bone in range(1, segments + 1)]
+    hulls += [_hull(outline, bone) for bone in range(1, segments + 1)]
+    for hull in hulls:
+        hull.setflags(write=False)
+    return tuple(hulls)
 
 
 def _hull(outline: ChainOutline, bone: int) -> Array:

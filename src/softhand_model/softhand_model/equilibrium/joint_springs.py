@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -87,6 +88,7 @@ class JointSprings:
         return np.reshape(factor(bends, rest.ravel(), points.ravel()), rest.shape).astype(float)
 
 
+@cache
 def off_rest() -> Array:
     """Bends (2, TABLE_NODES) [rad] below and above the rest at which factors are tabulated."""
     distance = np.linspace(0.0, TABLE_REACH, TABLE_NODES)

@@ -8,7 +8,7 @@ mounted on the wrist or on the tip of an earlier chain.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
@@ -109,8 +109,8 @@ class ChainDescription:
     """
 
     name: str
-    actuators: dict[str, Actuator]
-    channels: dict[str, str]
+    actuators: dict[str, Actuator] = field(hash=False)  # a dict has no hash, but is compared
+    channels: dict[str, str] = field(hash=False)
     mount: Mount
     strut: Strut | None = None
     turn: int = 0
