@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from bench.hidden import make_set
+from bench.hidden.cases import all_cases
 from bench.second_author import slip_sets
 from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import compare
@@ -295,6 +296,25 @@ def test_a_slip_that_leaves_much_gives_way_to_an_effect_that_does_not():
     assert find_all_slips(made.data, BASE, effect_classes()).slips == ()
     text = comparison_text(compare(made.data, BASE), "base")
     assert "The data fit better if pressure is" in text and "That is not the whole" in text
+
+
+def test_an_effect_alone_comes_before_a_slip_that_needs_one_too(tmp_path):
+    """Stiffening rubber, which is also not far from true stresses of rubber that stiffens less."""
+    case = next(one for one in all_cases() if one.name == "uniaxial/yeoh_stiffening/strong")
+    case.make(tmp_path, 0, case.noises[-1])
+    data = load_measurements(tmp_path)
+    assert [slip.name for slip in find_slips(data, BASE).slips] == ["true_stress"]
+    assert find_all_slips(data, BASE, effect_classes()).slips == ()
+
+
+@pytest.mark.parametrize("seed", [703, 51013])
+def test_a_slip_beside_rubber_that_softens_is_not_lost_among_unlike_repeats(seed, tmp_path):
+    """First runs differ from their repeats, which raises the floor, and within that floor a
+    stiffening alone would explain the true stresses, too.
+    """
+    truth = slip_sets.make(seed, tmp_path)
+    (slip,) = find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips
+    assert (slip.name, slip.beside) == (truth.slip, "mullins_softening")
 
 
 def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):
