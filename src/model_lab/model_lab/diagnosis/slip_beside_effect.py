@@ -158,7 +158,7 @@ def find_slip_beside_effect(
     if not found:
         return Checked(data)
     best, *others = _alike(found)
-    rivals = _pairs_as_good(stated, model, best.error)
+    rivals = _pairs_as_good(stated, model, best)
     if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
         return Checked(data)  # two effects without a slip are as likely
     return Checked(
@@ -249,9 +249,9 @@ def _is_usual(scored: Scored) -> bool:
 
 
 # ---------------------------------------------------------------------- without a slip
-def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored]:
-    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do, and
-    need no modulus at the end of what is usual.
+def _pairs_as_good(stated: _Searched, model: Model, found: _Found) -> list[Scored]:
+    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do, with
+    one parameter in the place of the slip at most, and no modulus at the end of what is usual.
     """
     problem, names = stated.problem, _names(stated.problem, model)
     pairs = [
@@ -262,7 +262,12 @@ def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored
         )
         if isinstance(scored, Scored) and _is_usual(scored) and not _at_bound(scored)
     ]
-    as_good = [pair for pair in pairs if stated.relative(pair) <= RULES.slip_alike * error]
+    most = len(found.effect.fit.values) + 1
+    as_good = [
+        pair
+        for pair in pairs
+        if stated.relative(pair) <= RULES.slip_alike * found.error and len(pair.fit.values) <= most
+    ]
     distinct = {frozenset(pair.effects): pair for pair in as_good}
     return sorted(distinct.values(), key=stated.error)
 
