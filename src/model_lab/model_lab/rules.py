@@ -226,7 +226,7 @@ class Rules:
         0.25,
         "error after over before at which a slip is told; excess error, with noise at its largest, "
         "for a slip alone",
-        SLIP_SEEDS,
+        SLIP_SEEDS + "; excess error since misses of seed 9300",
     )
     slip_share_at_bound: float = _rule(
         0.1, "the same where the calibration is on a bound then", SLIP_SEEDS
