@@ -222,7 +222,12 @@ class Rules:
         "error over the size of the outputs up to which a slip must explain all of it",
         SLIP_SEEDS,
     )
-    slip_share: float = _rule(0.25, "error after over before at which a slip is told", SLIP_SEEDS)
+    slip_share: float = _rule(
+        0.25,
+        "error after over before at which a slip is told; excess error, with noise at its largest, "
+        "for a slip alone",
+        SLIP_SEEDS + "; excess error since misses of seed 9300",
+    )
     slip_share_at_bound: float = _rule(
         0.1, "the same where the calibration is on a bound then", SLIP_SEEDS
     )
@@ -247,7 +252,10 @@ class Rules:
         0.79, "step of an angle between samples that is none of a whole turn", BY_HAND, unit="rad"
     )
     slip_noise: float = _rule(
-        0.5, "noise floor over the spread of the outputs from which no slip is told", BY_HAND
+        0.5,
+        "noise floor over the spread of the outputs from which no slip is told, and repeats are "
+        "too unlike to call a model adequate",
+        BY_HAND,
     )
     slip_foreign_noise: float = _rule(
         3.0, "the same from which the noise is none of the readings", BY_HAND

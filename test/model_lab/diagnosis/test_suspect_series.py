@@ -57,6 +57,21 @@ def test_an_odd_run_is_told_with_the_unit_in_which_it_fits(classes):
     assert slip.rmse_after < 0.1 * slip.rmse_before
 
 
+def test_repeats_that_differ_as_readings_do_are_no_noise():
+    """Two protocols, twice each, and one run in radians: too few to name it, but not adequate."""
+    every = load_measurements(EXAMPLE)
+    thin = replace(every, runs=every.runs[:4], noise={})
+    assert len({run.specimen for run in thin.runs}) == 1
+    assert diagnose(thin, Model("pneuflex")).diagnosis.verdict == "adequate"
+    odd = thin.runs[1]
+    told = {**odd.columns, "tip_angle": np.radians(odd.columns["tip_angle"])}
+    runs = (thin.runs[0], replace(odd, columns=told), *thin.runs[2:])
+    found = diagnose(replace(thin, runs=runs), Model("pneuflex")).diagnosis
+    assert found.rmse_before < 1.2 * found.noise_floor
+    assert (found.verdict, found.unexplained.against[0]) == ("unexplained", "run_order")
+    assert found.guess
+
+
 def test_exchanged_outputs_are_named_and_the_rest_is_diagnosed(clean, classes):
     data = rig.exchanged_plugs(clean, 1, 2)
     found = diagnose(data, Model("pneuflex"), classes).diagnosis

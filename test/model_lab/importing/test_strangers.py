@@ -49,6 +49,21 @@ def test_a_unit_of_gauge_pressure_is_that_unit(tmp_path, header, factor):
     assert "is" not in found.document["columns"]["pressure"]
 
 
+def test_runs_in_other_units_are_converted_to_that_of_the_first(tmp_path):
+    one = write(tmp_path / "a_1.csv", "t [s],p [kPa],angle [deg]", TIME, PRESSURE, ANGLE)
+    other = write(
+        tmp_path / "a_2.csv", "t [s],p [psi],angle [rad]", TIME, PRESSURE / PSI, np.radians(ANGLE)
+    )
+    found = make_set(propose([one, other]), HAND)
+    found.write(tmp_path / "set")
+    runs = load_measurements(tmp_path / "set").runs
+    assert len(runs) == 2
+    for run in runs:
+        check(run.columns)
+    assert found.document["columns"]["pressure"]["unit"] == "kPa"
+    assert any("a_2.csv: pressure is in psi, and was converted" in one for one in found.remarks)
+
+
 @pytest.mark.parametrize(
     ("header", "factor"),
     [
@@ -57,6 +72,7 @@ def test_a_unit_of_gauge_pressure_is_that_unit(tmp_path, header, factor):
         ("p [bar (a)]", 0.01),
         ("Absolutdruck [mbar]", 10.0),
         ("p_abs [kPa]", 1.0),
+        ("p_abs/hPa", 10.0),
         ("pression absolue (hPa)", 10.0),
     ],
 )

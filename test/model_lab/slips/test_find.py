@@ -8,6 +8,8 @@ import pytest
 import yaml
 
 from bench.hidden import make_set
+from bench.hidden.cases import all_cases
+from bench.lab import slips
 from bench.second_author import slip_sets
 from model_lab.bench.synthesize import synthesize
 from model_lab.comparison.compare import compare
@@ -18,7 +20,8 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
-from model_lab.slips.find import _jumps, find_slips, score
+from model_lab.rules import RULES
+from model_lab.slips.find import Score, _jumps, find_slips, is_slip, score
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -295,6 +298,52 @@ def test_a_slip_that_leaves_much_gives_way_to_an_effect_that_does_not():
     assert find_all_slips(made.data, BASE, effect_classes()).slips == ()
     text = comparison_text(compare(made.data, BASE), "base")
     assert "The data fit better if pressure is" in text and "That is not the whole" in text
+
+
+@pytest.mark.parametrize(("before", "told"), [(3.0, True), (2.0, False)])
+def test_a_slip_that_leaves_noise_alone_need_not_remove_the_noise(before, told):
+    """Errors of a few floors, of which a mended set keeps one; an error of two floors might fall to
+    the noise by chance.
+    """
+    stated, without = Score(before, 1.0, 100.0), Score(1.0, 1.0, 100.0)
+    assert without.relative > RULES.slip_share * stated.relative
+    assert is_slip("radius", stated, without) == told
+
+
+@pytest.mark.parametrize(
+    ("case", "kind"),
+    [
+        ("slips/scarce/free_bending/nothing", "radius"),  # 3.4 floors, and 1.0 without it
+        ("slips/hidden/free_bending/angle_offset", "chord"),  # a pair needs three parameters
+    ],
+)
+def test_a_slip_is_found_that_shows_little_or_that_two_effects_could_replace(case, kind):
+    seed = {"radius": 9301, "chord": 9300}[kind]
+    cases = (one for way in slips.WAYS for one in slips.base_cases(way))
+    (found,) = [one for one in cases if one.name == case]
+    clean = slips.made(found, seed, slips.NOISE)
+    planted = slips.KINDS[kind](clean, np.random.default_rng(0))
+    assert slips.found(planted)[0]
+    assert slips.told_of(clean).slips == ()
+
+
+def test_an_effect_alone_comes_before_a_slip_that_needs_one_too(tmp_path):
+    """Stiffening rubber, which is also not far from true stresses of rubber that stiffens less."""
+    case = next(one for one in all_cases() if one.name == "uniaxial/yeoh_stiffening/strong")
+    case.make(tmp_path, 0, case.noises[-1])
+    data = load_measurements(tmp_path)
+    assert [slip.name for slip in find_slips(data, BASE).slips] == ["true_stress"]
+    assert find_all_slips(data, BASE, effect_classes()).slips == ()
+
+
+@pytest.mark.parametrize("seed", [703, 51013])
+def test_a_slip_beside_rubber_that_softens_is_not_lost_among_unlike_repeats(seed, tmp_path):
+    """First runs differ from their repeats, which raises the floor, and within that floor a
+    stiffening alone would explain the true stresses, too.
+    """
+    truth = slip_sets.make(seed, tmp_path)
+    (slip,) = find_all_slips(load_measurements(tmp_path), BASE, effect_classes()).slips
+    assert (slip.name, slip.beside) == (truth.slip, "mullins_softening")
 
 
 def test_an_effect_that_begins_above_one_of_two_protocols_is_no_slip(tmp_path):

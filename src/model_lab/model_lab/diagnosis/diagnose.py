@@ -48,6 +48,7 @@ from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.experiments.grasp_rollouts import use_processes
+from model_lab.fitting.noise_floor import REPEATS
 from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import Localisation, localise
@@ -57,7 +58,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import DOCUMENT
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
-from model_lab.slips.find import SLIP_SAMPLES, Checked
+from model_lab.slips.find import SLIP_SAMPLES, Checked, scatters
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
@@ -349,10 +350,13 @@ def _failing(
     judged: Judgement, localised: Localisation, within: WithinRuns | None, doubted: bool
 ) -> tuple[str, ...]:
     """Axes against which a model fails beyond chance and by much though its error lies within the
-    noise floor: then it is not adequate. Empty with any other verdict.
+    noise floor: then it is not adequate. So is the order of the runs where repeats differ by about
+    as much as the readings of one run do. Empty with any other verdict.
     """
     if judged.verdict != ADEQUATE:
         return ()
+    floor = judged.problem.floor
+    doubted = doubted or (floor.source == REPEATS and scatters(judged.problem.data, floor.total))
     failing = [axis.against for axis in localised.certain_failures]
     follows = ["pressure"] if within is not None and within.follows_input else []
     of_series = ["run_order"] if doubted else []

@@ -3,7 +3,9 @@
 An example is a wrong finger size and a hysteresis: with the size mended, the set is still far from
 the model, so a search for slips alone misses it. Here the set as stated and each set that a
 plausible slip would mend are given their best effect, on thinned data. A slip is reported if one
-usual effect explains the mended data, and no effect explains the data as stated.
+usual effect explains the mended data, and no effect explains the data as stated. Differences of
+repeats may hide that: rubber that softens raises the noise floor, within which a mere stiffening
+then seems to explain what a slip and the softening explain far better.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from model_lab.diagnosis.criteria import error_of
 from model_lab.diagnosis.result import calibration_at_bound
 from model_lab.diagnosis.search import Scored, score_all, score_base
 from model_lab.experiments.forward import not_searched
-from model_lab.fitting.problem import FitProblem, pose_problem
+from model_lab.fitting.noise_floor import REPEATS
+from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
@@ -114,8 +117,12 @@ def find_all_slips(
             relative_error=rest.relative_error if rest.slips else error,
         )
     checked = find_slips(data, model, tell)
-    if data.doubts or (checked.slips and _is_explained(checked.data, model, classes)):
+    if data.doubts:
         return checked
+    if checked.slips:
+        left = _error_explained(checked.data, model, classes)
+        if left is not None:
+            return Checked(data) if _effect_alone(data, left, model, classes) else checked
     beside = find_slip_beside_effect(data, model, classes, tell)
     if beside.slips or not checked.slips:
         return beside
@@ -142,13 +149,16 @@ def find_slip_beside_effect(
     every = FITTED_OF_HAND if data.of_hand else 0
     for limit in (FITTED_EFFECTS, every):
         stated = _with_effects(stated, model, limit)
-        if any(map(stated.explains, stated.likely)):
+        explained = any(map(stated.explains, stated.likely))
+        if explained and stated.problem.floor.source != REPEATS:
             return Checked(data)
     found = list(_explained(data, model, classes, stated, every))
+    if explained:
+        found = [one for one in found if _explains_repeats(one, stated)]
     if not found:
         return Checked(data)
     best, *others = _alike(found)
-    rivals = _pairs_as_good(stated, model, best.error)
+    rivals = _pairs_as_good(stated, model, best)
     if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
         return Checked(data)  # two effects without a slip are as likely
     return Checked(
@@ -223,14 +233,25 @@ def _tells(stated: _Searched, mended: _Searched, effect: Scored) -> bool:
     return share <= RULES.slip_share and mended.explains(effect, RULES.most_explained_error)
 
 
+def _explains_repeats(found: _Found, stated: _Searched) -> bool:
+    """Whether a slip and an effect explain how repeats differ, and with that the set to the floor
+    that is left then, which no effect does in the set as stated.
+    """
+    lower = with_lower_floor(found.searched.problem, found.effect.fit)
+    if lower is None:
+        return False
+    most = RULES.explained_error * lower.floor.total / found.searched.size
+    return found.error <= most < stated.least
+
+
 def _is_usual(scored: Scored) -> bool:
     return scored.plausible and scored.unusual < RULES.tie_unusual
 
 
 # ---------------------------------------------------------------------- without a slip
-def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored]:
-    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do, and
-    need no modulus at the end of what is usual.
+def _pairs_as_good(stated: _Searched, model: Model, found: _Found) -> list[Scored]:
+    """Pairs of usual effects that explain a set as stated as well as a slip and an effect do, with
+    one parameter in the place of the slip at most, and no modulus at the end of what is usual.
     """
     problem, names = stated.problem, _names(stated.problem, model)
     pairs = [
@@ -241,24 +262,49 @@ def _pairs_as_good(stated: _Searched, model: Model, error: float) -> list[Scored
         )
         if isinstance(scored, Scored) and _is_usual(scored) and not _at_bound(scored)
     ]
-    as_good = [pair for pair in pairs if stated.relative(pair) <= RULES.slip_alike * error]
+    most = len(found.effect.fit.values) + 1
+    as_good = [
+        pair
+        for pair in pairs
+        if stated.relative(pair) <= RULES.slip_alike * found.error and len(pair.fit.values) <= most
+    ]
     distinct = {frozenset(pair.effects): pair for pair in as_good}
     return sorted(distinct.values(), key=stated.error)
 
 
-def _is_gain(problem: FitProblem, pair: Scored) -> bool:
-    """Whether one of two effects is a mere factor, as a slip is without a parameter."""
-    return any(problem.classes[name].cause == "gain" for name in pair.effects[-2:])
+def _is_gain(problem: FitProblem, added: Scored) -> bool:
+    """Whether one of at most two effects is a mere factor, as a slip is without a parameter."""
+    return any(problem.classes[name].cause == "gain" for name in added.effects[-2:])
 
 
 # ---------------------------------------------------------------------- fits
-def _is_explained(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> bool:
-    """Whether the model explains a set as it is, or with a usual effect."""
+def _error_explained(
+    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+) -> float | None:
+    """Relative error with a usual effect where the model explains a set only with one; 0 where it
+    does so as it is, and None where it does not.
+    """
     mended = _base_of(data, model, classes)
     if mended.explains(mended.base):
-        return True
+        return 0.0
     effect = _with_effects(mended, model).usual
-    return effect is not None and mended.explains(effect)
+    return mended.relative(effect) if effect is not None and mended.explains(effect) else None
+
+
+def _effect_alone(
+    data: MeasurementSet, left: float, model: Model, classes: Mapping[str, type[Effect]]
+) -> bool:
+    """Whether a usual effect alone explains a set as stated, and as well as slips and an effect do
+    together, which leave the relative error `left`. A mere factor does not count, as a slip is one.
+    """
+    if left == 0.0:
+        return False
+    stated = _with_effects(_base_of(data, model, classes), model)
+    return any(
+        stated.explains(one) and stated.relative(one) <= left
+        for one in stated.tried
+        if _is_usual(one) and not _at_bound(one) and not _is_gain(stated.problem, one)
+    )
 
 
 def _effect_rather(

@@ -21,7 +21,7 @@ from model_lab.importing.derived import (
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
-from model_lab.importing.set_columns import columns_of, remarks_on_air
+from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.tables import Column, Table, read_tables, side_by_side
 from model_lab.measurements.measurement_set import SET_FORMAT
@@ -289,6 +289,7 @@ def make_set(
         raise DocumentError(f"expected to be told {missing}")
     needed = NEEDED[experiment]
     sources = [_shifted(source, shifts or {}) for source in proposal.sources]
+    sources, converted = in_one_unit(sources)
     runs = tuple(joined(members, experiment, needed) for members in paired(sources, needed))
     runs = _with_own_names(runs)
     name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
@@ -311,6 +312,7 @@ def make_set(
     }
     remarks = [remark for run in runs for remark in run.remarks]
     remarks += [
+        *converted,
         *remarks_on_air(columns),
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(specimen)),

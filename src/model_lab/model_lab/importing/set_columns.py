@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,8 +14,31 @@ from model_lab.measurements.units import column_unit
 from softhand_common.documents.yaml_document import DocumentError
 
 AIR_COLUMN = "pressure"  # which may be absolute
+NOT_CONVERTED = ("time", "strain", "stretch", "temperature")  # in SI units, or with an offset
 Columns = dict[str, dict[str, object]]
 """The entry of each column under `columns` of a set."""
+
+
+def in_one_unit(sources: Sequence[Source]) -> tuple[list[Source], list[str]]:
+    """(the same files, each quantity in the unit of the first file that has it, what was converted
+    as sentences).
+    """
+    units: dict[str, str] = {}
+    found, said = [], []
+    for source in sources:
+        meanings = []
+        for meant in source.meanings:
+            unit, first = meant.unit, units.setdefault(meant.quantity, meant.unit or "")
+            if unit and first and unit != first and meant.quantity not in NOT_CONVERTED:
+                one, other = (column_unit(meant.quantity, name) for name in (unit, first))
+                meant = replace(meant, unit=first, scale=meant.scale * one.scale / other.scale)
+                said.append(
+                    f"{source.table.path.name}: {meant.quantity} is in {unit}, and was converted "
+                    f"to {first} as in the other files"
+                )
+            meanings.append(meant)
+        found.append(replace(source, meanings=tuple(meanings)))
+    return found, said
 
 
 def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns:
@@ -45,7 +69,7 @@ def _units(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> dict[str, 
             if units.setdefault(name, unit) != unit:
                 raise DocumentError(
                     f"{source.table.path}: {name}: expected {units[name]} as in the other files, "
-                    f"got {unit}; import files of other units one by one"
+                    f"got {unit}; say it by --map {name}=COLUMN:UNIT"
                 )
     kept = dict.fromkeys(name for run in runs for name in run.columns)
     return {name: units[name] for name in kept}

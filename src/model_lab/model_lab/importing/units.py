@@ -68,6 +68,7 @@ _KIND = re.compile(
     re.I,
 )  # of a pressure: psia, kPa abs, bar(g)
 _SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_]+)$")
+_OVER = re.compile(r"^(?P<name>.+)\s*/\s*(?P<unit>[^\s_/]+)$")  # by ISO 80000-1: p_abs/hPa
 
 
 def usual_unit(text: str) -> str:
@@ -104,17 +105,25 @@ def unit_in_header(cell: str) -> tuple[str, str]:
 
     >>> unit_in_header("Druck [mbar]"), unit_in_header("p_kPa"), unit_in_header("tip angle")
     (('Druck', 'mbar'), ('p', 'kPa'), ('tip angle', ''))
+    >>> unit_in_header("p_abs/hPa"), unit_in_header("gyro_deg/s")
+    (('p_abs', 'hPa'), ('gyro_deg/s', ''))
     """
     found = _BRACKETS.match(cell)
     if found:
         return found["name"].strip() or cell, found["unit"].strip()
     found = _SEPARATED.match(cell.strip())
-    unit = kind_of_pressure(found["unit"])[0] if found else ""
-    if found and usual_unit(unit) and len(unit) > 1:
+    if found and _stands_alone(found["unit"]):
         return found["name"], found["unit"]
-    if found and found["unit"] in ("s", "N", "°") and found["name"]:
-        return found["name"], found["unit"]
+    found = _OVER.match(cell.strip())
+    if found and _stands_alone(found["unit"]) and not unit_in_header(found["name"])[1]:
+        return found["name"], found["unit"]  # and not a rate, such as gyro_deg/s
     return cell.strip(), ""
+
+
+def _stands_alone(written: str) -> bool:
+    """Whether a word at the end of a header is a unit: one letter may be part of the name."""
+    unit = kind_of_pressure(written)[0]
+    return written in ("s", "N", "°") or bool(len(unit) > 1 and usual_unit(unit))
 
 
 def unit_for(quantity: str, written: str) -> str | None:

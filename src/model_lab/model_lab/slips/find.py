@@ -72,6 +72,14 @@ class Score:
         return self.rmse / self.size if self.size > 0.0 else np.inf
 
     @property
+    def excess(self) -> float:
+        """Excess error over the size of the outputs, where all that may be noise counts as left: a
+        mended set that is noise alone still has the error of its noise.
+        """
+        least = max(self.rmse, RULES.material_error * self.floor)
+        return float(np.sqrt(least**2 - self.floor**2)) / self.size if self.size > 0.0 else np.inf
+
+    @property
     def explains(self) -> bool:
         """Whether the error is at most `Rules.explained_error` times the floor."""
         return self.rmse <= RULES.explained_error * self.floor
@@ -219,10 +227,10 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
     """
     if name in LIKE_WEAKNESS and not after.explains:
         return False
+    if after.excess > RULES.slip_share * before.excess:
+        return False
     if after.at_bound and after.relative > RULES.slip_share_at_bound * before.relative:
         return after.is_noise
-    if after.relative > RULES.slip_share * before.relative:
-        return False
     return before.relative > RULES.slip_error or after.is_noise
 
 
