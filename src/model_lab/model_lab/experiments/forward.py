@@ -19,6 +19,7 @@ from model_lab.experiments.hand_pose import HandPose
 from model_lab.experiments.hand_press import HandPress
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.rubber import Rubber
+from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurements.bent_input import with_bends
@@ -36,7 +37,7 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 Calibration = Mapping[str, float | Mapping[str, float]]
 """As in a model file: numbers, or numbers by batch, specimen or direction."""
 
-USUAL_MODULUS_SCALES, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
+USUAL_MODULUS = (0.9, 1.1)
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 FREE_MODULUS_RANGE, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
 COEFFICIENT_RANGE, USUAL_COEFFICIENT_RANGE = (

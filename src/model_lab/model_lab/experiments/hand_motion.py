@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.hand_pose import HandPose, shifted
+from model_lab.experiments.kept_bodies import ShapesOverScales
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.hands import WRIST_POSE
@@ -31,7 +33,7 @@ from softhand_model.motion.wrist_path import WristPath, held_wrist, moved_wrist
 MOTION_SEGMENTS, LONGEST_STEP = 8, 0.005  # of an actuator; [s] at the most, in between samples
 SMALLER = (0.4, 0.1)  # steps over LONGEST_STEP: tried where a longer one diverges, as of a whip
 FINE_SEGMENTS, FINE_STEP = 16, 0.002  # with which the error of these is taken off
-KEPT_MOTIONS = 12  # of bodies in all runs, some megabytes each
+KEPT_MOTIONS = 128  # of bodies in all runs, some 100 kB each
 MOST_KEPT = 16  # sets of which that error is kept
 _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
@@ -82,7 +84,9 @@ class HandMotion(HandPose):
         self._batch = np.array([data.specimens[run.specimen].batch for run in data.runs])[self._run]
         largest = HIGHEST_OVER_LIMIT * self._hand.max_pressures()
         self._possible = bool((np.abs(self._pressures).max(axis=1) < largest).all())
-        self._paths: dict[tuple[int, float], WristPath] = {}
+
+    def _driven(self) -> Hashable:
+        return _driven(self._data), repr([*self._data.markers.items()]), self._step
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Positions (lanes, samples) [m]: calibration (lanes,) by name, effects in lanes."""
@@ -118,10 +122,24 @@ class HandMotion(HandPose):
             if wild:
                 step = smaller * self._step
                 parts |= self._rolled(body, pressures, gravity, scale, rows, wild, step)
+        first = self._first_joint(body)
         return Shape(
-            np.concatenate([part.places for part in parts.values()]),
-            np.concatenate([part.frames for part in parts.values()]),
+            np.concatenate([part.places[:, first:] for part in parts.values()]),
+            np.concatenate([part.frames[:, first:] for part in parts.values()]),
         )
+
+    def _first_joint(self, body: MovingBody) -> int:
+        """The first joint of a body of which a marker needs the place or the frame."""
+        chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
+        joints = [
+            body.joint_at(chain_of[marker.actuator], marker.at)
+            for marker in self._data.markers.values()
+            if marker.actuator in body.actuators
+        ]
+        return max(min(joints, default=0) - 1, 0)
+
+    def _scaled(self, whole: Hashable, at_scale: Callable[[float], Any], scale: float) -> Any:
+        return self._kept.over_scales.once(whole, ShapesOverScales).at(at_scale, scale)
 
     def _rolled(
         self,
@@ -147,9 +165,11 @@ class HandMotion(HandPose):
 
     def _path(self, index: int, step: float) -> WristPath:
         """The path of the wrist of a run in steps [s]."""
-        if (index, step) not in self._paths:
-            self._paths[index, step] = _path(self._data.runs[index], step)
-        return self._paths[index, step]
+        paths = self._kept.parts
+        if (index, step) not in paths:
+            paths[index, step] = _path(self._data.runs[index], step)
+        found: WristPath = paths[index, step]
+        return found
 
 
 def _all(data: MeasurementSet, name: str) -> Array:
@@ -192,21 +212,24 @@ def _path(run: Run, step: float) -> WristPath:
     return moved_wrist(time, pose[:, :3], pose[:, 3:], step)
 
 
+def _driven(data: MeasurementSet) -> bytes:
+    """What drives the runs of a set."""
+    names = ("time", *data.pressures, *WRIST_POSE)
+    digest = sha256()
+    for run in data.runs:
+        batch = data.specimens[run.specimen].batch
+        digest.update(repr((run.wrist_rpy, run.temperature, batch)).encode())
+        for name in names:
+            digest.update(run.columns.get(name, np.zeros(0)).tobytes())
+    return digest.digest()
+
+
 def _taken_off(data: MeasurementSet, segments: int) -> Array:
     """What finer segments and steps move predictions (samples,) [m] by, of the hand as it is
     stated; kept for sets that are driven alike.
     """
-    driven = [
-        name for name in ("time", *data.pressures, *WRIST_POSE) if name in data.runs[0].columns
-    ]
-    key = (
-        id(data.hand),  # which stays as it is while a result is kept
-        segments,
-        repr([*data.markers.items(), *(run.wrist_rpy for run in data.runs)]),
-        sha256(
-            b"".join(run.columns[name].tobytes() for run in data.runs for name in driven)
-        ).digest(),
-    )
+    markers = repr([*data.markers.items()])
+    key = id(data.hand), segments, markers, _driven(data)  # the hand stays while a result is kept
     if key not in _KEPT:
         if len(_KEPT) >= MOST_KEPT:
             del _KEPT[next(iter(_KEPT))]

@@ -4,13 +4,16 @@ contact.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices
+from model_lab.experiments.kept_bodies import KeptBodies, kept_bodies
 from model_lab.experiments.samples import modulus_scales
 from model_lab.measurements.free_frame import FreeFrame
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
@@ -71,10 +74,9 @@ class HandPose:
         self._segments = segments or data.hand_segments or HAND_SEGMENTS
         self.strained = _sections(self._hand), "pure_shear"
         self._chains = serial_chains(self._hand)
-        self._known: dict[Hashable, tuple[MovingBody, Shape | None]] = {}
-        self._body_of: dict[Hashable, MovingBody] = {}
-        self._models: dict[Hashable, ChainModel] = {}
         self._take_rows()
+        about = type(self), self._segments, self._driven()
+        self._kept: KeptBodies = kept_bodies(self._hand, about, self.most_kept)
 
     def _take_rows(self) -> None:
         """The poses, each once."""
@@ -91,6 +93,11 @@ class HandPose:
         if turned is not None:
             self._down = np.ascontiguousarray(self._down @ turned.turn)
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
+
+    def _driven(self) -> Hashable:
+        """What drives the hand in the runs: sets in which it is alike share their bodies."""
+        rows = (self._pressures, self._down, self._temperature)
+        return sha256(b"".join(one.tobytes() for one in rows)).digest(), tuple(self._batch)
 
     def _poses_of(self, run: Run, batches: list[str]) -> Array:
         """Pressures [Pa], direction down in the frame of the wrist, temperature [K], and batch of
@@ -139,7 +146,7 @@ class HandPose:
         damping, channels = damping_time(effects), self._felt(effects)[:, rows]
         lags = channel_lags(hand, effects)
         of_rubber = tuple(
-            (e.name, *e.values.values()) for e in effects if e.stage not in BESIDE_RUBBER
+            (type(e), *e.values.values()) for e in effects if e.stage not in BESIDE_RUBBER
         )
         found: dict[str, Array] = {}
         for chains in self._chains:
@@ -149,21 +156,35 @@ class HandPose:
             body = (*(self._key_of(part, effects) for part in parts), of_rubber, damping, around)
             mounts = tuple(part.mount for part in parts)
             felt = ((*shares[name], *(lags * np.sign(shares[name]))) for name in names)
-            key = (body, mounts, scale, weight, *felt, rows[0])
-            if key not in self._known:
-                self._forget()
-                if (body, mounts) not in self._body_of:
-                    models = {part.name: self._model_of(part, effects, of_rubber) for part in parts}
-                    self._body_of[body, mounts] = self._body(hand, models, damping, around)
-                acting = np.array([shares[name] for name in names]) @ channels
-                one, gravity = self._body_of[body, mounts], weight * STANDARD_GRAVITY
-                self._known[key] = (one, self._shaped(one, acting, gravity, scale, rows))
-            found.update(self._markers_of(*self._known[key], effects, len(rows)))
+            whole = (body, mounts, weight, *felt, rows[0])
+            one = self._kept.bodies.once(
+                (body, mounts),
+                partial(self._body_of, hand, parts, effects, of_rubber, damping, around),
+            )
+            acting = np.array([shares[name] for name in names]) @ channels
+            gravity = weight * STANDARD_GRAVITY
+            at_scale = partial(self._shaped, one, acting, gravity, rows=rows)
+            shape = self._kept.shapes.once(
+                (whole, scale), partial(self._scaled, whole, at_scale, scale)
+            )
+            found.update(self._markers_of(one, shape, effects, len(rows)))
         return found
 
     def _around(self, effects: Sequence[Effect]) -> Hashable:
         """What else a body's prediction depends on."""
         return ()
+
+    def _body_of(
+        self,
+        hand: HandDescription,
+        parts: Sequence[ChainDescription],
+        effects: Sequence[Effect],
+        of_rubber: Hashable,
+        damping: float,
+        around: Hashable,
+    ) -> MovingBody:
+        models = {part.name: self._model_of(part, effects, of_rubber) for part in parts}
+        return self._body(hand, models, damping, around)
 
     def _body(
         self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
@@ -174,6 +195,12 @@ class HandPose:
     def _felt(self, effects: Sequence[Effect]) -> Array:
         """Pressures (channels, samples) [Pa] of the channels as their actuators feel them."""
         return self._pressures
+
+    def _scaled(self, whole: Hashable, at_scale: Callable[[float], Any], scale: float) -> Any:
+        """The shape of a body at a scale of the modulus, of which `at_scale` gives that at any;
+        whole: all else that it depends on.
+        """
+        return at_scale(scale)
 
     def _shaped(
         self, body: MovingBody, pressures: Array, gravity: float, scale: float, rows: Indices
@@ -201,11 +228,12 @@ class HandPose:
         self, chain: ChainDescription, effects: Sequence[Effect], of_rubber: Hashable
     ) -> ChainModel:
         """The model of a chain, which does not depend on its mount."""
-        key = (self._key_of(chain, effects), of_rubber)
-        if key not in self._models:
+
+        def make() -> ChainModel:
             acting = tuple(effect for effect in effects if effect.name != "gravity")
-            self._models[key] = discretise(chain, self._segments, Model(effects=acting))
-        return self._models[key]
+            return discretise(chain, self._segments, Model(effects=acting))
+
+        return self._kept.models.once((self._key_of(chain, effects), of_rubber), make)
 
     def _markers_of(
         self, body: MovingBody, shape: Shape | None, effects: Sequence[Effect], rows: int
@@ -224,12 +252,6 @@ class HandPose:
                 else body.point(shape, chain_of[marker.actuator], marker.at, offset)
             )
         return found
-
-    def _forget(self) -> None:
-        """Drop the oldest of what is kept."""
-        for kept in (self._known, self._body_of, self._models):
-            while len(kept) >= self.most_kept:
-                del kept[next(iter(kept))]
 
 
 def turned_frame(data: MeasurementSet) -> WristFrame | None:

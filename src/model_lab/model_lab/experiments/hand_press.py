@@ -32,7 +32,7 @@ from softhand_model.motion.pressed_body import PressedBody, PressPath, press_pat
 
 PRESS_SEGMENTS, PRESS_STEP = 8, 0.05  # of an actuator; [s] at the most, in between samples
 FINE_PRESS_SEGMENTS, FINE_PRESS_STEP = 16, 0.02  # with which the error of these is taken off
-KEPT_PRESSES = 64  # of bodies in all runs
+KEPT_PRESSES = 1024  # of bodies in all runs
 _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
 
@@ -57,7 +57,6 @@ class HandPress(HandPose):
         self, data: MeasurementSet, segments: int | None = None, step: float | None = None
     ) -> None:
         self._step, self._corrected = step or PRESS_STEP, step is None
-        self._skins: dict[tuple[str, ...], Skin] = {}
         super().__init__(data, segments or data.hand_segments or PRESS_SEGMENTS)
 
     def _take_rows(self) -> None:
@@ -87,6 +86,13 @@ class HandPress(HandPose):
         self._paths = {first: _path(data.runs[first], self._step) for first in set(self._first)}
         turns = np.concatenate([_pose(run)[:, 3:] for run in data.runs])
         self._turn = np.moveaxis(matrices(turns.T), -1, 0)
+
+    def _driven(self) -> Hashable:
+        runs = tuple(
+            (_driven(self._data, run), run.temperature, self._data.specimens[run.specimen].batch)
+            for run in self._data.runs
+        )
+        return runs, self._plate.height, self._step
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Forces and torques (lanes, samples): calibration (lanes,) by name, effects in lanes."""
@@ -125,9 +131,10 @@ class HandPress(HandPose):
         self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
     ) -> MovingBody:
         chains = tuple(models)
-        if chains not in self._skins:  # which no effect changes
-            self._skins[chains] = skin_of(hand, chains, self._segments)
-        return _OnPlate(hand, models, damping, around, self._skins[chains])
+        skins = self._kept.parts
+        if chains not in skins:  # which no effect changes
+            skins[chains] = skin_of(hand, chains, self._segments)
+        return _OnPlate(hand, models, damping, around, skins[chains])
 
     def _moved(
         self, body: Any, pressures: Array, gravity: float, scale: float, rows: Indices

@@ -25,6 +25,7 @@ Step = Callable[[Array, Array], Array]
 duration (runs, 1) [s].
 """
 NO_TIME = np.zeros(1)  # [s] of a step that takes none
+USUAL_MODULUS_SCALES = (0.85, 1.15)  # of a batch, if its modulus is not what is sought
 JUMP = 1e-3  # of the usual time between samples: what is nearer belongs to a jump
 ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.experiments.forward import USUAL_MODULUS_SCALES, Forward
+from model_lab.experiments.forward import Forward
+from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import base_starts, pose_problem

@@ -162,26 +162,33 @@ class HandBody:
             factor = factor * np.concatenate(warm)
         return self._stiffness * factor[:, None]
 
+    def joint_at(self, chain: str, at: float) -> int:
+        """Number of the joint in the segment of a straight chain at a share of its length."""
+        index = min(int(at * self.segments), self.segments - 1)
+        return self.joints[chain].stop - self.segments + index
+
     def point(self, shape: Shape, chain: str, at: float, offset: Array) -> Array:
         """Positions (rows, 3) [m], in the wrist frame, of a point on a straight chain.
 
         at [-]: place along the rubber, as a share of its length. offset (3,) [m]: from the centre
-        line there, in the frame of that line. Raises ValueError for a chain of arcs.
+        line there, in the frame of that line. shape: of all joints, or of the last ones of the
+        body. Raises ValueError for a chain of arcs.
         """
         description = self._models[chain].description
         if description.turn:
             raise ValueError(f"marker: expected one on a straight chain, got the arcs of {chain}")
         edge = next(iter(description.actuators.values())).length / self.segments
         last = self.joints[chain].stop
-        index = min(int(at * self.segments), self.segments - 1)
-        share, joint = at * self.segments - index, last - self.segments + index
-        after = shape.frames[:, joint]
+        joint = self.joint_at(chain, at)
+        share = at * self.segments - (joint - last + self.segments)
+        left = joint - len(self.arrays.mass)  # counted from the last one
+        after = shape.frames[:, left]
         if joint > 0:
-            before = shape.frames[:, joint - 1] @ self.arrays.rest[joint]
+            before = shape.frames[:, left - 1] @ self.arrays.rest[joint]
         else:
             before = np.broadcast_to(self.arrays.frame @ self.arrays.rest[joint], after.shape)
         along = np.stack([before[:, :, 2], after[:, :, 2]]) * edge
-        ends = shape.places[:, joint] + np.stack([-along[0], along[1]]) / 2.0
+        ends = shape.places[:, left] + np.stack([-along[0], along[1]]) / 2.0
         place = _hermite(share, ends, along)
         if not np.any(offset):
             return place
