@@ -100,6 +100,27 @@ def test_held_out_predictions_equal_refits_for_a_linear_model():
         assert held.residual[~kept] == pytest.approx(left[~kept], abs=1e-6)
 
 
+def test_a_fold_is_not_predicted_by_parameters_at_which_the_model_has_no_result():
+    data = toy_set(np.random.default_rng(3))
+    plain = toy_forward(data)
+    best = fit(problem_of(data)[0], np.array([[0.5, 0.1]])).values[0]
+
+    class Folding(ToyForward):
+        def predict(self, values):
+            return np.where(values[:, :1] > best + 0.017, np.nan, super().predict(values))
+
+    likelihood, _ = problem_of(data, Folding(plain.x, plain.measured))
+    found = fit(likelihood, np.array([[0.5, 0.1]]))
+    held = hold_out(found)
+    assert np.isfinite(held.residual).all() and np.isfinite(held.mean_square).all()
+    fold_of = likelihood.spectrum.table.fold
+    as_of_all = [
+        held.residual[fold_of == fold] == pytest.approx(found.residual[fold_of == fold])
+        for fold in range(6)
+    ]
+    assert any(as_of_all) and not all(as_of_all)
+
+
 class Saturating(ToyForward):
     """y = 1 - exp(-a*x), of which one step from the fit of all does not reach the fit of half."""
 

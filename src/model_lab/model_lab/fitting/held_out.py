@@ -50,7 +50,7 @@ def hold_out(fit: Fit, anew: bool = False) -> HeldOut:
     if anew:
         each = [_refitted(fit, fold_of != fold) for fold in range(folds)]
         found.append(np.choose(fold_of, each))
-    residual = min(found, key=lambda rest: float(np.sum(rest**2)))
+    residual = min(found, key=lambda rest: float(np.nan_to_num(np.sum(rest**2), nan=np.inf)))
     return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
 
 
@@ -68,6 +68,7 @@ def _held_out(fit: Fit) -> tuple[Array, Array]:
         mine = fold_of == fold
         tried = np.concatenate([residuals[fold, :-1], fit.residual[None]])
         errors = np.mean(tried[:, ~mine] ** 2, axis=1)
+        errors[~np.isfinite(tried).all(axis=1)] = np.inf  # the model has no result there
         plain[mine] = tried[int(np.argmin(errors)), mine]
         weighted[mine] = residuals[fold, -1, mine]
     return plain, weighted
