@@ -352,9 +352,9 @@ class _RunReader:
         for name in self._needed():
             if name not in self._units and name not in COLUMN_WORDS:
                 raise DocumentError(
-                    f"{node.file}: columns: expected {name}, which {self._experiment} needs, got "
-                    f"{listed(self._units)}; add `{name}: {{unit: {unit_of(name) or repr('')}}}` "
-                    "with your own unit"
+                    f"{node.file}: columns: expected the column {name}, which {self._experiment} "
+                    f"needs, got {listed(self._units)}; "
+                    f"add `{name}: {{unit: {unit_of(name) or repr('')}}}` with your own unit"
                 )
         words = [
             name for name in self._needed() if name in COLUMN_WORDS and name not in self._units
