@@ -68,7 +68,7 @@ def both(settings: TrialSettings, placement: Placement) -> dict[str, tuple[bool,
 
 
 def nearby(settings: TrialSettings, placement: Placement) -> dict[str, int]:
-    """At how many of the four places around the object is gripped, by engine."""
+    """At how many of four places around its own an object is gripped, by engine."""
     x, y = placement.offset
     places = [replace(placement, offset=(x + dx, y + dy)) for dx, dy in MOVES]
     counts = {}

@@ -144,6 +144,8 @@ def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     assert (first["joints"] == again["joints"]).all()
     lines = (tmp_path / FOUR / "4" / "statics" / "results.jsonl").read_text().splitlines()
     assert len(lines) == kapandji.SMALL["starts"]
+    lines = (tmp_path / FOUR / "4" / "around" / "results.jsonl").read_text().splitlines()
+    assert len(lines) == kapandji.SMALL["around"]
     found = report(first, given)
     save_figure(kapandji, first, found, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000
