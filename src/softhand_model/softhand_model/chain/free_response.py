@@ -106,9 +106,12 @@ def _table_pressures(actuator: Actuator) -> Array:
 @lru_cache(maxsize=KEPT_TABLES)
 def _angles_without_effects(actuator: Actuator, segments: int) -> tuple[Array, Array]:
     """`segment_angles` at the pressures of a table; kept, as each simulation of a hand needs them
-    again.
+    again, so they cannot be written.
     """
-    return segment_angles(actuator, segments, _table_pressures(actuator))
+    found = segment_angles(actuator, segments, _table_pressures(actuator))
+    for one in found:
+        one.setflags(write=False)
+    return found
 
 
 @lru_cache(maxsize=KEPT_TABLES)
