@@ -72,8 +72,7 @@ class PlantPeer(Peer):
     def command(self, *masses, names=CHANNELS, **fields):
         point = JointTrajectoryPoint(positions=[float(mass) for mass in masses], **fields)
         message = JointTrajectory(joint_names=list(names), points=[point])
-        self.publish(JointTrajectory, "pneumaticbox/command", message)
-        self.spin(0.05)
+        self.deliver(JointTrajectory, "pneumaticbox/command", message)
 
     def change(self, name, value):
         """Set a parameter of the driver; why it was refused, "" when it was not."""

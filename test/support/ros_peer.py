@@ -5,6 +5,7 @@ import time
 
 import rclpy
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -68,6 +69,15 @@ class Peer:
         publisher = self._publishers[topic]
         self.wait(publisher.get_subscription_count, f"a subscriber of {topic}", limit)
         publisher.publish(message)
+        return publisher
+
+    def deliver(self, kind, topic, message, limit=PATIENCE):
+        """Publish, and wait until everybody who listens has it: a reader that has not yet
+        discovered this writer gets the message late, when it is sent again.
+        """
+        publisher = self.publish(kind, topic, message, limit)
+        if not publisher.wait_for_all_acked(Duration(seconds=limit)):
+            raise AssertionError(f"{topic}: a message did not arrive within {limit} s")
 
     def request(self, kind, service, limit=PATIENCE, **fields):
         """Call a service without waiting for the answer: a future."""

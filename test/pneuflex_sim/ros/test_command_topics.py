@@ -48,8 +48,7 @@ def message(stamp=0.0, frame="wrist", name="object", transforms=1, fade=0.0):
 
 
 def send(peer, node, text):
-    peer.publish(MultiDOFJointTrajectory, HOLD_TOPIC, text)
-    peer.spin(0.05)
+    peer.deliver(MultiDOFJointTrajectory, HOLD_TOPIC, text)
 
 
 def advance(node, duration):

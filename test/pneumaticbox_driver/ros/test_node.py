@@ -76,7 +76,7 @@ def test_unusable_messages_are_refused_whole_and_named(start, peer):
     late = JointTrajectoryPoint(positions=[0.0, 0.0])
     late.time_from_start.sec = -1
     message = JointTrajectory(joint_names=CHANNELS, points=[late])
-    peer.publish(JointTrajectory, "pneumaticbox/command", message)
+    peer.deliver(JointTrajectory, "pneumaticbox/command", message)
     peer.diagnosis("commands", "points[0].time_from_start: expected 0 s or later")
     peer.publish(JointTrajectory, "pneumaticbox/valve_schedule", JointTrajectory())
     peer.diagnosis("commands", "pneumaticbox/valve_schedule: joint_names: expected", "got none")

@@ -20,8 +20,7 @@ def schedule(peer, name, start, *events):
     points = [at(moment, positions=[float(valve)]) for moment, valve in events]
     message = JointTrajectory(joint_names=[name], points=points)
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(round(start * 1e9), 10**9)
-    peer.publish(JointTrajectory, "pneumaticbox/valve_schedule", message)
-    peer.spin(0.05)
+    peer.deliver(JointTrajectory, "pneumaticbox/valve_schedule", message)
 
 
 def mode_of(peer, name):
@@ -42,7 +41,7 @@ def test_modes_switch_at_once_and_the_air_stays_where_it_is(start, peer):
     assert (mode_of(peer, "a"), mode_of(peer, "b")) == ("pressure", "mass")
     point = JointTrajectoryPoint(effort=[30e3])
     message = JointTrajectory(joint_names=["a"], points=[point])
-    peer.publish(JointTrajectory, "pneumaticbox/command", message)
+    peer.deliver(JointTrajectory, "pneumaticbox/command", message)
     peer.run(1.5, 0.004)
     assert peer.plant.pressures[0] - 101.3e3 == pytest.approx(30e3, abs=3e3)
 
