@@ -167,6 +167,12 @@ def force_offset(plant: Plant, offset: float) -> None:
     plant.sensors.append(lambda t, y, p: y + offset)
 
 
+@law("sensor_gain", ("gain", 1.01, 1.5))
+def sensor_gain(plant: Plant, gain: float) -> None:
+    """The scale of the output's sensor is off."""
+    plant.sensors.append(lambda t, y, p: gain * y)
+
+
 @law("bend_twist_coupling", ("k45", 0.01, 0.7), signed=True)
 def bend_twist_coupling(plant: Plant, k45: float) -> None:
     """A finger that twists when it is bent sideways."""

@@ -25,6 +25,7 @@ NEW = {
     "saturation",
     "clock_offset",
     "camera_perspective",
+    "sensor_gain",
 }
 FORMS = {
     "balloon_series": "ballooning",

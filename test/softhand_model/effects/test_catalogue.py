@@ -46,6 +46,7 @@ BY_STAGE = {
     "output": {
         "angle_offset",
         "force_offset",
+        "sensor_gain",
         "angle_sensor_lag",
         "camera_perspective",
         "sensor_drift",

@@ -82,6 +82,37 @@ class ForceOffset(OutputEffect):
         return value + self.values["offset"]
 
 
+class SensorGain(OutputEffect):
+    """The scale of the output's sensor is off: y_read = gain*y, before an offset.
+
+    So read a bend sensor, a load cell or a camera that was calibrated with a wrong length. The
+    stress of a strip is left out: there it is one with the shear modulus.
+    """
+
+    name = "sensor_gain"
+    cause, member = "gain", "output sensor"
+    experiments = frozenset({"free_bending", "blocked_tip"})
+    quantity = ("tip_angle", "tip_force")
+    parameters = (
+        Parameter("gain", "", 0.2, 5.0, "reading over true value", (0.7, 1.4), neutral=1.0),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS | dict.fromkeys(
+        sorted(STRETCHED), "one with the shear modulus"
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "alike at small angles",
+        "coefficient": "one with it",
+        "pressure_gain": "one with it as far as the reading is proportional to the pressure",
+        "camera_perspective": "alike at small angles",
+        "gent_stiffening": "both change the curve at large angles",
+        "yeoh_stiffening": "both change the curve at large angles",
+    }
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Reading in the unit of the output."""
+        return value * self.values["gain"]
+
+
 class AngleSensorLag(OutputEffect):
     """The reading of the tip angle lags behind the tip: time_constant*y_read' = y - y_read.
 
