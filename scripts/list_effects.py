@@ -60,8 +60,14 @@ METHODS = {
         "file says `where`; what the whole hand has",
     ),
     "input": (
-        ("InputEffect", "chamber_pressure(pressure, memory, dt)", "delay(elapsed)"),
-        "pressure in the chamber, given the reading; by how much later it shows",
+        (
+            "InputEffect",
+            "chamber_pressure(pressure, memory, dt)",
+            "delay(elapsed)",
+            "imposed_stretch(stretch)",
+        ),
+        "pressure in the chamber, given the reading; by how much later it shows; stretch of a strip, "
+        "given the reading",
     ),
     "load": (
         (

@@ -49,7 +49,8 @@ CATALOGUE = {
     "gauge_compliance tip_friction force_offset clock_offset chamber_contact ballooning "
     "sensor_drift saturation sensor_gain",
     "uniaxial": "gent_stiffening yeoh_stiffening mooney_rivlin viscoelasticity hysteresis "
-    "mullins_softening temperature_modulus ageing creep sensor_drift saturation",
+    "mullins_softening temperature_modulus ageing creep sensor_drift saturation stress_offset "
+    "stretch_offset",
     "valve_pulse": "line_friction switching_volume pulse_bias valve_delay leakage",
     "base_torque": "bend_twist_coupling passive_layer_slack",
 }

@@ -167,6 +167,18 @@ def force_offset(plant: Plant, offset: float) -> None:
     plant.sensors.append(lambda t, y, p: y + offset)
 
 
+@law("stress_offset", ("offset", 10.0, 3e5), signed=True)
+def stress_offset(plant: Plant, offset: float) -> None:
+    """The load cell of a tension test was not tared."""
+    plant.sensors.append(lambda t, y, p: y + offset)
+
+
+@law("stretch_offset", ("offset", 3e-4, 0.2), signed=True)
+def stretch_offset(plant: Plant, offset: float) -> None:
+    """A strip is taut at another reading than 1."""
+    plant.gauge.append(lambda strain: strain + offset)
+
+
 @law("sensor_gain", ("gain", 1.01, 1.5))
 def sensor_gain(plant: Plant, gain: float) -> None:
     """The scale of the output's sensor is off."""

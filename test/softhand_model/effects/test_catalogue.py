@@ -12,7 +12,14 @@ from softhand_model.hand.section import side_wall_ratio, side_wall_term
 
 EFFECTS = effect_classes()
 BY_STAGE = {
-    "input": {"pressure_offset", "pressure_gain", "tube_lag", "dead_zone", "clock_offset"},
+    "input": {
+        "pressure_offset",
+        "pressure_gain",
+        "tube_lag",
+        "dead_zone",
+        "clock_offset",
+        "stretch_offset",
+    },
     "load": {
         "temperature_modulus",
         "section_rounding",
@@ -47,6 +54,7 @@ BY_STAGE = {
         "angle_offset",
         "force_offset",
         "sensor_gain",
+        "stress_offset",
         "angle_sensor_lag",
         "camera_perspective",
         "sensor_drift",

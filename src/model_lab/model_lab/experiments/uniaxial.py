@@ -46,7 +46,7 @@ class Uniaxial:
         modulus = [specimen.values["shear_modulus"] for specimen in specimens]
         self._modulus = np.array(modulus, float)[None, :, None]
         self.strained = SHAPELESS, mode
-        self._strain = self._rows.column("stretch") - 1.0
+        self._stretch = self._rows.column("stretch")
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Start values, by name, of the calibration parameters of a model with these effects."""
@@ -57,15 +57,14 @@ class Uniaxial:
         staged = StagedEffects(effects)
         scale = modulus_of_runs(self._data, calibration)
         modulus = self._modulus * scale * self._rows.modulus_factor(staged)
-        stress = modulus[:, self._rows.run] * imposed(
-            staged, self._mode, self._memory, self._strain
-        )
+        strain = staged.imposed_stretch(self._stretch) - 1.0
+        stress = modulus[:, self._rows.run] * imposed(staged, self._mode, self._memory, strain)
         return self._rows.reading(staged, "stress", stress)
 
 
 def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Array) -> Array:
-    """Elastic stress over the modulus, (lanes, rows, 1) [-], of rubber whose strain lambda - 1 (1,
-    rows, 1) is imposed in a mode of `effects.stages.Strain`.
+    """Elastic stress over the modulus, (lanes, rows, 1) [-], of rubber whose strain lambda - 1
+    (lanes, rows, 1) is imposed in a mode of `effects.stages.Strain`.
     """
 
     def step(strain: Array, dt: Array) -> Array:

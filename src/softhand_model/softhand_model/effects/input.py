@@ -1,4 +1,6 @@
-"""Input effects: which pressure acts in the chamber, given the reading of the pressure sensor."""
+"""Input effects: which pressure acts in the chamber, or which stretch in a strip, given the reading
+of its sensor.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +14,7 @@ from softhand_model.effects.effect import (
     BENDING,
     NO_PRESSURE,
     POSED,
+    STRETCHED,
     Parameter,
     unseen_when_stretched,
 )
@@ -43,6 +46,40 @@ class PressureOffset(InputEffect):
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
         """Pressure [Pa] in the chamber."""
         return pressure - self.values["offset"]
+
+
+class StretchOffset(InputEffect):
+    """The stretch of a test of the rubber is not 1 where the rubber is free: lambda_read = lambda +
+    offset.
+
+    A strip that was clamped slack has a positive offset, and bears nothing until it is taut; one
+    that was clamped under tension has a negative one.
+    """
+
+    name = "stretch_offset"
+    cause, member = "offset", "stretch"
+    experiments = STRETCHED
+    parameters = (
+        Parameter(
+            "offset",
+            "",
+            -0.5,
+            0.5,
+            "reading, less 1, at which the rubber becomes taut",
+            (-0.06, 0.06),
+            neutral=0.0,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        sorted(BENDING), "no stretch is measured"
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "alike at large stretches, where the stress grows in proportion"
+    }
+
+    def imposed_stretch(self, stretch: Array) -> Array:
+        """Stretch [-] of the rubber; a slack strip bears nothing."""
+        return np.maximum(stretch - self.values["offset"], np.minimum(stretch, 1.0))
 
 
 class PressureGain(InputEffect):

@@ -82,6 +82,40 @@ class ForceOffset(OutputEffect):
         return value + self.values["offset"]
 
 
+class StressOffset(OutputEffect):
+    """The load cell of a test of the rubber shows the same stress too much or too little in all
+    samples, as when it was not tared: y_read = y + offset.
+    """
+
+    name = "stress_offset"
+    cause, member = "offset", "stress"
+    experiments = STRETCHED
+    quantity = "stress"
+    parameters = (
+        Parameter(
+            "offset",
+            "Pa",
+            -1e7,
+            1e7,
+            "reading without stress",
+            (-1e4, 1e4),
+            neutral=0.0,
+            relative=("output", -0.1, 0.1),
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("free_bending", "blocked_tip"), "no stress is measured"
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "stretch_offset": "alike at small stretches, as far as the stress is proportional to them"
+    }
+    rank = 1
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Reading [Pa]."""
+        return value + self.values["offset"]
+
+
 class SensorGain(OutputEffect):
     """The scale of the output's sensor is off: y_read = gain*y, before an offset.
 

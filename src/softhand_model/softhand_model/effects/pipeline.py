@@ -81,6 +81,12 @@ class StagedEffects:
             read = effect.chamber_pressure(read, self.memory[effect.name], dt)
         return read
 
+    def imposed_stretch(self, read: Array) -> Array:
+        """Stretch [-] of the rubber of a strip, given its reading [-]."""
+        for effect in self.input:
+            read = effect.imposed_stretch(read)
+        return read
+
     def modulus_factor(self, temperature: Array) -> Array | float:
         """Shear modulus over its nominal value at a temperature [K]."""
         factor: Array | float = 1.0

@@ -121,7 +121,7 @@ class Strain:
 
 
 class InputEffect(Effect):
-    """Effects on the pressure in the chamber."""
+    """Effects on what drives: the pressure in the chamber, or the stretch of a strip."""
 
     stage: ClassVar[str] = "input"
 
@@ -136,6 +136,10 @@ class InputEffect(Effect):
         the start of the run; negative if it comes earlier.
         """
         return 0.0
+
+    def imposed_stretch(self, stretch: Array) -> Array:
+        """Stretch [-] of the rubber of a strip, from its reading [-]."""
+        return stretch
 
 
 class LoadEffect(Effect):
