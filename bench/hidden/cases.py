@@ -44,10 +44,10 @@ CATALOGUE = {
     "free_bending": "gent_stiffening yeoh_stiffening viscoelasticity tube_lag hysteresis "
     "mullins_softening pressure_offset dead_zone section_rounding temperature_modulus gravity "
     "thick_wall actuation_nonlinearity angle_offset angle_sensor_lag clock_offset "
-    "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation sensor_gain",
+    "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation angle_gain",
     "blocked_tip": "pressure_offset pressure_gain tube_lag dead_zone section_rounding "
     "gauge_compliance tip_friction force_offset clock_offset chamber_contact ballooning "
-    "sensor_drift saturation sensor_gain",
+    "sensor_drift saturation",
     "uniaxial": "gent_stiffening yeoh_stiffening mooney_rivlin viscoelasticity hysteresis "
     "mullins_softening temperature_modulus ageing creep sensor_drift saturation stress_offset "
     "stretch_offset",

@@ -37,7 +37,7 @@ VALUES = {
     "ogden": {"exponent": 4.0},
     "saturation": {"limit": 0.8},
     "second_invariant": {"ratio": 2.0},
-    "sensor_gain": {"gain": 0.85},
+    "angle_gain": {"gain": 0.85},
     "sensor_drift": {"rate": 0.1, "settling_time": 100.0, "per_run": 0.0},
     "yeoh_third_order": {"c3": 0.05},
     "mullins_softening": {"softening": 0.3, "stretch_scale": 0.2},

@@ -179,8 +179,8 @@ def stretch_offset(plant: Plant, offset: float) -> None:
     plant.gauge.append(lambda strain: strain + offset)
 
 
-@law("sensor_gain", ("gain", 1.01, 1.5))
-def sensor_gain(plant: Plant, gain: float) -> None:
+@law("angle_gain", ("gain", 1.01, 1.5))
+def angle_gain(plant: Plant, gain: float) -> None:
     """The scale of the output's sensor is off."""
     plant.sensors.append(lambda t, y, p: gain * y)
 

@@ -25,7 +25,7 @@ NEW = {
     "saturation",
     "clock_offset",
     "camera_perspective",
-    "sensor_gain",
+    "angle_gain",
 }
 FORMS = {
     "balloon_series": "ballooning",

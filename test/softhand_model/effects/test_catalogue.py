@@ -53,7 +53,7 @@ BY_STAGE = {
     "output": {
         "angle_offset",
         "force_offset",
-        "sensor_gain",
+        "angle_gain",
         "stress_offset",
         "angle_sensor_lag",
         "camera_perspective",

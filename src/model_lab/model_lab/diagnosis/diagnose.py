@@ -19,6 +19,7 @@ from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.next_experiment import proposal
+from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -90,8 +91,9 @@ def diagnose(
     is left.
 
     First it looks for slips (mistakes in how the data are stated) and for events in the series of
-    runs; what it finds is taken out of the data. Long recordings are thinned. Effects of the model
-    that have standard errors are fitted again, the others stay as they are.
+    runs; what it finds is taken out of the data. Where the set stays unexplained and the error goes
+    with the specimen, each specimen is given a modulus of its own. Long recordings are thinned.
+    Effects of the model that have standard errors are fitted again, the others stay as they are.
 
     Args:
         data: the measurement set.
@@ -106,6 +108,31 @@ def diagnose(
     """
     use_processes(jobs)
     known = effect_classes() if classes is None else classes
+    options = _Options(known, seed, jobs, tell)
+    outcome = _diagnosed(data, model, options, tell_first)
+    batches = may_differ(data, outcome.diagnosis)
+    if not batches:
+        return outcome
+    parted = _diagnosed(with_batches(data, batches), model, options, tell_no_first)
+    told = with_own_moduli(data, outcome.diagnosis, batches, parted.diagnosis)
+    return outcome if told is None else replace(parted, diagnosis=told)
+
+
+@dataclass(frozen=True)
+class _Options:
+    """How to search: arguments of `diagnose`."""
+
+    classes: Mapping[str, type[Effect]]
+    seed: int
+    jobs: int
+    tell: Tell
+
+
+def _diagnosed(
+    data: MeasurementSet, model: Model, options: _Options, tell_first: TellFirst
+) -> Outcome:
+    """The diagnosis of a set with the batches that it states; raises ValueError as `diagnose`."""
+    known, seed, jobs, tell = options.classes, options.seed, options.jobs, options.tell
     checked = find_all_slips(data, model, known, tell)
     why_not = outside(checked.data, model.base)
     if why_not is not None:

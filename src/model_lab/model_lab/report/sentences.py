@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from model_lab.diagnosis.own_moduli import OWN_MODULI
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -87,11 +88,16 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     The data fit if pressure is psi, not kPa as stated
     """
     fit = "fit" if whole else "fit better"
-    return [
-        f"The data {fit} if {slip.column} is {slip.fits}, not {slip.said} as stated"
-        f"{_besides(slip)}: the error falls from {display.shown(slip.rmse_before)} to "
-        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}{_or_else(slip)}"
+    claims = [
+        f"The specimens of a batch differ: the data {fit} if each has its own modulus, {slip.fits}"
+        if slip.name == OWN_MODULI
+        else f"The data {fit} if {slip.column} is {slip.fits}, not {slip.said} as stated"
         for slip in slips
+    ]
+    return [
+        f"{claim}{_besides(slip)}: the error falls from {display.shown(slip.rmse_before)} to "
+        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}{_or_else(slip)}"
+        for claim, slip in zip(claims, slips, strict=True)
     ]
 
 

@@ -86,7 +86,7 @@ class PressureGain(InputEffect):
     """The pressure sensor's scale is off: p_read = gain*p (after `pressure_offset`).
 
     Bending depends on p/G. So there it only shows as far as the calibration of G cannot imitate it;
-    in forces of a blocked tip it always shows.
+    in forces of a blocked tip it always shows, and is one with the scale of the force gauge.
     """
 
     name = "pressure_gain"

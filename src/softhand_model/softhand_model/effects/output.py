@@ -116,34 +116,33 @@ class StressOffset(OutputEffect):
         return value + self.values["offset"]
 
 
-class SensorGain(OutputEffect):
-    """The scale of the output's sensor is off: y_read = gain*y, before an offset.
+class AngleGain(OutputEffect):
+    """The scale of the angle's sensor is off: y_read = gain*y, before an offset.
 
-    So read a bend sensor, a load cell or a camera that was calibrated with a wrong length. The
-    stress of a strip is left out: there it is one with the shear modulus.
+    So read a bend sensor, or a camera that was calibrated with a wrong length.
     """
 
-    name = "sensor_gain"
-    cause, member = "gain", "output sensor"
-    experiments = frozenset({"free_bending", "blocked_tip"})
-    quantity = ("tip_angle", "tip_force")
+    name = "angle_gain"
+    cause, member = "gain", "angle sensor"
+    experiments = frozenset({"free_bending"})
+    quantity = "tip_angle"
     parameters = (
         Parameter("gain", "", 0.2, 5.0, "reading over true value", (0.7, 1.4), neutral=1.0),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS | dict.fromkeys(
-        sorted(STRETCHED), "one with the shear modulus"
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("blocked_tip", "uniaxial", "rubber"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "alike at small angles",
         "coefficient": "one with it",
-        "pressure_gain": "one with it as far as the reading is proportional to the pressure",
+        "pressure_gain": "one with it as far as the angle is proportional to the pressure",
         "camera_perspective": "alike at small angles",
         "gent_stiffening": "both change the curve at large angles",
         "yeoh_stiffening": "both change the curve at large angles",
     }
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading in the unit of the output."""
+        """Reading [rad]."""
         return value * self.values["gain"]
 
 

@@ -1,0 +1,93 @@
+"""Fingers of one batch that differ: what a diagnosis says of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from model_lab.bench.synthesize import synthesize
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.experiments.forward import Forward
+from model_lab.report.sentences import verdict_sentence
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import Model
+
+FEW = ("gent_stiffening", "thick_wall", "angle_offset", "sensor_drift")
+STIFFER = 1.06  # the thick finger than stated
+
+
+@pytest.fixture(scope="module")
+def classes():
+    return {name: effect_classes()[name] for name in FEW}
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """A set of a thin and a thick finger of one batch, each mounted in two ways; nothing hidden."""
+    return synthesize("free_bending", 2, False).data
+
+
+def readings(data, change):
+    """The set with tip angles that `change` makes of each run and its angles."""
+    runs = tuple(
+        replace(run, columns={**run.columns, "tip_angle": change(run, run.columns["tip_angle"])})
+        for run in data.runs
+    )
+    return replace(data, runs=runs)
+
+
+def stiffened(data, factor, *effects):
+    """The set of thick fingers that are stiffer by a factor than stated, with effects besides; the
+    noise is that of the set.
+    """
+    thick = {name: one for name, one in data.specimens.items() if name.startswith("thick")}
+    stiffer = {
+        name: replace(
+            one, values={**one.values, "shear_modulus": factor * one.values["shear_modulus"]}
+        )
+        for name, one in thick.items()
+    }
+    true = replace(data, specimens={**data.specimens, **stiffer})
+    more = predicted(true, effects) - predicted(data, ())
+    starts = np.cumsum([run.samples for run in data.runs])[:-1]
+    of_runs = dict(zip((run.name for run in data.runs), np.split(more, starts), strict=True))
+    return readings(data, lambda run, angle: angle + of_runs[run.name])
+
+
+def predicted(data, effects):
+    forward = Forward(data, "pneuflex", (), effects, {})
+    return forward.predict(forward.start()[None])[0]
+
+
+def test_fingers_of_a_batch_that_differ_are_told_with_their_moduli(clean, classes):
+    found = diagnose(stiffened(clean, STIFFER), Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.verdict_mended) == ("slip", "adequate")
+    (slip,) = found.slips
+    assert slip.name == "batch"
+    scales = found.calibration["modulus_scale"]
+    assert set(scales) == {"thin", "thick_base_up"}  # the first of each that has runs
+    assert scales["thick_base_up"] / scales["thin"] == pytest.approx(STIFFER, abs=0.02)
+    assert "thick: {batch: thick_base_up}" in slip.mend
+    assert slip.rmse_after < 0.6 * slip.rmse_before
+    assert verdict_sentence(found).startswith("The specimens of a batch differ: the data fit if")
+
+
+def test_an_effect_is_named_beside_fingers_that_differ(clean, classes):
+    data = stiffened(clean, 1.12, classes["gent_stiffening"](jm=4.0))
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.verdict_mended) == ("slip", "effects_missing")
+    assert [slip.name for slip in found.slips] == ["batch"]
+    assert [effect.name for effect in found.effects] == ["gent_stiffening"]
+
+
+def test_a_finger_with_another_curve_stays_unexplained(clean, classes):
+    def bent(run, angle):
+        return angle + 0.15 * np.sin(6.0 * angle) * run.specimen.startswith("thick")
+
+    found = diagnose(readings(clean, bent), Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.slips) == ("unexplained", ())
+
+
+def test_fingers_alike_are_not_parted(clean, classes):
+    found = diagnose(clean, Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.slips) == ("adequate", ())
