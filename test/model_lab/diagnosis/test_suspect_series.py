@@ -25,6 +25,7 @@ SECTION = {
     name: effect_classes()[name]
     for name in ("ageing", "section_rounding", "thick_wall", "gent_stiffening", "dead_zone")
 }
+SOFTENING = {"mullins_softening": effect_classes()["mullins_softening"]}
 FEW = ("mullins_softening", "ageing", "gent_stiffening", "viscoelasticity")
 
 
@@ -83,7 +84,7 @@ def test_exchanged_outputs_are_named_and_the_rest_is_diagnosed(clean, classes):
 
 def test_an_effect_with_memory_wins_over_an_event(classes):
     """The first run of a strip that softens is unlike its repeat."""
-    made = synthesize("uniaxial", 2, True)
+    made = synthesize("uniaxial", 2, True, SOFTENING)
     assert [effect["name"] for effect in made.truth["effects"]] == ["mullins_softening"]
     found = diagnose(made.data, Model("pneuflex"), classes).diagnosis
     assert found.verdict == "effects_missing"
@@ -133,7 +134,7 @@ def test_rubber_that_tires_is_not_told_as_an_effect_of_the_section(grown):
 
 
 def test_an_effect_is_named_beside_an_event(classes):
-    made = synthesize("uniaxial", 2, True)
+    made = synthesize("uniaxial", 2, True, SOFTENING)
     data = rig.slipped_winding(made.data, SEVENTH, 0.09)
     found = diagnose(data, Model("pneuflex"), classes).diagnosis
     assert found.verdict == "effects_missing"

@@ -15,12 +15,13 @@ from model_lab.report.floor_sentences import floor_sentence, ladder_sentence
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
+SOFTENING = {"mullins_softening": effect_classes()["mullins_softening"]}
 FEW = ("mullins_softening", "gent_stiffening", "pressure_offset")
 SEVENTH = 6  # index of the first run of the second half
 SETS = {
     "clean": lambda: synthesize("uniaxial", 2, False).data,
     "effect": lambda: synthesize("free_bending", 3, True).data,
-    "softening": lambda: synthesize("uniaxial", 2, True).data,
+    "softening": lambda: synthesize("uniaxial", 2, True, SOFTENING).data,
     "event": lambda: rig.slipped_winding(synthesize("uniaxial", 2, False).data, SEVENTH, 0.09),
 }
 REASONS = {"event": ("events",)}
@@ -55,9 +56,9 @@ def test_a_floor_that_a_better_model_lowers_keeps_that_of_the_model_as_it_is():
 
 
 def test_a_ladder_says_whose_floor_it_prints():
-    data = synthesize("uniaxial", 2, True).data
+    data = synthesize("uniaxial", 2, True, SOFTENING).data
     found = diagnose(
-        data, Model("pneuflex"), {"mullins_softening": effect_classes()["mullins_softening"]}
+        data, Model("pneuflex"), SOFTENING
     )
     values = {name: e.value for name, e in found.diagnosis.effects[0].parameters.items()}
     better = Model("pneuflex", effects=(effect_classes()["mullins_softening"](**values),))
