@@ -184,7 +184,7 @@ class SegmentResponse:
         curvature = free_curvature(self._stepped, chamber, shape, dt)
         if not self._stepped.settled:
             raise NoEquilibriumError(
-                f"the effects {', '.join(staged.memory)} leave no equilibrium of the rubber at "
+                f"under the effects {', '.join(staged.memory)} the rubber has no equilibrium at "
                 f"{float(np.max(chamber)):.4g} Pa"
             )
         return np.sum(self._weight * curvature, axis=-1)
