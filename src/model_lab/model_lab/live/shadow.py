@@ -1,5 +1,5 @@
-"""Shadow of a running hand: where its fingertips would be at rest under a model, and what a
-difference from the measured ones means.
+"""Shadow of a running hand: where a model says that its fingertips would be at rest, and what a
+difference from the measured positions means.
 """
 
 from __future__ import annotations

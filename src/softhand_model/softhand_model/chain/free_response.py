@@ -34,7 +34,9 @@ NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a differenc
 
 
 class NoEquilibriumError(RuntimeError):
-    """Nothing balances the load of the rubber's sections, or the weight of a hand."""
+    """There is no equilibrium: nothing balances the load of the rubber's sections, or the weight of
+    a hand.
+    """
 
 
 class RestTable:

@@ -184,7 +184,7 @@ def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
     """The map of an object's trials; None unless their cells are a grid of more than one cell, in
     even steps, and each replicate has a verdict in every cell.
 
-    If there are no jittered replicates, the trials without jitter stand in for them, and the other
+    If there are no jittered replicates, the trials without jitter are used as such, and the other
     way round.
 
     >>> def trial(x, outcome):
