@@ -80,8 +80,8 @@ class _Builder:
                 self.low, self.high, self.moved = low + shift, high + shift, float(moved)
                 return
         raise ValueError(
-            f"plate: it meets the actuators of {hand.name} wherever it is put, up to "
-            f"{FARTHEST_PLACE:g} mm behind its place; make it smaller in the hand's file"
+            f"plate: it overlaps the actuators of {hand.name} in its place and everywhere up to "
+            f"{FARTHEST_PLACE:g} mm behind it; make it smaller in the hand's file"
         )
 
     def pad(self, chain: ChainDescription, back: float | None = None) -> tuple[Array, Array]:
