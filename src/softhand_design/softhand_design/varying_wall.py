@@ -5,12 +5,12 @@ stiffness, at every place of its own. At each station rules 1 and 2 (3.6.1) are 
 the side walls (3.35). Modulus, wall and side walls cancel in their product: stiffness times
 actuation ratio is (c/4)**3/2, so that c is known before the wall.
 
-Ours is how a section becomes one that can be cast. Where c falls to nothing, as at the tip of P10,
-height and width follow (c/4)**3 over its largest value down to `CAST_SHARE` of it, by the roots of
-P10 (7.3) or by a required aspect; the chamber is at least as high as its wall is thick; wall, and
-with an aspect height and width, grow no steeper than `LARGEST_SLOPE`, by which jumps are smoothed.
-The circumference is that of the section that is cast, but with P10's tapers that of the
-requirements, as the thesis has it.
+The thesis does not say how such a section is cast; these rules are ours. Where c falls to nothing,
+as at the tip of P10, height and width follow (c/4)**3 over its largest value, but not below
+`CAST_SHARE` of that, by the roots of P10 (7.3) or by a required aspect. The chamber is at least as
+high as its wall is thick. The wall, and with an aspect also height and width, grow no steeper than
+`LARGEST_SLOPE`, which smooths jumps. The circumference is that of the cast section; with P10's
+tapers it is the required one, as in the thesis.
 """
 
 from __future__ import annotations
@@ -123,13 +123,13 @@ def _refuse_walls(wanted: Requirements) -> None:
     x = stations(wanted.length)
 
     def spare(factor: float) -> Array:
-        """Height of the chamber over the least, less 1, at so many times the ratio."""
+        """Height of the chamber over LEAST_CHAMBER, minus 1, at `factor` times the ratio."""
         other = _scaled(wanted, factor)
         height, width = _outer(other, x)
         return (height - _wall(other, x, height, width)) / LEAST_CHAMBER - 1.0
 
     def thick(factor: float) -> Array:
-        """Wall over the thinnest one, less 1, at so many times the ratio."""
+        """Wall over LEAST_WALL, minus 1, at `factor` times the ratio."""
         other = _scaled(wanted, factor)
         return _wall(other, x, *_outer(other, x)) / LEAST_WALL - 1.0
 
@@ -148,7 +148,7 @@ def _refuse_side_share(wanted: Requirements) -> None:
     x = stations(wanted.length)
 
     def thick(share: float) -> float:
-        """Least side wall over the thinnest one, less 1, where the width does not limit it."""
+        """Smallest side wall over LEAST_WALL, minus 1, where the width does not limit it."""
         other = replace(wanted, side_share=share)
         wall = _wall(other, x, *_outer(other, x))
         return share * float(wall.min()) / LEAST_WALL - 1.0

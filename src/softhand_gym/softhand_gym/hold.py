@@ -1,4 +1,4 @@
-"""Judges an episode, which has no phases: any hold counts that the judge of strategies would count.
+"""Judges an episode. As it has no phases, any hold counts that meets the criteria for strategies.
 
 A hold begins when the hand alone has the object at the height to be lifted to. If the object slips,
 turns or sinks, the next hold begins anew. Criteria are those of `grasp_strategies.judging.judge`.

@@ -1,4 +1,4 @@
-"""What the numbers of actions and observations stand for."""
+"""The meaning of the numbers in actions and observations."""
 
 from __future__ import annotations
 

@@ -219,7 +219,7 @@ def _refused_pose(message: Any) -> str:
     try:
         place, turn = np.array(message.position, float), np.array(message.wxyz, float)
     except (TypeError, ValueError):
-        return "handle: expected numbers, got others"
+        return "handle: expected numbers, got something else"
     if place.shape != (3,) or not (np.abs(place) <= WRIST_REACH).all():
         return f"handle: expected a place within {WRIST_REACH:g} m of 0 along x, y, z, got {place}"
     if turn.shape != (4,) or not abs(math.hypot(*turn) - 1.0) <= HANDLE_LENGTH_ERROR:

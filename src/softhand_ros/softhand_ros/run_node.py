@@ -28,7 +28,7 @@ TERMINATION_LIMIT = 1.7  # wall time from SIGTERM to the end of the process, wit
 
 
 class Closing(Protocol):
-    """A node, or an object that owns one."""
+    """What `run_node` runs: a node, or an object that owns one."""
 
     def close(self) -> None:
         """Bring the device into a safe state and destroy the node."""

@@ -124,7 +124,7 @@ def test_a_refused_message_is_named_for_a_while_and_counted(watch):
 
 def test_a_model_that_has_no_equilibrium_is_an_error(watch):
     watch.take(compared(1.0, 0.5), 0.0)
-    watch.fail("the effects bad leave no equilibrium of the rubber at 5e+04 Pa", 0.0)
+    watch.fail("under the effects bad the rubber has no equilibrium at 5e+04 Pa", 0.0)
     assert reports(watch, 1.0)["model"].level == Level.ERROR
     assert "5e+04 Pa" in reports(watch, 1.0)["model"].message
     assert reports(watch, 1.0)["finger"].values["samples"] == "0"

@@ -177,7 +177,7 @@ class Falling(ElasticEffect):
         return 0.1 * np.tanh(stress)
 """
     chain = chain_with(tmp_path, source, "falling")
-    with pytest.raises(RuntimeError, match="falling leave no equilibrium"):
+    with pytest.raises(RuntimeError, match="falling the rubber has no equilibrium"):
         tip(chain)
 
 

@@ -257,12 +257,18 @@ def put_last(document):
         ),
         (
             set_in("chains", "right", "web", "chains", value=2),
-            "left.web.chains: expected a number that divides the chains side by side with this "
-            "web, of which there are 2, got 3",
+            "left.web.chains: expected a divisor of 2, the number of chains side by side that have "
+            "this web, got 3",
         ),
-        (lambda document: document["chains"]["middle"].pop("web"), "there are 1, got 3"),
+        (
+            lambda document: document["chains"]["middle"].pop("web"),
+            "expected a divisor of 1, the number of chains",
+        ),
         (turned_away, "left.web.chains"),
-        (set_in("chains", "right", "mount", "parent", value="left"), "there are 2, got 3"),
+        (
+            set_in("chains", "right", "mount", "parent", value="left"),
+            "expected a divisor of 2, the number of chains",
+        ),
     ],
 )
 def test_mesh_and_pairs_that_cannot_be_are_named(tmp_path, change, message):

@@ -109,7 +109,7 @@ def test_in_the_air_it_feels_but_the_lever_of_its_weight():
 
 def test_a_step_that_the_rounds_do_not_bring_to_rest_has_no_result():
     pressures = np.where(TIME < 1.0, 0.0, 35e3)[None]  # the only joint turns by 3 rad at once
-    with pytest.raises(NoEquilibriumError, match="in the last round of a step"):
+    with pytest.raises(NoEquilibriumError, match="in the last iteration of a step"):
         way = path(start=0.4, end=0.4, slide=0.0, step=0.05)
         body(1).press([way], [TIME], [pressures], 0.0, FRICTION)
 

@@ -38,9 +38,17 @@ def write(tmp_path):
         ("[-1, 1]", "[1, 1]", "variables.x: expected low and high"),
         ("sampler: cma", "sampler: best", "sampler: expected one of cma, tpe, random"),
         ("evaluations: 40", "evaluations: 0", "evaluations: expected a whole number from 1"),
-        ("seed: 3", "start: {z: 1}", "start: z: expected a variable"),
-        ("seed: 3", "start: {x: 1.5}", "start: x: expected a variable within its range"),
-        ("seed: 3", "start: [{x: 1}, {x: 1.5}]", "start: x: expected a variable within its range"),
+        ("seed: 3", "start: {z: 1}", "start: z: expected the name of a variable"),
+        (
+            "seed: 3",
+            "start: {x: 1.5}",
+            "start: x: expected the name of a variable and a value within",
+        ),
+        (
+            "seed: 3",
+            "start: [{x: 1}, {x: 1.5}]",
+            "start: x: expected the name of a variable and a value within",
+        ),
         ("seed: 3", "enough: little", "enough: expected"),
         ("seed: 3", "generation: 2", "sampler: cma: expected 2 or more variables"),
         ("seed: 3", "sed: 3", "only the keys"),
@@ -63,7 +71,9 @@ def test_one_start_several_and_none_are_read(write):
 
 
 def test_code_of_other_modules_is_run_only_when_it_is_allowed(write):
-    with pytest.raises(ValueError, match="whose code would be run; --allow-objectives runs it"):
+    with pytest.raises(
+        ValueError, match="whose code would be run; if you trust it: --allow-objectives"
+    ):
         load_problem(write())
     assert load_problem(write(), allow_any=True).name == "bowl"
 

@@ -103,7 +103,7 @@ def test_an_empty_map_has_no_area_and_no_centre():
 
 def test_maps_of_other_shapes_than_their_axes_are_refused():
     region = np.zeros((21, 20), bool)
-    with pytest.raises(ValueError, match=r"expected once \(21, 21\)"):
+    with pytest.raises(ValueError, match=r"expected `once` of shape \(21, 21\)"):
         of(region)
 
 

@@ -1,8 +1,8 @@
 """Names, actions and time of the markers in a serialised visualization_msgs/MarkerArray.
 
 rclpy makes Python objects of every point and colour of the contacts, which takes 0.25 ms for four
-pairs of bodies; a strategy wants to know who touches whom. What lies between is passed over. Layout
-of the bytes: CDR, OMG Common Object Request Broker Architecture 3.0, section 15.3.
+pairs of bodies; a strategy needs only who touches whom, and the rest of the bytes is skipped.
+Layout of the bytes: CDR, OMG Common Object Request Broker Architecture 3.0, section 15.3.
 """
 
 from __future__ import annotations

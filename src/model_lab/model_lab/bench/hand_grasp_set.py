@@ -1,4 +1,6 @@
-"""A planned set of a hand that grasps: down beside an object, closing by air, up, and holding."""
+"""A planned set of grasps: the wrist goes down beside an object, air closes the hand, and the wrist
+goes up and holds.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +40,11 @@ MADE_WITH = Engine(segments=7, step=0.001)  # a synthesised hand
 
 @dataclass(frozen=True)
 class Grasp:
-    """A wrist that is turned by `turn` [rad] more and displaced by `beside` (3,) [m], `air` [-] of
-    the usual masses, a way `slide` [m] along the table before the hand closes, and `shake` [m] to
-    and fro while it holds.
+    """One planned grasp, stated by its differences from the usual one.
+
+    turn [rad]: additional rotation of the wrist about the vertical. beside (3,) [m]: displacement
+    of the wrist. air [-]: factor on the usual air masses. slide [m]: distance along the table
+    before the hand closes. shake [m]: how far the wrist moves to and fro while the hand holds.
     """
 
     turn: float = 0.0
@@ -63,8 +67,10 @@ GRASPS = {
 def hand_grasp_set(
     random: np.random.Generator, thing: str = "cylinder", repeats: str = "ab"
 ) -> MeasurementSet:
-    """RBO Hand 2 with nothing measured yet, and the object where it starts: repeats of six grasps
-    of a lying cylinder.
+    """A planned set, without measurements: RBO Hand 2 grasps a lying object in six ways.
+
+    random: draws where the object starts in each run. thing: object, by name or file. repeats: a
+    letter for each repeat.
     """
     hand = load_hand("rbo_hand_2")
     time = np.arange(round(GRASP_RATE * GRASP_DURATION) + 1) / GRASP_RATE
@@ -120,9 +126,10 @@ def grasped(
     effects: tuple[Effect, ...],
     engine: Engine = MADE_WITH,
 ) -> Array:
-    """What a hand of a modulus `scale` [-] times as large really does (samples,) [N], with its
-    weight: it is cut otherwise than the lab's, and simulated in shorter steps, or by another
-    `engine`.
+    """Simulated outputs (samples,) [N] of a planned set, used as its measurements.
+
+    The hand has `scale` [-] times the stated modulus, its weight, and these effects. It is cut into
+    other segments than in the lab, and simulated in shorter steps or by another `engine`.
     """
     weight = effect_classes()["gravity"](mass_scale=1.0)
     return simulated(empty, [*effects, weight], scale, engine)

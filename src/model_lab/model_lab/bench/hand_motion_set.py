@@ -101,8 +101,8 @@ def wrist_course(protocol: Protocol, time: Array) -> Array:
 
 def moved_hand(empty: MeasurementSet, scale: float, effects: tuple[Effect, ...]) -> Array:
     """True positions (samples,) [m] of the markers of a hand with `scale` [-] times the stated
-    modulus, with weight and effects. The chains are cut otherwise than in the lab, and time steps
-    are ten times shorter.
+    modulus, with weight and effects. The chains are cut into other segments than in the lab, and
+    time steps are ten times shorter.
     """
     data = replace(empty, runs=empty.runs[: len(HAND_MOTIONS)])
     model = HandMotion(data, MADE_SEGMENTS, MADE_STEP)

@@ -29,8 +29,10 @@ PRESS_FRICTION = 0.3  # of rubber on a smooth plate: on a rough one fingertips c
 
 @dataclass(frozen=True)
 class Press:
-    """A wrist that goes from one height [m] to another, then slides by x and y [m]; tilt [rad]
-    about its own z, and gauge pressures [Pa] of the channels, the first for all others.
+    """One planned press: the wrist goes from height `start` to height `end` [m], then slides.
+
+    pressures: gauge pressures [Pa] of the channels, constant in the run. slide: distances along x
+    and y [m]. tilt [rad]: rotation of the wrist about its own z.
     """
 
     pressures: tuple[float, ...]
@@ -51,7 +53,7 @@ PRESSES = {
 
 
 def hand_press_set(name: str = "rbo_hand_2") -> MeasurementSet:
-    """A hand with nothing measured yet: two repeats of six protocols."""
+    """A planned set of presses, without measurements: two repeats of six protocols."""
     hand = load_hand(name)
     time = np.arange(round(PRESS_RATE * PRESS_DURATION) + 1) / PRESS_RATE
     zeros = {column: np.zeros(len(time)) for column in WRENCH_COLUMNS}
@@ -86,8 +88,10 @@ def _eased(share: Array) -> Array:
 
 
 def pressed_hand(empty: MeasurementSet, scale: float, effects: tuple[Effect, ...]) -> Array:
-    """What a hand of a modulus `scale` [-] times as large really does (samples,) [N], with its
-    weight: it is cut otherwise than the lab's, and followed in shorter steps.
+    """Simulated outputs (samples,) [N] of a planned set, used as its measurements.
+
+    The hand has `scale` [-] times the stated modulus, its weight, and these effects. It is cut into
+    other segments than in the lab, and simulated in shorter steps.
     """
     weight = effect_classes()["gravity"](mass_scale=1.0)
     calibration = {f"modulus_scale[{empty.specimens['h1'].batch}]": np.array([scale])}

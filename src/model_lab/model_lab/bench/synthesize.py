@@ -163,7 +163,9 @@ class _Rig:
         self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
 
     def hidden_effect(self, classes: Mapping[str, type[Effect]], tell: Tell) -> Effect:
-        """An effect that changes the readings by so many noise floors, unlike the calibration."""
+        """A random effect that changes the readings, beyond what the calibration can imitate, by a
+        number of noise floors within EFFECT_OVER_NOISE.
+        """
         able = [
             effect
             for effect in self._at_places(classes).values()
@@ -186,7 +188,7 @@ class _Rig:
                 return effect
         raise ValueError(
             f"effects: expected one that shows in {self.empty.experiment}, "
-            f"got {', '.join(sorted(classes)) or 'none'}; less noise shows more"
+            f"got {', '.join(sorted(classes)) or 'none'}; try it with less noise"
         )
 
     def _at_places(self, classes: Mapping[str, type[Effect]]) -> Mapping[str, type[Effect]]:

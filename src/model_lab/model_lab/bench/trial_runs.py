@@ -1,7 +1,8 @@
 """Trial runs that could be measured next, within the limits of a set's bench, one change at a time.
 
-A change is another mount, a warmer room, another specimen of the set, or a new one of another wall;
-of a hand, a wrist that is held as it never was. Protocols and durations cost nothing.
+A change is another mount, a warmer room, another specimen of the set, or a new one with another
+wall; for a hand, an orientation of the wrist that is not in the set. Another protocol or duration
+does not count as a change.
 """
 
 from __future__ import annotations

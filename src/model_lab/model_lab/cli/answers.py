@@ -1,7 +1,7 @@
 """What `diagnose` found, kept for `plan`, so that it need not search again.
 
 `diagnose` writes its answer to `--json`, to the folder of its report and to a cache. An answer
-holds a fingerprint of set, model and effects: that of another set is not taken.
+holds a fingerprint of set, model and effects, so that the answer for another set is not used.
 """
 
 from __future__ import annotations

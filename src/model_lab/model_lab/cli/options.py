@@ -218,7 +218,7 @@ def of_set(arguments: argparse.Namespace) -> tuple[Model, MeasurementSet]:
     known, data = model(arguments), measurements(arguments)
     fitting = with_weight(data, known)
     if fitting is not known:
-        print(f"{arguments.model} has no weight; that of the hand is taken in (effect gravity)")
+        print(f"{arguments.model} has no weight: the hand's weight is added (effect gravity)")
     return fitting, data
 
 

@@ -121,8 +121,8 @@ def _at_best_place(
     shown = [scored for scored in tried if isinstance(scored, Scored)]
     if not shown:
         raise ValueError(
-            f"effect {name}: expected one that these data show, but it changes no output at "
-            f"any place of the hand"
+            f"effect {name}: expected an effect that these data show, but at no place of the "
+            "hand does it change an output"
         )
     return min(shown, key=lambda scored: scored.held_out.rmse).added
 
@@ -149,7 +149,9 @@ def _before_and_after(
     before = score_base(problem, given)
     after = _scored(problem, before, name)
     if isinstance(after, Unseen):
-        raise ValueError(f"effect {name}: expected one that these data show, but it {after.reason}")
+        raise ValueError(
+            f"effect {name}: expected an effect that these data show, but it {after.reason}"
+        )
     clearer = with_lower_floor(problem, after.fit)
     return (problem, before, after) if clearer is None else _before_and_after(clearer, given, name)
 

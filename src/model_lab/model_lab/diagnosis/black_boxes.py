@@ -1,8 +1,8 @@
-"""Black-box baselines: how much of the residual any effect of this input could explain.
+"""Black-box baselines: how much of the residual any effect of some input could explain.
 
-Each is a set of features, linear in their coefficients, of one class of inputs. Fitted to what a
-model leaves (together with that model's own parameters, held out like any model) it says how much
-of the error *varies with* its inputs, whatever the equation.
+A black box is a sum of features of one class of inputs, linear in their coefficients. It is fitted
+to the residual of a model, together with the model's own parameters, and judged on held-out data
+like any model. So it tells how much of the error depends on its inputs, by whatever equation.
 """
 
 from __future__ import annotations

@@ -148,8 +148,9 @@ class _Bank:
     def apart(self, first: Scored, second: Scored) -> Array:
         """Separation, and distance over the noise floor, of two explanations: (2, trials).
 
-        There are no readings below that of an open chamber. If it differs for the two, lower ones
-        rule one of them out, and their absence the other.
+        A pressure sensor never reads less than on a chamber that is open to the air. If the two
+        explanations predict different readings there, readings in between would rule out one of
+        them, and a lack of such readings the other.
         """
         low, high = sorted(_open_reading(self._problem, s) for s in (first, second))
         surely = self._planned(high).apart(first, second)

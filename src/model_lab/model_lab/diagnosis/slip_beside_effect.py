@@ -70,13 +70,13 @@ class _Searched:
         return min(map(self.relative, (self.base, *self.likely)))
 
     def error(self, scored: Scored) -> float:
-        """Error as in the verdict: of two protocols one may end before an effect begins, and then
-        tells nothing of the other, so the error of the fit counts.
+        """Error by which the verdict judges. With two protocols that is the error of the fit: one
+        protocol may end before an effect begins, and then cannot predict the other.
         """
         return error_of(self.problem, scored)
 
     def relative(self, scored: Scored) -> float:
-        """Error over the size of the outputs, which no unit of them changes."""
+        """Error over the size of the outputs, which does not depend on their unit."""
         return self.error(scored) / self.size if self.size > 0.0 else np.inf
 
     def explains(self, scored: Scored, most: float = RULES.explained_error) -> bool:

@@ -29,7 +29,9 @@ Tried = tuple[Sequence[Effect], float]
 
 @dataclass(frozen=True)
 class Engine:
-    """How a grasp is simulated: with segments of an actuator, step [s] and engine."""
+    """How a grasp is simulated: number of segments per actuator, physics step [s], and name of the
+    engine.
+    """
 
     segments: int = 5
     step: float = 0.002
@@ -47,13 +49,13 @@ _tasks: list[tuple[Any, ...]] = []  # inherited by forked processes
 
 
 def use_processes(jobs: int) -> None:
-    """Let rollouts run in so many processes from now on."""
+    """Set the number of processes in which grasps are simulated from now on."""
     global _processes
     _processes = jobs
 
 
 def rollouts_done() -> int:
-    """How many grasps this process has simulated."""
+    """Number of grasps that were simulated for this process."""
     return len(_KEPT)
 
 
@@ -63,7 +65,8 @@ def _replay() -> Any:
     found = list(entry_points(group=REPLAY_GROUP))
     if not found:
         raise ValueError(
-            f"grasp: expected a simulator that is installed (entry point {REPLAY_GROUP})"
+            f"grasp: expected an installed simulator (entry point {REPLAY_GROUP}), got none; "
+            "install the package pneuflex_sim"
         )
     return found[0].load()
 
@@ -71,8 +74,8 @@ def _replay() -> Any:
 def rollouts(
     data: MeasurementSet, runs: Sequence[int], tried: Sequence[Tried], engine: Engine
 ) -> list[list[Array]]:
-    """What is seen (samples, outputs) in runs, for each of some effects and moduli; each simulated
-    once.
+    """Simulated outputs (samples, outputs) of each of these runs, for each of several effects with
+    a factor on the modulus. Results are kept, so that nothing is simulated twice.
     """
     keys = [[_key(data, n, *one, engine) for n in runs] for one in tried]
     missing = {
@@ -141,12 +144,12 @@ def _key(
 
 
 def of_gauge(effect: Effect) -> bool:
-    """Whether an effect is no change of the hand, but of how it was measured."""
+    """Whether an effect changes how the hand was measured, and not the hand itself."""
     return isinstance(effect, HandEffect) and effect.of_measurement
 
 
 def columns_of(run: Run, names: Sequence[str]) -> Array:
-    """Columns of a run (samples, names)."""
+    """Columns of a run with these names, as one array (samples, names)."""
     return np.stack([run.columns[name] for name in names], axis=1)
 
 

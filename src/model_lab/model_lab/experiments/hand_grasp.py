@@ -38,14 +38,15 @@ BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutra
 
 
 class HandGrasp:
-    """Wrenches [N and N m], pressures [Pa] and places of the object [m] (lanes, samples), each
-    times its scale, of hands that grasp, run after run.
+    """Outputs (lanes, samples) of hands that grasp, run after run: wrenches at the wrist [N and N
+    m], pressures [Pa] and places of the object [m], each times its factor in `output_scales`.
 
-    A simulator replays the wrist's path and the air of each run. Effects that stay are simulated.
-    Of those that are sought, and of the modulus, predictions are a sum of the changes by each
-    parameter alone: these go through simulations at a few values (PCHIP), so that contacts which
-    chatter have no slopes. Changes are simulated in the first run of each protocol. What is no
-    change of the hand, but of its gauge, is exact.
+    A simulator replays the path of the wrist and the air of each run, with all effects whose
+    parameters are fixed. For each free parameter, and for the modulus, the change that it alone
+    causes is simulated at a few values, in the first run of each protocol, and interpolated between
+    them (PCHIP), so that contacts that open and close from step to step do not disturb the fit. A
+    prediction is the fixed model plus the sum of these changes. Effects on what the wrist's sensor
+    reads are computed exactly.
 
     Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
     """
@@ -101,8 +102,9 @@ class HandGrasp:
     def of_firsts(
         self, data: MeasurementSet, tried: Sequence[Tried], engine: Engine = USUAL_ENGINE
     ) -> Array:
-        """What is seen (tried, rows, outputs) with some effects and moduli, of each run what is
-        seen in the first of its protocol. data: the set, perhaps with other starts.
+        """Simulated outputs (tried, rows, outputs) for each of several effects and moduli; every
+        run gets the outputs of the first run of its protocol. data: the set, perhaps with other
+        starts of the object.
         """
         firsts = sorted(set(self._twin))
         whole = [
@@ -180,8 +182,8 @@ class _Course:
 
 
 def simulated_values(parameter: Parameter) -> list[float]:
-    """Values of a parameter that are simulated, its neutral one among them: the others are somewhat
-    beyond the ends of its usual range.
+    """Values of a parameter at which it is simulated: its neutral value, and one or two values
+    somewhat beyond the ends of its usual range.
     """
     low, high = parameter.typical or (parameter.low, parameter.high)
     neutral = float(parameter.neutral or 0.0)
@@ -193,7 +195,9 @@ def simulated_values(parameter: Parameter) -> list[float]:
 
 
 def within_simulated(classes: Mapping[str, type[Effect]]) -> dict[str, type[Effect]]:
-    """The classes with parameters bounded to what is simulated."""
+    """The effect classes, with bounds of their parameters that exclude values beyond the simulated
+    ones.
+    """
     return {name: _bounded(kind) for name, kind in classes.items()}
 
 
@@ -213,7 +217,9 @@ def _bounded(kind: type[Effect]) -> type[Effect]:
 def simulated(
     data: MeasurementSet, effects: Sequence[Effect], scale: float, engine: Engine
 ) -> Array:
-    """What a set would read (samples,) [N] with these effects and a factor on the modulus."""
+    """Simulated outputs (samples,) [N] of a set, as its sensors would read them, with these effects
+    and a factor `scale` [-] on the modulus.
+    """
     grasp, every = HandGrasp(data, engine), range(len(data.runs))
     seen = np.concatenate(rollouts(data, every, [(effects, scale)], engine)[0])
     table, scales = data.table, data.output_scales[:, None]
@@ -221,9 +227,10 @@ def simulated(
 
 
 def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
-    """Errors of a model's predictions that no repeats show, each by itself: by where
-    the object starts, along x and along y, by more segments, by a shorter step, and by the engine,
-    if the other one is installed. They are those of the first run of each protocol.
+    """Errors of the predictions themselves, which repeats do not show. Each is the change of the
+    predictions by one source: another start of the object along x, or along y; more segments; a
+    shorter step; the other engine, if it is installed. They are simulated in the first run of each
+    protocol.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     tried = [
@@ -248,8 +255,9 @@ def _shifted(data: MeasurementSet, name: str) -> MeasurementSet:
 
 
 def held(data: MeasurementSet, predicted: Array | None = None) -> list[bool]:
-    """Whether each run ends with the object held, so that it has gone half of the wrist's way up at
-    least: as measured, or as predicted (samples,).
+    """Whether each run ends with the object held: it has risen by more than `Rules.lifted_share` of
+    the way that the wrist has gone up. predicted: outputs (samples,) to judge; None: the measured
+    ones.
     """
     values = data.table.value if predicted is None else predicted
     found = []

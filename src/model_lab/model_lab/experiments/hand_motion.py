@@ -186,14 +186,14 @@ def _check(data: MeasurementSet, run: Run) -> None:
         got = f"{len(time)} samples" + (f" up to {gaps.max():.3g} s apart" if len(gaps) else "")
         raise DocumentError(
             f"{place}: expected at least {RULES.motion_samples} samples at 100 Hz or "
-            f"more, got {got}; hand_pose takes what rests or moves slowly"
+            f"more, got {got}; for a hand that rests or moves slowly use hand_pose"
         )
     known = [name for name in WRIST_POSE if name in run.columns]
     if known and len(known) < len(WRIST_POSE):
         missing = ", ".join(name for name in WRIST_POSE if name not in known)
         raise DocumentError(
             f"{place}: expected all of {', '.join(WRIST_POSE)}, or none for a wrist that is held, "
-            f"got none of {missing}"
+            f"got no {missing}"
         )
     if known and any(run.wrist_rpy):
         raise DocumentError(

@@ -37,18 +37,20 @@ _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
 
 class HandPress(HandPose):
-    """Force [N] and torque [N m over TORQUE_ARM] (lanes, samples) at the wrist of hands that are
-    pressed on a level plate, run after run, in the axes of the world.
+    """Force [N] and torque [N m over TORQUE_ARM] at the wrist (lanes, samples), in the axes of the
+    world, of hands that are pressed on a level plate, run after run.
 
     Chains are cut into a few segments and follow the path of the wrist without inertia
-    (`softhand_model.motion.pressed_body`). Parts of a hand do not touch each other, and the palm's
-    plate and sheet touch nothing. What few segments and long steps are off by is computed once, of
-    the hand as it is stated, and taken off all predictions. Pressures that no hand bears give NaN.
+    (`softhand_model.motion.pressed_body`). Contacts between parts of the hand, and contacts of the
+    palm's plate and sheet, are left out. The error of few segments and long steps is computed once,
+    for the hand as it is stated, and subtracted from all predictions. Pressures that no hand can
+    bear give NaN.
 
-    segments, step [s]: with these, and then nothing is taken off.
+    segments: number of segments per actuator; None: PRESS_SEGMENTS, or that of the simulated hand.
+    step: time step [s], with which no error is subtracted; None: PRESS_STEP, with the subtraction.
 
-    Raises DocumentError for a missing column or plate, samples that are too few in time, and a palm
-    that would touch.
+    Raises DocumentError for a missing column or plate, for too few samples or samples too far apart
+    in time, and for a palm that would touch the plate.
     """
 
     most_kept = KEPT_PRESSES
@@ -245,8 +247,8 @@ def _check(data: MeasurementSet, run: Run) -> None:
     lowest = float(heights.min(initial=np.inf)) - _plate_of(data).height
     if lowest < 0.0:
         raise DocumentError(
-            f"{place}: expected a palm above the plate, which fingers and thumb alone touch, got "
-            f"one {-1e3 * lowest:.3g} mm below it"
+            f"{place}: expected a palm above the plate, as only fingers and thumb may touch it, "
+            f"got a palm that goes {-1e3 * lowest:.3g} mm below it"
         )
 
 
@@ -284,8 +286,9 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
 
 
 def press_errors(data: MeasurementSet, model: Model) -> OwnErrors:
-    """Errors of a model's predictions that no repeats show: by the zero of the sensor of each
-    channel, by the height of the plate, and by few segments; and by the engine, apart.
+    """Errors of the predictions themselves, which repeats do not show: by a wrong zero of each
+    channel's pressure sensor, by a wrong height of the plate, by too few segments, and by
+    differences between engines.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or PRESS_SEGMENTS

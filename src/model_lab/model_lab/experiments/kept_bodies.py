@@ -1,7 +1,7 @@
-"""Bodies of hands and their shapes, kept for all models of sets that are driven alike.
+"""A cache of the bodies of hands and of their shapes, for all models of sets that are driven alike.
 
-The models that a search compares differ in few bodies: one with an actuator that is softer has all
-other chains in common with the model as it is.
+The models that a search compares differ in few bodies: if one actuator is softer, all other chains
+are as before.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ Result = TypeVar("Result")
 
 
 class Recent(Generic[Result]):
-    """Results by key, of which the most recently used ones are kept."""
+    """A cache of results by key, which keeps the most recently used ones."""
 
     def __init__(self, most: int) -> None:
         self._most, self._results = most, dict[Hashable, Result]()
 
     def once(self, key: Hashable, make: Callable[[], Result]) -> Result:
-        """The kept result for the key, else that of `make`."""
+        """The kept result for the key; without one, that of `make`, which is then kept."""
         found = self._results.pop(key) if key in self._results else make()
         while len(self._results) >= self._most:
             del self._results[next(iter(self._results))]
@@ -42,11 +42,11 @@ class Recent(Generic[Result]):
 
 
 class ShapesOverScales:
-    """Shapes of a body in motion over the scale of its modulus, all else alike.
+    """Shapes of a body in motion as a function of the scale of its modulus, all else alike.
 
-    After as many as SCALES have been asked for, polynomials through those at SCALES points of
-    Chebyshev take the place of all others within USUAL_MODULUS_SCALES, if they meet two more to
-    SCALE_ERROR: fits of many models ask for many scales of the bodies that they have in common.
+    Fits of many models ask for many scales. After SCALES shapes were asked for, polynomials through
+    the shapes at SCALES Chebyshev points replace the calculation within USUAL_MODULUS_SCALES, if
+    they reproduce two more shapes to within SCALE_ERROR.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,9 @@ class ShapesOverScales:
         self._columns: Array | None = None
 
     def at(self, make: Callable[[float], Shape | None], scale: float) -> Shape | None:
-        """The shape at a scale; make: gives it by calculation, None without an equilibrium."""
+        """The shape at a scale. make: calculates it, and returns None where there is no
+        equilibrium.
+        """
         low, high = USUAL_MODULUS_SCALES
         self._asked += 1
         if self._asked == SCALES + 1:
@@ -97,9 +99,11 @@ class ShapesOverScales:
 
 @dataclass(frozen=True)
 class KeptBodies:
-    """Of one hand that is driven in one way: models of its chains, bodies, and shapes of bodies in
-    all runs. The keys of the first two name what effects change, those of shapes all parameters.
-    over_scales: shapes of bodies over the scale of their modulus. parts: skins of bodies, and paths
+    """What is kept of one hand that is driven in one way: models of its chains, its bodies, and the
+    shapes of these in all runs.
+
+    Keys of models and bodies hold what effects change; keys of shapes hold all parameters.
+    over_scales: shapes as functions of the scale of the modulus. parts: skins of bodies, and paths
     along which they move.
     """
 
@@ -115,7 +119,9 @@ _SETS: Recent[KeptBodies] = Recent(MOST_SETS)
 
 
 def kept_bodies(hand: HandDescription, about: Hashable, most: int) -> KeptBodies:
-    """What is kept of a hand; about: how it is cut and driven; most: bodies, and shapes."""
+    """What is kept of a hand. about: how it is cut and driven. most: largest number of bodies that
+    are kept, and of shapes.
+    """
     return _SETS.once(
         (id(hand), about),  # the hand stays as it is while it is kept
         lambda: KeptBodies(hand, Recent(most), Recent(most), Recent(most), Recent(most), {}),

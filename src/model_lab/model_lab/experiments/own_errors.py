@@ -1,4 +1,4 @@
-"""Errors of predictions themselves, which no repeats show."""
+"""Errors of the predictions themselves, which repeats of a measurement do not show."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from model_lab.measurements.sample_table import SampleTable
 
 @dataclass(frozen=True)
 class OwnErrors:
-    """Errors of the predictions for a set, in the unit of its outputs, each acting by itself.
+    """Independent errors of the predictions for a set, in the unit of its outputs, each of the size
+    of one standard deviation.
 
-    whole (k, samples): each is the same throughout the set, as the zero of a sensor is. apart (m,
-    samples): each has the same course in all repeats, but in every output of every protocol a size
-    of its own, standard normal.
+    whole (k, samples): errors whose size is the same throughout the set, such as that of a sensor's
+    zero. apart (m, samples): errors that are the same in all repeats of a protocol, but independent
+    between protocols and between outputs.
     """
 
     whole: Array

@@ -79,7 +79,7 @@ class Spectrum:
         return result
 
     def counts(self) -> Array:
-        """Number of coefficients (bands,) of each band."""
+        """Number of coefficients in each band (bands,)."""
         return self._counts.copy()
 
     @cached_property

@@ -1,5 +1,5 @@
 """Anomalies of a set that do not depend on the model: scatter, a line in the spectrum, wild
-samples, a drift, jumps, gaps, and numbers that look as if they had another unit.
+samples, a drift, jumps, gaps, and numbers that seem to be in another unit.
 
 Every difference between repeats raises the noise floor, and so hides errors of the model, even if a
 disturbance caused it. That is why anomalies are reported beside every verdict.

@@ -1,4 +1,6 @@
-"""What files tell of a whole hand over time, and what sets of its poses and motions share."""
+"""The recorded course of a whole hand over time, and what sets of poses and of motions have in
+common.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ KPA, MM = 1e-3, 1e3  # units of the set over those of ROS
 
 @dataclass(frozen=True)
 class HandCourse:
-    """What files tell of a hand over time.
+    """The course of a hand over time, as files of one run have it.
 
     time (k,) [s]. pressures (k, channels) [Pa]: gauge pressures. places (k, 3) [m]: positions of
     each marker, by name, in the frame of the wrist. wrist (k, 4): orientation of the wrist in the

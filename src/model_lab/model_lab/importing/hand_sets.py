@@ -85,8 +85,9 @@ def set_of_hand(
         if experiment:
             raise DocumentError(
                 f"{listed(map(str, files))}: expected x, y and z of "
-                f"{listed(default_markers(described))}, got none; say --map "
-                f"{next(iter(default_markers(described)))}=WORDS that its three columns share"
+                f"{listed(default_markers(described))}, got none; give --map "
+                f"{next(iter(default_markers(described)))}=WORDS, the words that its three "
+                "columns share"
             )
         return None
     _check_maps(given, described)
@@ -97,8 +98,8 @@ def set_of_hand(
     courses, said = _in_frame_of_wrist(courses, described)
     if said and kind == HAND_MOTION:
         raise DocumentError(
-            f"{listed(map(str, files))}: expected places in the frame of the wrist for a motion, "
-            f"got some that lie otherwise: {said[0]}; import poses, and turn the places"
+            f"{listed(map(str, files))}: expected positions in the frame of the wrist for a "
+            f"motion, got another frame: {said[0]}; convert the positions, or import poses"
         )
     found = cut(courses, HandSpecimen(stated, described, free_frame=bool(said)))
     return replace(found, remarks=(*found.remarks, *said)), proposal
@@ -159,8 +160,7 @@ def _segments_of(bags: Sequence[Path], hand: HandDescription) -> int | None:
     cut = {segments_of(bag, hand) for bag in bags}
     if len(cut) > 1:
         raise DocumentError(
-            f"{listed(map(str, bags))}: expected bags of one hand, got numbers of segments "
-            f"per actuator of "
-            f"{listed(map(str, cut))} (None: a real hand)"
+            f"{listed(map(str, bags))}: expected bags of one hand, got hands with different "
+            f"numbers of segments per actuator: {listed(map(str, cut))} (None: a real hand)"
         )
     return cut.pop()

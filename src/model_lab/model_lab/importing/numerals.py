@@ -117,7 +117,7 @@ def _by_looks(cells: Sequence[str], own: Roles, point: bool) -> str:
     if OPEN not in own[","] and (point or len(with_point) == len(cells)):
         return "."
     example = next(cell for cell in cells if _GROUPED.match(_plain(cell).lstrip("+-")))
-    raise ValueError(f"{example}, which is one number with a decimal sign and another without")
+    raise ValueError(f"{example}, whose sign may be a decimal sign or one between thousands")
 
 
 def _other(sign: str) -> str:

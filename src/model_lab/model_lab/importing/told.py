@@ -62,7 +62,7 @@ def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str
 
 @dataclass(frozen=True)
 class Said:
-    """What the user stated of files by the options of the command."""
+    """What the user stated about the files by options of the command."""
 
     experiment: str | None
     maps: Maps

@@ -100,8 +100,8 @@ class Scene:
                     yield shape
 
     def refined(self, shape: Shape, knots: int) -> Shape:
-        """The candidate with another number of knots; as it is, if its axis does not have so many
-        values.
+        """The candidate with another number of knots; unchanged if its axis has fewer values than
+        that.
         """
         finer = self._shape(shape.stage, shape.form, shape.against, knots)
         return shape if finer is None else finer

@@ -148,7 +148,7 @@ class ChainPrediction:
         """Tip angle [rad] that the sensor reads after a step of dt [s], at gauge pressures
         (channels,) [Pa] of the hand and a temperature [K].
 
-        Raises RuntimeError if the effects leave no equilibrium.
+        Raises RuntimeError if the finger has no equilibrium under the effects.
         """
         rotation = self._chain.free_rotation(dt, pressures[self.channels], temperature)
         angle = np.asarray(np.sum(rotation[self._first :, BEND_AXIS]))

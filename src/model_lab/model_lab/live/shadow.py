@@ -1,5 +1,5 @@
-"""Shadow of a running hand: where its fingertips would be at rest under a model, and what a
-difference from the measured ones means.
+"""Shadow of a running hand: where a model says that its fingertips would be at rest, and what a
+difference from the measured positions means.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class HandShadow:
         pressures (channels,) [Pa] and an orientation (4,) of the wrist in the world, a quaternion
         x, y, z, w.
 
-        Raises RuntimeError if the model leaves no equilibrium.
+        Raises RuntimeError if the hand has no equilibrium under the model.
         """
         data = self._set
         columns = {
@@ -109,7 +109,7 @@ class HandShadow:
         run = Run("now", "hand", "now", self._temperature, columns, wrist_rpy=rpy)
         found = HandPose(replace(data, runs=(run,))).predict({}, self._effects)
         if not np.isfinite(found).all():
-            raise RuntimeError("the model leaves no equilibrium at these pressures")
+            raise RuntimeError("under the model the hand has no equilibrium at these pressures")
         return found.reshape(len(self.names), len(MARKER_AXES))
 
     def report(self, seen: Seen, predicted: Array) -> Report:

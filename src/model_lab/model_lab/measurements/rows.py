@@ -1,4 +1,4 @@
-"""Rows of a run whose values cannot be: refused, or kept in doubt where a slip may explain them.
+"""Impossible values in a run: refused, or kept with a doubt where a slip may explain them.
 
 A strain or a stretch in percent in the place of a stretch is a slip in how the set is stated. It is
 kept as it was read, so that `slips` can find it; no model is driven with it.

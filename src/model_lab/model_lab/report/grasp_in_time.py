@@ -1,5 +1,5 @@
 """A measured and a predicted grasp in time: `python -m model_lab.report.grasp_in_time SET MODEL...
-OUT.png`, in the run in which the first model is furthest off.
+OUT.png`, in the run in which the first model errs most.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from softhand_model.model_file import Model
 
 
 def draw(data: MeasurementSet, models: Sequence[tuple[str, Model]], out: Path) -> None:
-    """Write a picture of a set of grasps: vertical force, pressures and the object's height as
-    measured and as each of the models, by name, has them.
+    """Write a picture of a set of grasps: vertical force, pressures and height of the object, as
+    measured and as predicted by each of the models (by name).
 
     Raises ValueError for a set of anything else.
     """

@@ -1,5 +1,5 @@
 """The measured and the predicted hand in space: `python -m model_lab.report.hand_in_space SET
-MODEL... OUT.png`, one panel for each model, in the pose in which the first is furthest off.
+MODEL... OUT.png`, one panel for each model, in the pose in which the first model errs most.
 """
 
 from __future__ import annotations

@@ -77,7 +77,8 @@ class ShadowTopics:
         orientation = np.array([turn.x, turn.y, turn.z, turn.w])
         if not (np.isfinite(at).all() and np.isfinite(orientation).all() and orientation.any()):
             raise ValueError(
-                f"{TIPS_TOPIC}, {HELD_TOPIC}: expected finite numbers and a quaternion, got others"
+                f"{TIPS_TOPIC}, {HELD_TOPIC}: expected finite numbers and a quaternion, got "
+                "NaN, infinity or a quaternion of zero length"
             )
         wrench = self._latest.get(WRENCH_TOPIC)
         force = None

@@ -1,1 +1,1 @@
-"""The series of measurements as a suspect: events between runs, odd runs, structure within runs."""
+"""Faults in a series of measurements: events between runs, odd runs, and structure within runs."""

@@ -92,7 +92,8 @@ class Series:
 
     freedom: degrees of freedom of the differences between repeats; 0 without repeats. p_value: of
     the first event, or of the best pattern if there is no event; 1 without repeats. doubted:
-    without an event, the step or drift that is too uncertain to be told but too likely for noise.
+    without an event, the step or drift that is too uncertain to be reported as an event, but too
+    likely to be ignored as noise.
     """
 
     freedom: int

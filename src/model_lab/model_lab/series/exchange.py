@@ -1,7 +1,8 @@
-"""Two runs that carry each other's specimen: exchanged back, repeats agree far better.
+"""Two runs whose specimens were confused: if they are exchanged, repeats agree far better.
 
-Two plugs that are exchanged once change one run of each of two specimens. With two repeats no run
-is odd by itself; but the exchange has no parameter, so that the scatter it leaves is a test.
+For example, two plugs are exchanged during one run of each specimen. With two repeats of each,
+neither run can be called odd; but an exchange has no free parameter, so the scatter that is left
+after it tests it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ NORMAL_DRAWS = 9999  # simulated series of normal scatter
 def exchanged_pair(
     data: MeasurementSet, residual: Array, group: IntArray
 ) -> tuple[tuple[int, int], float] | None:
-    """Find two runs that carry each other's specimen: exchanged back, the scales of repeats agree
+    """Find the two runs of different specimens after whose exchange the scales of repeats agree
     best.
 
     Returns their indices, and the p-value under the null hypothesis that repeats scatter normally

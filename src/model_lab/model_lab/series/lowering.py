@@ -1,4 +1,4 @@
-"""Events without which a model errs less: a step or drift must lower the error when taken out."""
+"""Events that count: taking a step or drift out of the set must lower the error of the model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ def examine_lowering(
     error_without: Callable[[Sequence[Event]], float],
 ) -> Series:
     """Find events as `examine` does, but drop steps and drifts, also doubted ones, that raise the
-    error of the model when they are taken out: two odd runs may look like a drift of all runs.
+    error of the model when they are taken out: two odd runs, for example, may look like a drift of
+    all runs.
 
     residual (samples,), within: as for `examine`. error_without: returns the held-out error of the
     model on the set without some events, in the SI unit of the outputs.

@@ -45,8 +45,8 @@ def table(objects: list[ObjectDescription]) -> str:
 
 
 def size_text(described: ObjectDescription) -> str:
-    """Outer size in millimetres: diameter, and length if there is one, of a round object, else
-    three lengths.
+    """Outer size [mm] as text: for a round object its diameter, and its length if it has one; for
+    others three lengths.
     """
     sizes = described.dimensions
     if described.shape in ("cylinder", "cup"):

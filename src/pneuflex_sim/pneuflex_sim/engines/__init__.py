@@ -1,6 +1,7 @@
-"""Physics engines: what each must give (`contract`), and one room for each of them.
+"""Physics engines: the interface that each of them has (`contract`), and a package or module for
+each.
 
-An engine is loaded when a simulation asks for it, so that the other need not be installed.
+An engine is imported when a simulation asks for it, so that the other one need not be installed.
 """
 
 from __future__ import annotations

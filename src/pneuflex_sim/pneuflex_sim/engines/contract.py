@@ -1,4 +1,4 @@
-"""What an engine must give to `pneuflex_sim.simulation.Simulation`.
+"""The interface of an engine to `pneuflex_sim.simulation.Simulation`.
 
 An engine moves the bodies: chains of links with springs that follow the pressures, the wrist under
 the arm's law (`pneuflex_sim.hand.wrist`), the object, and their contacts with the scene. Air,
@@ -70,7 +70,7 @@ class Engine(Protocol):
 
     @property
     def bodies(self) -> Hand:
-        """The hand."""
+        """The joints of the hand."""
 
     @property
     def object(self) -> BodyOfObject | None:

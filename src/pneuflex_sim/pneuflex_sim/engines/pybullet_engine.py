@@ -32,9 +32,9 @@ def _warn_of_slow_motion(step: float) -> None:
     """RuntimeWarning that hands move too slowly at this step [s]."""
     limit = 1e3 * TRUE_STEP
     warnings.warn(
-        f"step: expected at most {limit:g} ms with PyBullet for what moves or rolls, got "
-        f"{1e3 * step:g} ms: fingers move too slowly there, and a grasp may end otherwise (what "
-        f"rests is exact); {TRUE_STEP:g} s or the engine mujoco would do",
+        f"step: expected at most {limit:g} ms with PyBullet where something moves or rolls, got "
+        f"{1e3 * step:g} ms: fingers move too slowly at this step, so that a grasp may succeed "
+        f"or fail wrongly (bodies at rest are exact); use {TRUE_STEP:g} s or the engine mujoco",
         RuntimeWarning,
         stacklevel=2,
     )

@@ -28,7 +28,7 @@ SEAM_WIDTH = 0.4  # [points] of the lines that close gaps between triangles
 def paint(
     behind: Sequence[Shown], before: Sequence[Shown], camera: Camera, size: tuple[int, int]
 ) -> NDArray[np.uint8]:
-    """Picture (height, width, 3) of triangles, of which those `behind` are covered by all others.
+    """Picture (height, width, 3) of triangles; those in `behind` are drawn first, under all others.
     `size` is (width, height) [pixels].
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -223,7 +223,7 @@ class HandSim(Node):
         awaiting = "waits at its start for a strategy" if self.commanders.awaited else "running"
         state = "paused" if self.paused else awaiting
         errors = (
-            [f"{self.diverged}: the simulation stands until sim/reset"] if self.diverged else []
+            [f"{self.diverged}: the simulation is stopped until sim/reset"] if self.diverged else []
         )
         self._executor.serve_rest()
         report = Report("simulation", state, self._warnings(), values, errors)
@@ -280,12 +280,12 @@ class HandSim(Node):
         is logged.
         """
         self.diverged = reason
-        self.get_logger().error(f"{reason}: the simulation stands until sim/reset")
+        self.get_logger().error(f"{reason}: the simulation is stopped until sim/reset")
         self.publish_diagnostics()
 
     def stand(self) -> None:
-        """Serve messages and services while the simulation stands; a paused one still publishes its
-        time.
+        """Serve messages and services while the simulation is stopped; a paused one still publishes
+        its time.
         """
         if not self.diverged:
             self._publish_standing()
@@ -301,8 +301,8 @@ class HandSim(Node):
 
     @property
     def stands(self) -> bool:
-        """Whether the simulation has diverged, waits for the clock that it follows or for its
-        commanders, or is paused without a pending single step.
+        """Whether the simulation is stopped: it has diverged, waits for the clock that it follows
+        or for its commanders, or is paused without a pending single step.
         """
         now = self.simulation.time
         if self.diverged or not self.clock.allows(now):

@@ -1,4 +1,4 @@
-"""What the body of an object offers, in whatever engine."""
+"""The interface of the body of an object in any engine."""
 
 from __future__ import annotations
 

@@ -47,7 +47,9 @@ class ObjectSpring:
                 f"held object: expected a unit quaternion x y z w, got {self.orientation}"
             )
         if not self.fade >= 0:
-            raise ValueError(f"held object: expected a fading time of 0 s or more, got {self.fade}")
+            raise ValueError(
+                f"held object: expected a time of release of 0 s or more, got {self.fade} s"
+            )
 
     def fading(self, now: float, duration: float) -> ObjectSpring:
         """A copy that fades from now on within a duration [s]."""

@@ -1,4 +1,4 @@
-"""Replay of a recorded grasp: wrist and air follow their records, hand and object what acts."""
+"""Replay of a recorded grasp: wrist and air follow the record, hand and object move freely."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ MOST_TILTED = 0.2  # [rad] between an object as recorded and as it rests in the 
 def replay_grasp(
     time: Array, wrist: Array, masses: Array, start: Array, scene: str, **config: Any
 ) -> Array:
-    """What a simulated hand does in a recorded grasp, (samples, 13 + channels): force [N] and
-    torque [N m] on the wrist in world axes, gauge pressures [Pa], and the object's pose, place [m]
-    and quaternion. Forces, torques and pressures are means over the time that is nearest to a
-    sample. NaN where the simulation diverges.
+    """Simulate a recorded grasp; returns (samples, 13 + channels): force [N] and torque [N m] on
+    the wrist in world axes, gauge pressures [Pa], position [m] and quaternion of the object.
+    Forces, torques and pressures are averaged over the time that is closer to the sample than to
+    any other. All are NaN if the simulation diverges.
 
-    time: (samples,) [s]. wrist: poses (samples, 7). masses: of air above the fill at rest (samples,
-    channels) [kg]. start: pose (7,) of the object, which rests: place and turn about the vertical
-    count. scene, config: as in `SimulationConfig`.
+    time: (samples,) [s]. wrist: poses (samples, 7). masses: air masses above the fill at rest
+    (samples, channels) [kg]. start: pose (7,) of the resting object, of which x, y and the rotation
+    about the vertical are used. scene, config: as in `SimulationConfig`.
 
-    Raises ValueError for an object that does not rest as it is described, and as
-    `SimulationConfig`.
+    Raises ValueError for an object that is tilted against its description, and as
+    `SimulationConfig` does.
     """
     stood = replace(
         load_scene(scene),
@@ -84,7 +84,7 @@ def _resting(simulation: Simulation, start: Array) -> tuple[tuple[float, ...], f
     tilt = float(np.hypot(*turned[:2]))
     if tilt > MOST_TILTED:
         raise ValueError(
-            f"object: expected {described.name} to rest as it is described, got one that is "
-            f"tilted by {np.degrees(tilt):.3g} deg"
+            f"object: expected {described.name} to rest in the orientation of its description, "
+            f"got a tilt of {np.degrees(tilt):.3g} deg against it"
         )
     return tuple(start[:2].tolist()), 1.0, float(turned[2])

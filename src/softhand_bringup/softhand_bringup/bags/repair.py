@@ -1,9 +1,9 @@
 """Repairs a bag whose recorder was killed: `python -m softhand_bringup.bags.repair <folder>`.
 
 Such a bag has chunks of messages but neither index nor `metadata.yaml`. The messages are read
-record by record up to where the file breaks off and written to a new bag, which then takes the
-place of the old one, or stands elsewhere with `--out`. Of a chunk that is damaged the records
-before the damage are kept; messages whose channel or stamp is damaged are left out.
+record by record up to where the file breaks off, and written to a new bag, which replaces the old
+one, or goes to another place with `--out`. Of a chunk that is damaged the records before the damage
+are kept; messages whose channel or stamp is damaged are left out.
 """
 
 from __future__ import annotations

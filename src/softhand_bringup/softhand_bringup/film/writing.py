@@ -53,7 +53,8 @@ def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False
     if suffix not in FILM_WRITERS:
         raise ValueError(f"-o {path}: expected a folder, .gif or .mp4, got {suffix}")
     if path.exists() and path.is_dir() != (suffix == ""):
-        raise ValueError(f"-o {path}: expected a {'file' if suffix else 'folder'}, got the other")
+        kinds = ("file", "folder") if suffix else ("folder", "file")
+        raise ValueError(f"-o {path}: expected a {kinds[0]}, got a {kinds[1]} of that name")
     if path.exists() and not force:
         raise ValueError(
             f"-o {path}: expected a new path, got one that exists; --force overwrites it"

@@ -106,5 +106,5 @@ def _refuse_continued(hand: HandDescription) -> None:
         if straight and not np.any([*chain.mount.position, *chain.mount.rpy]):
             raise ValueError(
                 f"mount of {chain.name}: expected actuators that are whole castings, got one that "
-                f"continues {chain.mount.parent}: make the parts of a hand where both are one"
+                f"continues {chain.mount.parent}: describe both as one actuator in the hand's file"
             )

@@ -14,7 +14,7 @@ def _size(default: float, low: float, high: float, text: str) -> Any:
 
 @dataclass(frozen=True)
 class KitParameters:
-    """Sizes [mm]; raises ValueError for others than can be.
+    """Sizes [mm]; raises ValueError for a size out of its bounds.
 
     >>> KitParameters(layer=0.0)
     Traceback (most recent call last):

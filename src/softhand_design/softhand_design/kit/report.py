@@ -112,7 +112,9 @@ def write_kit(made: CheckedKit, folder: Path) -> None:
 
 
 def terminal_text(made: CheckedKit) -> str:
-    """What the terminal shows: the bill, where parts lie otherwise, and that all checks passed."""
+    """The text for the terminal: the bill, parts that were moved from their places in the hand's
+    file, and that all checks passed.
+    """
     moved = [f"{name} {far:g} mm" for name, far in made.moved.items() if far]
     rows = [bill_text(made.kit, made.bill)]
     if moved:

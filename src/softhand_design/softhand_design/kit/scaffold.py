@@ -80,8 +80,8 @@ class _Builder:
                 self.low, self.high, self.moved = low + shift, high + shift, float(moved)
                 return
         raise ValueError(
-            f"plate: it meets the actuators of {hand.name} wherever it is put, up to "
-            f"{FARTHEST_PLACE:g} mm behind its place; make it smaller in the hand's file"
+            f"plate: it overlaps the actuators of {hand.name} in its place and everywhere up to "
+            f"{FARTHEST_PLACE:g} mm behind it; make it smaller in the hand's file"
         )
 
     def pad(self, chain: ChainDescription, back: float | None = None) -> tuple[Array, Array]:
@@ -158,8 +158,9 @@ def build_scaffold(
     bent: Bent | None,
     used: KitParameters,
 ) -> Scaffold:
-    """The scaffold of a hand around its rubber's room [mm] in the wrist frame, and where it is not
-    bonded outside of that to keep `clear`.
+    """The scaffold of a hand, in the wrist frame [mm]. Pads, which are bonded to the rubber, stay
+    outside of `rubber`, the room that casts and layers take; all else stays outside of `clear`, the
+    same room with a gap around it, if there is a place for it.
 
     Raises ValueError for a hand without plate, or where there is no room for plate, arm or strut.
     """

@@ -34,7 +34,9 @@ NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a differenc
 
 
 class NoEquilibriumError(RuntimeError):
-    """Nothing balances the load of the rubber's sections, or the weight of a hand."""
+    """There is no equilibrium: nothing balances the load of the rubber's sections, or the weight of
+    a hand.
+    """
 
 
 class RestTable:
@@ -184,7 +186,7 @@ class SegmentResponse:
         curvature = free_curvature(self._stepped, chamber, shape, dt)
         if not self._stepped.settled:
             raise NoEquilibriumError(
-                f"the effects {', '.join(staged.memory)} leave no equilibrium of the rubber at "
+                f"under the effects {', '.join(staged.memory)} the rubber has no equilibrium at "
                 f"{float(np.max(chamber)):.4g} Pa"
             )
         return np.sum(self._weight * curvature, axis=-1)

@@ -31,8 +31,8 @@ def collision_hulls(description: ChainDescription, segments: int) -> tuple[Array
 
     A strut's link carries the first half segment of the rubber; the strut itself has no hull. The
     base of a chain without strut is part of the body that carries it and has none either. Sections
-    thinner than SMALLEST_EDGE are thickened to it, behind the passive layer. Hulls are kept, as
-    each simulation of a hand needs them again, and cannot be written.
+    thinner than SMALLEST_EDGE are thickened to it, behind the passive layer. Hulls are cached, as
+    each simulation of a hand needs them again; the arrays are read-only.
     """
     outline, hulls = ChainOutline(description, segments), []
     if description.strut is not None:

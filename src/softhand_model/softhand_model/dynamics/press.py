@@ -4,14 +4,18 @@ A step of duration h solves, for the turns d of the joints since its start,
 
     -K e(q) - D d / h + J^T (weight + contact) = 0
 
-by iteration, D the dampers beside the springs K; at rest it is the equilibrium. The points of the
-skin are springs, along the normal and along the plate, from where each first touched; a point
-slides where its shear would exceed friction times its normal force, and shears no more than that
-(return mapping). An iteration takes for slopes the tangents of springs and normal forces, and of a
-point that slides, its shear over its way: across the way that is the tangent; along it, where the
-tangent is 0, a share ALONG of it, as with less a point overshoots. The change of arms with the
-turns is left out. The slope of the contact on a link enters the recursion of articulated bodies as
-a mass at the point would: operations are linear in the joints.
+by iteration, with springs K and dampers D in parallel; at rest it is the equilibrium.
+
+Contact: each point of the skin that touches the plate is a spring, along the normal and along the
+plate, from the place where it first touched. Its shear force is at most friction times its normal
+force; beyond that it slides (return mapping).
+
+Iteration: the slopes are the tangents of the joint springs and of the contact forces. A point that
+slides has the slope (shear force over displacement) across the direction in which it slides; along
+it, where the true tangent is 0, it has a share ALONG of that, as otherwise it would overshoot. The
+change of lever arms with the turns is left out. The slope of the contacts on a link enters the
+articulated-body recursion like the mass of a point, so the number of operations is linear in the
+joints.
 
 Vectors are in the axes of the world, z up, which is the normal of the plate.
 """
@@ -65,9 +69,11 @@ SKIN_NEAR = 0.003  # [m] above the plate, from which on points of the skin are f
 
 
 class Skin(NamedTuple):
-    """Points of the skin of the links: start (n + 1,), the first of each link; place (m, 3) [m] in
-    the link's axes; reach (n,) [m], the farthest of a link from its joint; radius [m] of the balls
-    around the points that touch.
+    """Points of the skin of n links.
+
+    start (n + 1,): index of the first point of each link. place (m, 3) [m]: in the axes of the
+    link. reach (n,) [m]: distance of a link's farthest point from its joint. radius [m]: of the
+    ball around each point, which touches.
     """
 
     start: IntArray
@@ -88,9 +94,11 @@ class Plate(NamedTuple):
 
 
 class PressDrive(NamedTuple):
-    """What drives a chain, at the end of each of its steps: duration (steps,) [s]; bend (steps, n,
-    3) [rad] that pressure adds to the rest of the joints; place (steps, 3) [m] and frame (steps, 3,
-    3) of the chain's base; wrist (steps, 3) [m], about which moments are taken; gravity [m/s2].
+    """What drives a chain, at the end of each of its steps.
+
+    duration (steps,) [s]. bend (steps, n, 3) [rad]: rotation that pressure adds to the rest of the
+    joints. place (steps, 3) [m], frame (steps, 3, 3): of the chain's base. wrist (steps, 3) [m]:
+    point about which moments are taken. gravity [m/s2].
     """
 
     duration: Array
@@ -102,10 +110,12 @@ class PressDrive(NamedTuple):
 
 
 class Touched(NamedTuple):
-    """A placed chain and what acts on it: joint (n, 3) [m]; force (n, 3) [N] and moment (n, 3)
-    [N m] on each link about its joint; angular, coupling, linear (n, 3, 3): slopes of the contact
-    by turn and shift of the link, as a spatial inertia; seen (m,): whether a point of the skin is
-    followed, and anchor (m, 2) [m], where its shear is none.
+    """A placed chain and what acts on it.
+
+    joint (n, 3) [m]: positions. force (n, 3) [N], moment (n, 3) [N m]: on each link, about its
+    joint. angular, coupling, linear (n, 3, 3): derivatives of the contact forces by rotation and
+    displacement of the link, in the form of a spatial inertia. seen (m,): whether a point of the
+    skin is near the plate. anchor (m, 2) [m]: where the shear force of a point is 0.
     """
 
     joint: Array
@@ -129,12 +139,12 @@ def press_out(
     q: Array,
     found: Array,
 ) -> float:
-    """Press one chain, at first with joints at q (n, 4), through all steps of `drive`; fill `found`
-    (k, 6) with force [N] and moment [N m] about the wrist, of contact and weight, at the end of the
-    steps whose numbers `kept` (k,) holds, rising.
+    """Press one chain through all steps of `drive`. q (n, 4): orientations of the joints at the
+    start, updated in place. kept (k,): rising numbers of steps. found (k, 6): is filled with force
+    [N] and moment [N m] about the wrist, of contact and weight, at the end of these steps.
 
-    Returns the largest turn [rad] of a joint in the last round of a step that was not still by
-    then; 0 where all were.
+    Returns the largest turn [rad] of a joint in the last iteration of a step that did not converge;
+    0 if all steps did.
     """
     n, m = len(links.mass), len(skin.place)
     lines, turns, seen = np.zeros((4, n, 3)), np.zeros((8, n, 3, 3)), np.zeros(m, np.bool_)

@@ -125,7 +125,7 @@ class Effect:
     experiments: those in which it can be seen. unseen_in: by other experiments, why it is not seen
     there.
 
-    confounded_with: by name of an effect or calibration that acts nearly alike, in what sense.
+    confounded_with: by name of an effect or calibration that acts nearly alike, in what respect.
     stands_for: names of effects that look like this one if they have another form than in the
     catalogue.
 
@@ -147,7 +147,8 @@ class Effect:
     refines: names of the simpler effects of which it is a finer form. The lab adds it on request,
     but searches it only where a stretch is imposed and these have not sufficed.
 
-    fewest_runs: number of runs of a set from which on it can be told from the course of the input.
+    fewest_runs: least number of runs in a set with which it can be told from an effect of the input
+    over time.
 
     not_simulated: why the simulator refuses it; "" if it simulates it.
 

@@ -233,7 +233,7 @@ def _mass(node: Node, chains: dict[str, ChainDescription]) -> float:
     rubber = sum(part.mass for chain in chains.values() for part in chain.actuators.values())
     struts = sum(chain.strut.mass for chain in chains.values() if chain.strut)
     if node.within(plausible.HAND_MASS) < rubber + struts:
-        raise node.error(f"at least {rubber + struts:.4g} kg, which its actuators and struts weigh")
+        raise node.error(f"at least {rubber + struts:.4g} kg, the mass of its actuators and struts")
     return node.within(plausible.HAND_MASS)
 
 
@@ -307,8 +307,7 @@ def _refuse_stray_webs(node: Node, chains: dict[str, ChainDescription]) -> None:
         if chain.web is not None and count % chain.web.chains:
             web = node.mapping()[name].mapping()["web"].mapping()
             raise web["chains"].error(
-                f"a number that divides the chains side by side with this web, of which there "
-                f"are {count}"
+                f"a divisor of {count}, the number of chains side by side that have this web"
             )
 
 

@@ -28,9 +28,11 @@ FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first come
 
 @dataclass(frozen=True)
 class PressPath:
-    """Steps of a press, and where the wrist is at the end of each: duration (steps,) [s], place
-    (steps, 3) [m], frame (steps, 3, 3); at (steps,) [s], the times. kept (samples,): number of the
-    step at whose end each sample is.
+    """Steps of a press, with the pose of the wrist at the end of each.
+
+    duration (steps,) [s]. place (steps, 3) [m], frame (steps, 3, 3): position and rotation matrix
+    of the wrist. at (steps,) [s]: time at the end. kept (samples,): number of the step that ends at
+    each sample.
     """
 
     duration: Array
@@ -41,9 +43,11 @@ class PressPath:
 
 
 def press_path(time: Array, place: Array, quaternion: Array, step: float) -> PressPath:
-    """The path through places (samples, 3) [m] and orientations (samples, 4) of a wrist in the
-    world at times (samples,) [s], straight between them, in steps of at most `step` [s], and of
-    less where it is fast; at first it rests for a second.
+    """The path of a wrist through positions (samples, 3) [m] and orientations (samples, 4),
+    quaternions, in the world at times (samples,) [s].
+
+    Between samples it is straight. A step lasts at most `step` [s], less where the wrist is fast.
+    Before the first sample the wrist rests for a second. Raises ValueError if time does not rise.
     """
     from scipy.spatial.transform import Rotation, Slerp  # here, as it takes long to load
 
@@ -65,7 +69,7 @@ def press_path(time: Array, place: Array, quaternion: Array, step: float) -> Pre
 
 
 def skin_of(description: HandDescription, chains: Iterable[str], segments: int) -> Skin:
-    """The skin of chains in series, each actuator cut into so many segments."""
+    """The skin of chains in series, with `segments` segments per actuator."""
     from softhand_model.chain.hulls import (  # here, as scipy.spatial takes long to load
         COLLISION_MARGIN,
         collision_hulls,
@@ -105,12 +109,16 @@ class PressedBody(MovingBody):
         gravity: float = STANDARD_GRAVITY,
     ) -> list[Array]:
         """Force [N] and moment [N m] on the wrist (samples, 6) of each run, in the axes of the
-        world, of contact with a level plate at a height [m], and of the weight [m/s2] less that of
-        the resting body; at times (samples,) [s], gauge pressures (actuators, samples) [Pa], of
-        temperatures (runs,) [K] and a rubber whose modulus is `modulus` [-] times as large.
+        world: of contact with a level plate, and of the body's weight less the weight of the body
+        at rest.
 
-        Raises NoEquilibriumError as `HandBody.settle`, for the hand in the air, and for a step in
-        which joints still turn by more than LEFT_TURN when the rounds are used up.
+        paths, times (samples,) [s], gauge pressures (actuators, samples) [Pa] and temperatures [K]:
+        one for each run. height [m], friction [-]: of the plate. modulus [-]: factor on the shear
+        modulus of the rubber. gravity [m/s2].
+
+        Raises NoEquilibriumError as `HandBody.settle` does for the body without contact, and for a
+        step that does not converge: a joint still turns by more than LEFT_TURN in the last
+        iteration.
         """
         warm = temperatures or [ROOM_TEMPERATURE] * len(paths)
         at, down = [path.at for path in paths], [DOWN @ path.frame[0] for path in paths]
@@ -136,7 +144,8 @@ class PressedBody(MovingBody):
             )
             if left > LEFT_TURN:
                 raise NoEquilibriumError(
-                    f"a joint turns by {left:.2g} rad in the last round of a step"
+                    f"a press does not converge: a joint still turns by {left:.2g} rad in the "
+                    "last iteration of a step"
                 )
             found[:, 2] += weight
             lever = path.frame[path.kept] @ self._resting_center

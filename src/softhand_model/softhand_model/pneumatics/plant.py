@@ -40,8 +40,8 @@ class PneumaticPlant:
     left, `inflow - outflow - leaked - relieved`. `faults` simulates faults.
 
     Args:
-        channels: names of the channels, at most 64; channel i is outlet i of the box. Beyond 8 they
-            are those of further boxes, on one supply.
+        channels: names of the channels, at most 64; channel i is outlet i of the box. From the
+            ninth on they belong to further boxes on the same supply.
         volumes: rest volumes of the channels, tubes included (n,) [m3].
         parameters: constants of the box; None: those of `load_pneumatics()`.
         seed: seed of noise and jitter. The tolerances of the box come from `parameters.box_seed`.

@@ -1,4 +1,4 @@
-"""Best evaluations of a search, run again with jitter: the least cost may be due to chance."""
+"""The best evaluations of a search, run again with jitter: a least cost may be due to chance."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def check_name(name: str, allow_any: bool) -> None:
     if not allow_any and name not in {point.value for point in entry_points(group=GROUP)}:
         raise ValueError(
             f"objective: expected one that an installed package registers, got {name}, whose code "
-            f"would be run; {ALLOW} runs it"
+            f"would be run; if you trust it: {ALLOW}"
         )
 
 

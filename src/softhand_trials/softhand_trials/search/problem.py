@@ -4,13 +4,15 @@ The file has the keys
 
 * `format: softhand-search/1`, `name` (first part of every key), `objective: module:function`;
 * `variables: {name: [low, high]}`;
-* `evaluations`: the budget; `generation` (8): evaluations that the sampler is asked for before
-  it gets a result of any; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
-* `start: {name: value}`, or a list of such: what is tried first; with `spread`, a share of each
-  range, CMA-ES goes on around the one start, so far, after its first generation;
+* `evaluations`: the budget; `generation` (8): evaluations that are chosen together, before any of
+  them has a result; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
+* `start: {name: value}`, or a list of such: what is tried first. With a single start, `spread` lets
+  CMA-ES search around it after a random first generation; it is the standard deviation, as a share
+  of each range;
 * `enough`: a cost; the search ends after the generation in which one is as low;
-* `settings`: what the objective is given besides the values. Texts that are the path of a file from
-  the problem's folder on are made whole, and its content belongs to the evaluation.
+* `settings`: what the objective is given besides the values. A text that is the path of a file
+  relative to the problem's folder becomes an absolute path, and a change of the file's content
+  makes it another evaluation.
 """
 
 from __future__ import annotations
@@ -74,16 +76,17 @@ class SearchProblem:
                 "sampler: cma: expected 2 or more variables and generations of 4 or more"
             )
         if self.spread is not None and (self.sampler != "cma" or len(self.starts) != 1):
-            raise ValueError("spread: expected none without one start and the sampler cma")
+            raise ValueError("spread: expected only with the sampler cma and a single start")
         by_name = {variable.name: variable for variable in self.variables}
         for name, value in (item for start in self.starts for item in start.items()):
             found = by_name.get(name)
             if found is None or not found.low <= value <= found.high:
                 raise ValueError(
-                    f"start: {name}: expected a variable within its range, got {value}"
+                    f"start: {name}: expected the name of a variable and a value within its "
+                    f"range, got {value}"
                 )
         if self.spread is not None and len(self.starts[0]) < len(by_name):
-            raise ValueError("start: expected a value of every variable, as there is a spread")
+            raise ValueError("start: expected a value of every variable beside spread")
 
     @property
     def starts(self) -> tuple[Mapping[str, float], ...]:

@@ -53,8 +53,8 @@ class SuccessMap:
             or not len(self.replicates)
         ):
             raise ValueError(
-                f"map: expected once {shape} and replicates (1 or more, {shape[0]}, {shape[1]}), "
-                f"got {self.once.shape} and {self.replicates.shape}"
+                f"map: expected `once` of shape {shape} and `replicates` of shape (1 or more, "
+                f"{shape[0]}, {shape[1]}), got {self.once.shape} and {self.replicates.shape}"
             )
 
     @cached_property
@@ -184,7 +184,7 @@ def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
     """The map of an object's trials; None unless their cells are a grid of more than one cell, in
     even steps, and each replicate has a verdict in every cell.
 
-    If there are no jittered replicates, the trials without jitter stand in for them, and the other
+    If there are no jittered replicates, the trials without jitter are used as such, and the other
     way round.
 
     >>> def trial(x, outcome):
@@ -216,7 +216,7 @@ def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
 
 
 def finished(records: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """The same records, once it is clear that every trial has a verdict.
+    """The records as they are, if every trial has a verdict.
 
     Raises:
         RuntimeError: a trial ended in an error; the sweep tries it again when it is started again.

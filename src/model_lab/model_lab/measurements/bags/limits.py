@@ -130,7 +130,9 @@ class _File:
 
 class _CheckedDirectory(DirectoryReader):
     def open(self) -> None:
-        """Open, and refuse metadata of other kinds than what is calculated with."""
+        """Open; raises ValueError if the metadata are too large, or values in them are not of their
+        types.
+        """
         if Path(str(self.path), "metadata.yaml").stat().st_size > LARGEST_DOCUMENT:
             raise ValueError(f"metadata.yaml: expected at most {LARGEST_DOCUMENT} bytes, got more")
         super().open()
@@ -153,7 +155,9 @@ class _CheckedDirectory(DirectoryReader):
     def messages(
         self, connections: Collection[Connection], start: int | None = None, stop: int | None = None
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
-        """Messages, refused where they are too large together or a stamp is no time in ROS."""
+        """The messages; raises TooLargeBag if they are too large together, and ValueError for a
+        stamp that ROS cannot have.
+        """
         files = [path for path in Path(str(self.path)).iterdir() if path.is_file()]
         most = left = allowed(sum(path.stat().st_size for path in files))
         for message in super().messages(connections, start, stop):
@@ -167,8 +171,8 @@ class _CheckedDirectory(DirectoryReader):
 
 class _LimitedMcap(McapReader):
     def open(self) -> None:
-        """Open, and refuse chunks that are too large together, in the file or in its index; that
-        each is as large as it states is checked where it is unpacked.
+        """Open; raises TooLargeBag if all chunks together, by the sizes that file or index state,
+        are too large. The true size of a chunk is checked when it is unpacked.
         """
         path = Path(str(self.path))
         most = allowed(path.stat().st_size)
@@ -196,13 +200,15 @@ def _stated_sizes(file: BinaryIO) -> Iterator[int]:
 
 class _LimitedSqlite(Sqlite3Reader):
     def open(self) -> None:
-        """Refuse what is calculated instead of stored and topics that are there twice, and open."""
+        """Open; raises ValueError for a database that computes values instead of storing them, and
+        for a topic that occurs twice.
+        """
         address = f"{Path(str(self.path)).absolute().as_uri()}?immutable=1"
         with closing(sqlite3.connect(address, uri=True)) as database:
             calculated = database.execute(CALCULATED).fetchone()
             if calculated is not None:
                 raise ValueError(
-                    f"expected tables of stored values, got {quoted(calculated[0])} that calculates"
+                    f"expected tables of stored values, got {quoted(calculated[0])}, which computes"
                 )
             twice = "SELECT id FROM topics GROUP BY id HAVING count(*) > 1"
             if (topic := database.execute(twice).fetchone()) is not None:

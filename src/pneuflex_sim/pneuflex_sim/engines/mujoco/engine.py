@@ -212,17 +212,17 @@ def _check(around: Surroundings) -> None:
     """Raise ValueError for what this engine does not do."""
     if around.gui:
         raise ValueError(
-            "gui: expected false with engine mujoco, which has no window here; `softhand play` "
-            "shows it, or take engine pybullet"
+            "gui: expected false with engine mujoco, which opens no window; use `softhand play`, "
+            "or engine pybullet"
         )
     if around.finger_contact and around.step > LARGEST_TOUCHING_STEP:
         raise ValueError(
             f"step: expected at most {1e3 * LARGEST_TOUCHING_STEP:g} ms with finger_contact and "
-            "engine mujoco, where fingers that touch else do not come to rest, got "
-            f"{1e3 * around.step:g} ms"
+            f"engine mujoco, got {1e3 * around.step:g} ms, at which fingers that touch each other "
+            "do not come to rest"
         )
     if around.solver != SolverSettings():
         raise ValueError(
-            "solver: expected default with engine mujoco, whose solver iterates until it has "
-            "converged; other settings need engine pybullet"
+            "solver: expected default with engine mujoco, whose solver always iterates until it "
+            "has converged; for other settings use engine pybullet"
         )
