@@ -134,6 +134,32 @@ def test_fit_and_proof_get_sets_of_every_case_that_no_threshold_has_seen():
     assert len({gather.name_of(job) for job in first}) == len(first)
 
 
+def test_sets_of_the_blind_bench_are_taken_without_what_is_kept_for_it(tmp_path):
+    own, blind = tmp_path / "own.jsonl", tmp_path / "blind.jsonl"
+    sets = gathered(5, 607)
+    sets[1]["case"], sets[2]["row"], sets[3]["answer"] = "reserved/uniaxial/x/5", "plan", None
+    own.write_text(json.dumps(sets[0]) + "\n")
+    blind.write_text("".join(json.dumps(one) + "\n" for one in sets[1:]))
+    kept = calibrate.answered([own, blind])
+    assert {one["key"] for one in kept} == {sets[0]["key"], sets[4]["key"]}
+
+
+def test_coefficients_are_compared_on_the_same_sets(found):
+    others = gathered(200, 608)
+    never = {**found, "limit": 1.0}  # all verdicts are guesses
+    sure = {**found, "limit": 0.0}
+    wrong = sum(not right(one) for one in others)
+    assert f"wrong and sure 0 of 200, right ones called a guess {200 - wrong}" in (
+        calibrate.compared(others, never)
+    )
+    assert f"wrong and sure {wrong} of 200, right ones called a guess 0" in (
+        calibrate.compared(others, sure)
+    )
+    unknown = fitted([])  # even chance for each
+    assert calibrate.compared(others, unknown).startswith("Brier score 0.2500")
+    assert float(calibrate.compared(others, found).split()[2].rstrip(",")) < 0.2
+
+
 def test_measurements_of_which_the_worst_fits_are_the_surest_are_told(found):
     real = [one | {"row": "real"} for one in gathered(30, 606)]
     for one in real:
