@@ -131,11 +131,12 @@ def test_what_is_said_of_the_families_kept_for_blind_runs_is_counted_and_not_lis
 
 def test_wrong_verdicts_that_are_no_guess_and_slips_where_none_is_are_counted():
     right = record("catalogue", ["a"], ["a"])
-    sure, guess = (record("catalogue", ["a"], ["b"], guess=guess) for guess in (False, True))
+    sure = record("catalogue", ["a"], ["b"], confidence=0.95)
+    guess = record("catalogue", ["a"], ["b"], confidence=0.5, guess=True)
     unknown = record("catalogue", ["a"], [], verdict="unexplained")
     slip = record("nothing", [], [], verdict="slip")
     lines = notes_of([right, sure, guess, unknown, slip])
-    assert "wrong and sure: 2 of 5" in lines
+    assert "wrong and sure: 2 of 5, 1 with a confidence" in lines
     assert "slips told where none is: 1 of 5" in lines
 
 
