@@ -33,7 +33,7 @@ from bench.lab.reliability import (
     error_by_chance,
     error_interval,
 )
-from bench.lab.scoring import REAL, SECOND_AUTHOR, refused, right, wilson
+from bench.lab.scoring import REAL, SECOND_AUTHOR, right, wilson
 from bench.lab.table import NOT_COUNTED
 from model_lab.diagnosis import confidence
 from model_lab.diagnosis.confidence import probability
@@ -92,6 +92,13 @@ def verdict_of(record: Record) -> str:
     """The verdict that the confidence is of: where a slip is told, that on the data without it."""
     answer = record["answer"]
     return str(answer.get("verdict_mended") or answer["verdict"])
+
+
+def _unexplained(record: Record) -> bool:
+    """Whether a verdict says that nothing known explains the set. What was a guess by the
+    coefficients of then tells nothing of new ones.
+    """
+    return verdict_of(record) == UNEXPLAINED
 
 
 def model_of(records: Sequence[Record], terms: Mapping[str, int], ridge: float) -> dict[str, Any]:
@@ -178,7 +185,7 @@ def limit_of(records: Sequence[Record], said: Array) -> float:
         if np.mean([p < limit for _, p, fine in pairs if fine] or [0.0]) > GUESSED:
             break
         found = limit
-        if np.mean([p < limit or refused(record) for record, p in wrong] or [1.0]) >= REFUSED:
+        if np.mean([p < limit or _unexplained(record) for record, p in wrong] or [1.0]) >= REFUSED:
             break
     return _short(found)
 
@@ -212,7 +219,7 @@ def shown(
     said = [_stated(record, found) for record in records]
     true = [right(record) for record in records]
     pairs = list(zip(records, said, true, strict=True))
-    wrong = [p < found["limit"] or refused(record) for record, p, fine in pairs if not fine]
+    wrong = [p < found["limit"] or _unexplained(record) for record, p, fine in pairs if not fine]
     guessed = [p < found["limit"] for _, p, fine in pairs if fine]
     error, by_chance = _short(calibration_error(said, true)), _short(error_by_chance(said))
     head = {"sets": len(records), "right": sum(true), "error": error, "by_chance": by_chance}
@@ -231,7 +238,7 @@ def compared(records: Sequence[Record], found: Mapping[str, Any]) -> str:
     said = np.array([_stated(record, found) for record in records])
     true = np.array([right(record) for record in records], bool)
     sure = [
-        not fine and p >= found["limit"] and verdict_of(record) != UNEXPLAINED
+        not fine and p >= found["limit"] and not _unexplained(record)
         for record, p, fine in zip(records, said, true, strict=True)
     ]
     return (

@@ -105,6 +105,18 @@ def test_the_limit_refuses_most_of_the_wrong_verdicts_unless_too_many_right_ones
     assert enough or np.mean(said[fine] < limit + 0.05) > calibrate.GUESSED
 
 
+def test_what_was_a_guess_by_the_coefficients_of_then_is_not_refused_by_new_ones(found):
+    others = gathered(100, 609)
+    before = shown(others, found)
+    for one in others:
+        one["answer"]["guess"] = True
+    said = np.zeros(len(others)) + 0.99
+    assert shown(others, found) == before
+    assert before["refused_of_wrong"][1] > 0 and limit_of(others, said) == limit_of(
+        gathered(100, 609), said
+    )
+
+
 def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path, monkeypatch):
     monkeypatch.setattr(calibrate, "OUT", tmp_path / "confidence.json")
     monkeypatch.setattr(calibrate, "FIGURE", tmp_path / "confidence.png")
