@@ -27,6 +27,7 @@ from bench.hidden.reserved import is_reserved
 from bench.kept import read
 from bench.lab.gather import LINES
 from bench.lab.reliability import (
+    DRAWS,
     Bin,
     bins_of,
     calibration_error,
@@ -248,6 +249,21 @@ def compared(records: Sequence[Record], found: Mapping[str, Any]) -> str:
     )
 
 
+def gain(records: Sequence[Record], new: Mapping[str, Any], old: Mapping[str, Any]) -> list[float]:
+    """By how much new coefficients lower the Brier score of old ones, with the ends of its 95 %
+    bootstrap interval over the sets.
+    """
+    true = np.array([right(record) for record in records], float)
+    squares = [
+        (np.array([_stated(record, found) for record in records]) - true) ** 2
+        for found in (old, new)
+    ]
+    lower = squares[0] - squares[1]
+    drawn = np.random.default_rng(0).integers(len(lower), size=(DRAWS, len(lower)))
+    ends = np.quantile(lower[drawn].mean(axis=1), [0.025, 0.975])
+    return [_short(value) for value in (lower.mean(), *ends)]
+
+
 def _stated(record: Record, found: Mapping[str, Any]) -> float:
     return probability(found["verdicts"][verdict_of(record)], record["answer"]["evidence"])
 
@@ -371,6 +387,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{name}: {value}")
     for name, document in (("fitted", found), ("shipped", confidence.calibration())):
         print(f"{name}, on the others: {compared(others, document)}")
+    print(f"gain in Brier score, with interval: {gain(others, found, confidence.calibration())}")
+    for author in sorted(set(map(author_of, records))):
+        mine = [record for record in records if author_of(record) == author]
+        fine = f"{sum(map(right, mine))} right"
+        print(f"shipped, all of {author}: {fine}, {compared(mine, confidence.calibration())}")
     if not chose.show:
         OUT.write_text(json.dumps({**head, **found}, indent=1) + "\n")
         draw(proof, FIGURE)

@@ -168,6 +168,9 @@ def test_coefficients_are_compared_on_the_same_sets(found):
         calibrate.compared(others, sure)
     )
     unknown = fitted([])  # even chance for each
+    lower, low, high = calibrate.gain(others, found, unknown)
+    assert 0.05 < low < lower < high < 0.25
+    assert calibrate.gain(others, unknown, found)[0] == -lower
     assert calibrate.compared(others, unknown).startswith("Brier score 0.2500")
     assert float(calibrate.compared(others, found).split()[2].rstrip(",")) < 0.2
 
