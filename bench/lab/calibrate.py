@@ -2,9 +2,10 @@
 
 Takes the sets that `bench.lab.gather` and `bench.lab.gather_others` have gathered: the model of
 each verdict is fitted to five in seven of them, drawn by a checksum of their names, and what it
-says is compared with what is right on the others. Writes the
-coefficients into the lab (diagnosis/confidence.json), with where they come from, and the
-reliability diagram (docs/figures/confidence.png); `--show` only prints.
+says is compared with what is right on the others, and so are the coefficients that are shipped.
+Writes the coefficients into the lab (diagnosis/confidence.json), with where they come from, and the
+reliability diagram (docs/figures/confidence.png); `--show` only prints. Lines that `bench.lab` kept
+may be given, too; families that are kept for blind runs are left out.
 """
 
 from __future__ import annotations
@@ -22,16 +23,19 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
+from bench.hidden.reserved import is_reserved
 from bench.kept import read
 from bench.lab.gather import LINES
 from bench.lab.reliability import (
+    DRAWS,
     Bin,
     bins_of,
     calibration_error,
     error_by_chance,
     error_interval,
 )
-from bench.lab.scoring import REAL, SECOND_AUTHOR, refused, right, wilson
+from bench.lab.scoring import REAL, SECOND_AUTHOR, right, wilson
+from bench.lab.table import NOT_COUNTED
 from model_lab.diagnosis import confidence
 from model_lab.diagnosis.confidence import probability
 from model_lab.diagnosis.result import UNEXPLAINED
@@ -73,16 +77,29 @@ def for_the_fit(key: str) -> bool:
     return crc32(key.encode()) % PARTS_OF_SETS >= SHOWN
 
 
-def answered(lines: Path) -> list[Record]:
-    """Gathered sets with a verdict, in a fixed order."""
-    kept = read(lines)
-    return [kept[key] for key in sorted(kept) if kept[key].get("answer")]
+def answered(files: Sequence[Path]) -> list[Record]:
+    """Gathered sets with one verdict each, in a fixed order."""
+    kept = {key: record for lines in files for key, record in read(lines).items()}
+    return [
+        kept[key]
+        for key in sorted(kept)
+        if kept[key].get("answer")
+        and kept[key]["row"] not in NOT_COUNTED
+        and not is_reserved(kept[key].get("case", ""))
+    ]
 
 
 def verdict_of(record: Record) -> str:
     """The verdict that the confidence is of: where a slip is told, that on the data without it."""
     answer = record["answer"]
     return str(answer.get("verdict_mended") or answer["verdict"])
+
+
+def _unexplained(record: Record) -> bool:
+    """Whether a verdict says that nothing known explains the set. What was a guess by the
+    coefficients of then tells nothing of new ones.
+    """
+    return verdict_of(record) == UNEXPLAINED
 
 
 def model_of(records: Sequence[Record], terms: Mapping[str, int], ridge: float) -> dict[str, Any]:
@@ -169,7 +186,7 @@ def limit_of(records: Sequence[Record], said: Array) -> float:
         if np.mean([p < limit for _, p, fine in pairs if fine] or [0.0]) > GUESSED:
             break
         found = limit
-        if np.mean([p < limit or refused(record) for record, p in wrong] or [1.0]) >= REFUSED:
+        if np.mean([p < limit or _unexplained(record) for record, p in wrong] or [1.0]) >= REFUSED:
             break
     return _short(found)
 
@@ -200,10 +217,10 @@ def shown(
     records: Sequence[Record], found: Mapping[str, Any], whole: bool = True
 ) -> dict[str, Any]:
     """What the models say of other sets, beside what is right; whole: with intervals and bins."""
-    said = [probability(found["verdicts"][verdict_of(r)], r["answer"]["evidence"]) for r in records]
+    said = [_stated(record, found) for record in records]
     true = [right(record) for record in records]
     pairs = list(zip(records, said, true, strict=True))
-    wrong = [p < found["limit"] or refused(record) for record, p, fine in pairs if not fine]
+    wrong = [p < found["limit"] or _unexplained(record) for record, p, fine in pairs if not fine]
     guessed = [p < found["limit"] for _, p, fine in pairs if fine]
     error, by_chance = _short(calibration_error(said, true)), _short(error_by_chance(said))
     head = {"sets": len(records), "right": sum(true), "error": error, "by_chance": by_chance}
@@ -217,13 +234,47 @@ def shown(
     }
 
 
+def compared(records: Sequence[Record], found: Mapping[str, Any]) -> str:
+    """How well coefficients, with their limit of guesses, tell right verdicts from wrong ones."""
+    said = np.array([_stated(record, found) for record in records])
+    true = np.array([right(record) for record in records], bool)
+    sure = [
+        not fine and p >= found["limit"] and not _unexplained(record)
+        for record, p, fine in zip(records, said, true, strict=True)
+    ]
+    return (
+        f"Brier score {np.mean((said - true) ** 2):.4f}, calibration error "
+        f"{calibration_error(said, true):.3f}, wrong and sure {sum(sure)} of {len(records)}, right "
+        f"ones called a guess {np.sum(true & (said < found['limit']))} of {true.sum()}"
+    )
+
+
+def gain(records: Sequence[Record], new: Mapping[str, Any], old: Mapping[str, Any]) -> list[float]:
+    """By how much new coefficients lower the Brier score of old ones, with the ends of its 95 %
+    bootstrap interval over the sets.
+    """
+    true = np.array([right(record) for record in records], float)
+    squares = [
+        (np.array([_stated(record, found) for record in records]) - true) ** 2
+        for found in (old, new)
+    ]
+    lower = squares[0] - squares[1]
+    drawn = np.random.default_rng(0).integers(len(lower), size=(DRAWS, len(lower)))
+    ends = np.quantile(lower[drawn].mean(axis=1), [0.025, 0.975])
+    return [_short(value) for value in (lower.mean(), *ends)]
+
+
+def _stated(record: Record, found: Mapping[str, Any]) -> float:
+    return probability(found["verdicts"][verdict_of(record)], record["answer"]["evidence"])
+
+
 def rank_of_measurements(records: Sequence[Record], found: Mapping[str, Any]) -> list[float]:
     """Rank correlation of confidence with error over floor over measurements by others and their
     parts that are said to be explained, and how many these are; above 0 the worst fits would be the
     surest.
     """
     real = [r for r in records if r["row"] == REAL and verdict_of(r) != UNEXPLAINED]
-    said = [probability(found["verdicts"][verdict_of(r)], r["answer"]["evidence"]) for r in real]
+    said = [_stated(record, found) for record in real]
     left = [r["answer"]["evidence"][_judged_error(r)] for r in real]
     if len(real) < FEWEST_RANKED:
         return [0.0, len(real)]
@@ -306,7 +357,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="bench.lab.calibrate", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("--lines", type=Path, default=LINES)
+    parser.add_argument("--lines", type=Path, nargs="+", default=[LINES], help="gathered sets")
     parser.add_argument("--show", action="store_true", help="print, write nothing")
     parser.add_argument("--shipped", action="store_true", help="only tell of what is shipped")
     chose = parser.parse_args(arguments)
@@ -334,6 +385,13 @@ def main(arguments: list[str] | None = None) -> int:
     }
     for name, value in (proof | {"limit": found["limit"]}).items():
         print(f"{name}: {value}")
+    for name, document in (("fitted", found), ("shipped", confidence.calibration())):
+        print(f"{name}, on the others: {compared(others, document)}")
+    print(f"gain in Brier score, with interval: {gain(others, found, confidence.calibration())}")
+    for author in sorted(set(map(author_of, records))):
+        mine = [record for record in records if author_of(record) == author]
+        fine = f"{sum(map(right, mine))} right"
+        print(f"shipped, all of {author}: {fine}, {compared(mine, confidence.calibration())}")
     if not chose.show:
         OUT.write_text(json.dumps({**head, **found}, indent=1) + "\n")
         draw(proof, FIGURE)

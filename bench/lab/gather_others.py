@@ -35,7 +35,7 @@ FURTHER_LAWS = {"yeoh_third_order", "arruda_boyce", "ogden", "mooney_rivlin", "s
 RUBBER_LAWS = {"gent_stiffening", "yeoh_stiffening"} | FURTHER_LAWS
 
 
-def sets_of(count: int) -> list[tuple[str, int]]:
+def sets_of(count: int, first_seed: int = FIRST_SEED) -> list[tuple[str, int]]:
     """Kind and seed of so many sets.
 
     >>> sets_of(3)
@@ -45,7 +45,7 @@ def sets_of(count: int) -> list[tuple[str, int]]:
     sets = []
     for number in range(count):
         kind = TURN[number % len(TURN)]
-        sets.append((kind, FIRST_SEED + made[kind]))
+        sets.append((kind, first_seed + made[kind]))
         made[kind] += 1
     return sets
 
@@ -118,6 +118,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--sets", type=int, default=300, help="so many in all")
+    parser.add_argument("--seed", type=int, default=FIRST_SEED, help="of the first set of a kind")
     parser.add_argument("--real", action="store_true", help="measurements instead")
     parser.add_argument("--lines", type=Path, default=LINES)
     chose = parser.parse_args(arguments)
@@ -128,7 +129,7 @@ def main(arguments: list[str] | None = None) -> int:
             append(record, chose.lines)
         return 0
     known = {key for key, one in read(chose.lines).items() if one["revision"] == revision}
-    for kind, seed in sets_of(chose.sets):
+    for kind, seed in sets_of(chose.sets, chose.seed):
         if time.monotonic() > until:
             print("bench.lab.gather_others: time is over; run it again to go on", flush=True)
             break

@@ -8,8 +8,9 @@ from typing import Any
 from bench.hidden.reserved import is_reserved
 from bench.lab import learn
 from bench.lab.planning import broken, proposed, tied_with_truth
-from bench.lab.scoring import groups, is_guess, mean_tie, right
+from bench.lab.scoring import groups, is_guess, mean_tie, refused, right
 from bench.lab.table import plan_done, verdicts
+from model_lab.diagnosis.result import SLIP
 
 Record = Mapping[str, Any]
 
@@ -25,6 +26,11 @@ def notes_of(records: Sequence[Record]) -> list[str]:
         middle, longest = seconds[len(seconds) // 2], seconds[-1]
         lines.append(f"seconds a diagnosis: median {middle:.1f}, longest {longest:.1f}")
         lines.append(f"stated floor over true one: median {sorted(floors)[len(floors) // 2]:.2f}")
+        sure = [record for record in answered if not right(record) and not refused(record)]
+        stated = sum(record["answer"]["confidence"] is not None for record in sure)
+        slips = sum(record["answer"]["verdict"] == SLIP for record in answered)
+        lines.append(f"wrong and sure: {len(sure)} of {len(answered)}, {stated} with a confidence")
+        lines.append(f"slips told where none is: {slips} of {len(answered)}")
     hidden = sum(not record["visible"] for record in records)
     lines.append(f"left out, since what is hidden does not reach twice the floor: {hidden}")
     failed = [record for record in records if record.get("error")]

@@ -13,7 +13,7 @@ from bench.hidden.reserved import RESERVED, is_reserved
 from bench.hidden.sets import recording
 from bench.lab import __main__ as lab
 from bench.lab import store
-from bench.lab.notes import misses_of
+from bench.lab.notes import misses_of, notes_of
 from bench.lab.reliability import calibration_error, error_by_chance, error_interval
 from bench.lab.scoring import refused, wrong_alone, wrong_name
 from bench.lab.table import ROWS, rows_of, text_of
@@ -127,6 +127,17 @@ def test_what_is_said_of_the_families_kept_for_blind_runs_is_counted_and_not_lis
     lines = misses_of([kept, other])
     assert len(lines) == 2 and lines[0].startswith("1 sets") and "known" in lines[1]
     assert "secret" not in "".join(lines)
+
+
+def test_wrong_verdicts_that_are_no_guess_and_slips_where_none_is_are_counted():
+    right = record("catalogue", ["a"], ["a"])
+    sure = record("catalogue", ["a"], ["b"], confidence=0.95)
+    guess = record("catalogue", ["a"], ["b"], confidence=0.5, guess=True)
+    unknown = record("catalogue", ["a"], [], verdict="unexplained")
+    slip = record("nothing", [], [], verdict="slip")
+    lines = notes_of([right, sure, guess, unknown, slip])
+    assert "wrong and sure: 2 of 5, 1 with a confidence" in lines
+    assert "slips told where none is: 1 of 5" in lines
 
 
 @pytest.mark.parametrize("law", RESERVED.split())

@@ -105,6 +105,18 @@ def test_the_limit_refuses_most_of_the_wrong_verdicts_unless_too_many_right_ones
     assert enough or np.mean(said[fine] < limit + 0.05) > calibrate.GUESSED
 
 
+def test_what_was_a_guess_by_the_coefficients_of_then_is_not_refused_by_new_ones(found):
+    others = gathered(100, 609)
+    before = shown(others, found)
+    for one in others:
+        one["answer"]["guess"] = True
+    said = np.zeros(len(others)) + 0.99
+    assert shown(others, found) == before
+    assert before["refused_of_wrong"][1] > 0 and limit_of(others, said) == limit_of(
+        gathered(100, 609), said
+    )
+
+
 def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path, monkeypatch):
     monkeypatch.setattr(calibrate, "OUT", tmp_path / "confidence.json")
     monkeypatch.setattr(calibrate, "FIGURE", tmp_path / "confidence.png")
@@ -132,6 +144,35 @@ def test_fit_and_proof_get_sets_of_every_case_that_no_threshold_has_seen():
     assert not any(is_reserved(job.case) for job in jobs)
     first = jobs[: len(halves[0] | halves[1])]
     assert len({gather.name_of(job) for job in first}) == len(first)
+
+
+def test_sets_of_the_blind_bench_are_taken_without_what_is_kept_for_it(tmp_path):
+    own, blind = tmp_path / "own.jsonl", tmp_path / "blind.jsonl"
+    sets = gathered(5, 607)
+    sets[1]["case"], sets[2]["row"], sets[3]["answer"] = "reserved/uniaxial/x/5", "plan", None
+    own.write_text(json.dumps(sets[0]) + "\n")
+    blind.write_text("".join(json.dumps(one) + "\n" for one in sets[1:]))
+    kept = calibrate.answered([own, blind])
+    assert {one["key"] for one in kept} == {sets[0]["key"], sets[4]["key"]}
+
+
+def test_coefficients_are_compared_on_the_same_sets(found):
+    others = gathered(200, 608)
+    never = {**found, "limit": 1.0}  # all verdicts are guesses
+    sure = {**found, "limit": 0.0}
+    wrong = sum(not right(one) for one in others)
+    assert f"wrong and sure 0 of 200, right ones called a guess {200 - wrong}" in (
+        calibrate.compared(others, never)
+    )
+    assert f"wrong and sure {wrong} of 200, right ones called a guess 0" in (
+        calibrate.compared(others, sure)
+    )
+    unknown = fitted([])  # even chance for each
+    lower, low, high = calibrate.gain(others, found, unknown)
+    assert 0.05 < low < lower < high < 0.25
+    assert calibrate.gain(others, unknown, found)[0] == -lower
+    assert calibrate.compared(others, unknown).startswith("Brier score 0.2500")
+    assert float(calibrate.compared(others, found).split()[2].rstrip(",")) < 0.2
 
 
 def test_measurements_of_which_the_worst_fits_are_the_surest_are_told(found):

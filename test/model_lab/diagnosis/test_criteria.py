@@ -106,6 +106,16 @@ def test_an_error_must_exceed_the_scatter_of_repeats_beyond_chance(dof):
     assert verdict(Said(1.005 * far), dof=dof) == UNEXPLAINED
 
 
+@pytest.mark.parametrize(("error", "answer"), [(3.74, ADEQUATE), (3.76, UNEXPLAINED)])
+def test_an_error_far_above_the_floor_is_no_noise_however_few_repeats_there_are(error, answer):
+    problem = made_up_problem(level=FLOOR, dof=0.1)
+    table = problem.data.table
+    large = replace(table, value=10.0 * table.value)  # of which a constant says nothing
+    problem = replace(problem, data=SimpleNamespace(**vars(problem.data) | {"table": large}))
+    base = model(problem, (), Said(error))
+    assert verdict_of(problem, base, base, []) == answer
+
+
 @pytest.mark.parametrize(
     ("times", "folds", "answer"),
     [(1.01, 6, UNEXPLAINED), (0.99, 6, ADEQUATE), (1.01, 3, UNEXPLAINED), (2.0, 2, ADEQUATE)],

@@ -172,7 +172,8 @@ def verdict_of(
 
 
 def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -> bool:
-    """Whether a model is wrong beyond doubt: its error is larger than repeats scatter, or a black
+    """Whether a model is no explanation: its error is larger than repeats scatter beyond chance, or
+    so far above the floor that however few repeats there are it cannot be called noise, or a black
     box predicts held-out data better, or even a constant for each output does.
     """
     rules, floor, error = problem.rules, problem.floor.total, base.held_out.rmse
@@ -183,7 +184,9 @@ def _fails(problem: FitProblem, base: Scored, black_boxes: Sequence[BlackBox]) -
         return True
     if not material(problem, base):
         return False
-    if not has_few_folds(problem) and constants_error(problem) < rules.black_box_better * error:
+    if not has_few_folds(problem) and (
+        is_far(problem, base) or constants_error(problem) < rules.black_box_better * error
+    ):
         return True
     if problem.floor.gain_known:
         lost = len(base.fit.values) / max(len(problem.data.runs) - len(base.fit.values), 1)
