@@ -51,7 +51,6 @@ def test_maps_that_are_not_made_are_rows_and_so_is_what_they_lack(kept_here, mon
     ]
     assert not any(row["met"] for row in rows)
     monkeypatch.setattr(object_map, "run_sweep", all_gripped)
-    monkeypatch.setattr(map_evidence, "run_sweep", all_gripped)
     monkeypatch.setattr(map_evidence, "run_tasks", lines_gripped)
     cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
     thesis_main(["run", "push_map", *cell, "--objects", "cylinder", "--checks", "no_air"])

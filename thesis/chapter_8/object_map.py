@@ -57,9 +57,7 @@ class MapParameters(Evidence):
     checks: tuple[str, ...] = option((), "other sweeps beside the maps, by name [-]")
 
     def __post_init__(self) -> None:
-        known = type(self).checks
-        if unknown := [name for name in self.checks if name not in known]:
-            raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
+        check_names(self.checks, type(self).checks)
 
     def continued(self, folder: Path) -> Self:
         """These parameters with the objects and checks that already have trials in the folder: a
@@ -72,6 +70,12 @@ class MapParameters(Evidence):
             objects=tuple(dict.fromkeys([*objects, *self.objects])),
             checks=tuple(dict.fromkeys([*checks, *self.checks])),
         )
+
+
+def check_names(given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise ValueError unless these checks are among those that there are."""
+    if unknown := [name for name in given if name not in known]:
+        raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
 
 
 @dataclass(frozen=True)

@@ -188,7 +188,6 @@ def test_a_map_of_two_cells_is_run_drawn_and_played_again_from_its_lines(tmp_pat
 
 def test_another_object_and_check_are_added_to_the_maps_of_a_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(object_map, "run_sweep", all_gripped)
-    monkeypatch.setattr(map_evidence, "run_sweep", all_gripped)
     monkeypatch.setattr(map_evidence, "run_tasks", lines_gripped)
     cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
     words = ["run", "push_map", "--out", str(tmp_path), *cell]
