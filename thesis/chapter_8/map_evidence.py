@@ -45,7 +45,10 @@ class Evidence:
 
     step: float = option(USUAL_STEP, "of the physics [s]")
     fine: int = option(4, "random trials of each object, run again at 1 ms in each engine [-]")
-    sample: int = option(0, "random trials of an object in further engines and checks; 0: all [-]")
+    sample: int = option(
+        0,
+        "random trials of an object in further engines, of push and surface in checks; 0: all [-]",
+    )
     seed: int = option(0, "of the jitter, and of the draw of these trials [-]")
     jobs: int = option(2, "processes; 0: in this one [-]")
     engines: tuple[str, ...] = option(
