@@ -11,8 +11,3 @@ def lines_gripped(lines, folder, jobs, name=""):
         for line in lines:
             results.append(line.describe() | {"outcome": "gripped", "cause": ""})
         return [results.records[line.key] for line in lines]
-
-
-def all_gripped(plan, folder, jobs):
-    """In place of `run_sweep`."""
-    return lines_gripped(plan.tasks(), folder, jobs)

@@ -7,7 +7,7 @@ Shared by the maps of chapters 8 and 9.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from grasp_strategies.judging.judge import OUTCOME_GRIPPED
 from pneuflex_sim.bullet import is_installed
 from pneuflex_sim.engines import ENGINES, default_engine
 from softhand_model.usual_step import USUAL_STEP
-from softhand_trials.sweep import SweepPlan, run_sweep
+from softhand_trials.sweep import SweepPlan
 from softhand_trials.sweep.report import ENGINE_PART, agreements, wilson
 from softhand_trials.sweep.run import run_tasks
 from softhand_trials.sweep.task import Record
@@ -45,6 +45,10 @@ class Evidence:
 
     step: float = option(USUAL_STEP, "of the physics [s]")
     fine: int = option(4, "random trials of each object, run again at 1 ms in each engine [-]")
+    sample: int = option(
+        0,
+        "random trials of an object in further engines, of push and surface in checks; 0: all [-]",
+    )
     seed: int = option(0, "of the jitter, and of the draw of these trials [-]")
     jobs: int = option(2, "processes; 0: in this one [-]")
     engines: tuple[str, ...] = option(
@@ -53,11 +57,24 @@ class Evidence:
 
 
 def other_engines(main: SweepPlan, given: Evidence, folder: Path) -> dict[str, list[Record]]:
-    """Records of the trials of a map by further engine. An engine may refuse an object."""
+    """Records of the trials of a map, or of a random sample, by further engine. An engine may
+    refuse an object.
+    """
     return {
-        engine: run_sweep(main.in_engines([engine]), folder / f"{MAIN}_{engine}", given.jobs)
+        engine: run_tasks(
+            sampled(main.in_engines([engine]), given),
+            folder / f"{MAIN}_{engine}",
+            given.jobs,
+            name=f"{main.name}, {engine}",
+        )
         for engine in given.engines[1:]
     }
+
+
+def sampled(plan: SweepPlan, given: Evidence) -> list[TrialTask]:
+    """All trials of a plan, or the random sample that is asked for: the same in all engines."""
+    lines = plan.tasks()
+    return drawn(lines, given.sample, given.seed) if given.sample else lines
 
 
 def judged_again(
@@ -73,7 +90,7 @@ def judged_again(
         folder: of the map.
     """
     every = [record for records in by_engine.values() for record in records]
-    lines = drawn(main, given.fine, given.seed)
+    lines = drawn(sampled(main, given), given.fine, given.seed)
     steps = [
         _compared(engine, by_engine[engine], _fine(lines, engine, folder, given.jobs))
         for engine in (given.engines if lines else ())
@@ -81,12 +98,12 @@ def judged_again(
     return {"engines": [found.record() for found in agreements(every)], "steps": steps}
 
 
-def drawn(main: SweepPlan, count: int, seed: int) -> list[TrialTask]:
-    """As many random trials of each object of a map, whatever others it has; all if there are
+def drawn(trials: Iterable[TrialTask], count: int, seed: int) -> list[TrialTask]:
+    """As many random trials of each object, whatever other objects there are; all if there are
     fewer.
     """
     by_object: dict[str, list[TrialTask]] = {}
-    for line in main.tasks():
+    for line in trials:
         by_object.setdefault(line.object, []).append(line)
     found = []
     for name, lines in by_object.items():

@@ -12,7 +12,7 @@ import numpy as np
 
 from softhand_trials.sweep.success_map import SuccessMap
 from thesis.chapter_8.map_evidence import differing_cells
-from thesis.chapter_8.object_map import MAIN, maps_of, success_map
+from thesis.chapter_8.object_map import MAIN, cells_of, maps_of
 from thesis.frame import Figure, Results
 
 PICTURE = (18.0, 5.0)  # [in]
@@ -21,8 +21,8 @@ CAUSES_SHOWN = 9  # by colour; the rest is grey
 
 
 def draw_map(figure: Figure, results: Results) -> None:
-    """A column an object: share of success in each engine, crosses where the verdicts of two
-    engines differ, and the commonest cause of failures of each cell.
+    """A column an object: share of success in each engine (grey: no trial), crosses where the
+    verdicts of two engines differ, and the commonest cause of failures of each cell.
     """
     maps, apart = maps_of(results), differing_cells(results)
     sweeps = [name for name in results["sweeps"] if name.startswith(MAIN)]
@@ -33,7 +33,7 @@ def draw_map(figure: Figure, results: Results) -> None:
         panels[-1, column].set_xlabel("y [mm]")
         for panel, sweep in zip(panels[:, column], sweeps, strict=False):
             if name in results["sweeps"][sweep]:
-                _draw_share(panel, success_map(results, name, sweep))
+                _draw_share(panel, found, cells_of(results, sweep, name))
                 _cross(panel, apart.get(name, []))
             else:
                 panel.text(0.5, 0.5, "refused", ha="center", transform=panel.transAxes)
@@ -53,10 +53,11 @@ def _extent(found: SuccessMap) -> list[float]:
     return [1e3 * end for end in ends]
 
 
-def _draw_share(panel: Any, found: SuccessMap) -> None:
+def _draw_share(panel: Any, found: SuccessMap, cells: Mapping[int, np.ndarray]) -> None:
     """Share of all trials of a cell, that without jitter among them."""
-    share = np.concatenate([found.once[None], found.replicates]).mean(axis=0)
+    share = np.ma.mean(np.ma.masked_invalid(list(cells.values())), axis=0)
     panel.imshow(share, origin="lower", extent=_extent(found), cmap="Greens", vmin=0, vmax=1)
+    panel.set_facecolor("0.7")
 
 
 def _cross(panel: Any, cells: Sequence[tuple[float, float]]) -> None:

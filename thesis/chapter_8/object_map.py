@@ -20,10 +20,11 @@ from pneuflex_sim.engines import check_engines
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL, load_friction
 from pneuflex_sim.scene.objects import load_object
 from softhand_common.documents.quoted import listed
-from softhand_trials.sweep import Jitter, SweepPlan, run_sweep
+from softhand_trials.sweep import Jitter, SweepPlan
 from softhand_trials.sweep.plan import Cell, SweptObject, grid
 from softhand_trials.sweep.report import wilson
 from softhand_trials.sweep.results import read_results
+from softhand_trials.sweep.run import run_tasks
 from softhand_trials.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
 from softhand_trials.trials import TrialSettings
 from thesis.chapter_8.map_evidence import (
@@ -32,6 +33,7 @@ from thesis.chapter_8.map_evidence import (
     Evidence,
     judged_again,
     other_engines,
+    sampled,
 )
 from thesis.frame import Finding, Job, Results, option
 
@@ -53,13 +55,11 @@ class MapParameters(Evidence):
     y: tuple[float, ...] = option((-0.08, 0.08), "first and last displacement in y [m]")
     pitch: float = option(0.040, "of the grid [m]")
     objects: tuple[str, ...] = option(ALL, "names of objects [-]")
-    replicates: int = option(1, "jittered trials of a cell [-]")
+    replicates: int = option(1, "jittered trials of a cell beside the one without [-]")
     checks: tuple[str, ...] = option((), "other sweeps beside the maps, by name [-]")
 
     def __post_init__(self) -> None:
-        known = type(self).checks
-        if unknown := [name for name in self.checks if name not in known]:
-            raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
+        check_names(self.checks, type(self).checks)
 
     def continued(self, folder: Path) -> Self:
         """These parameters with the objects and checks that already have trials in the folder: a
@@ -74,15 +74,22 @@ class MapParameters(Evidence):
         )
 
 
+def check_names(given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise ValueError unless these checks are among those that there are."""
+    if unknown := [name for name in given if name not in known]:
+        raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
+
+
 @dataclass(frozen=True)
 class Check:
     """A sweep in addition to the maps: the settings that differ, its replicates and seed, and
-    whether it is a negative control.
+    whether whole maps are compared, for which a sample of the trials is not enough.
     """
 
     settings: Mapping[str, Any]
     replicates: int = 0
     other_seed: int = 0
+    whole: bool = False
 
 
 # factors [-] by which the rubber has these coefficients on wood, and others on other things
@@ -162,7 +169,9 @@ def run_maps(
     sweeps, evidence = {}, {}
     for number, (name, plan) in enumerate(plans.items()):
         job.progress(name, number / len(plans))
-        records = finished(run_sweep(plan, job.folder / name, given.jobs))
+        whole = name == MAIN or checks[name].whole
+        lines = plan.tasks() if whole else sampled(plan, given)
+        records = finished(run_tasks(lines, job.folder / name, given.jobs, name=plan.name))
         sweeps[name] = tallies(records, plan)
         if name == MAIN:
             others = other_engines(plan, given, job.folder)
@@ -176,40 +185,44 @@ def tallies(records: Sequence[Mapping[str, Any]], plan: SweepPlan) -> dict[str, 
     """The tally of each object of which no trial was refused."""
     refused = {record["object"] for record in records if "error" in record}
     names = [swept.name for swept in plan.objects if swept.name not in refused]
-    return {name: tally(records, name) for name in names}
+    return {name: tally(records, name, plan.cells) for name in names}
 
 
-def tally(records: Iterable[Mapping[str, Any]], name: str) -> dict[str, Any]:
-    """Of an object: cells [m] with success (1) or not by replicate, and the cells of its failures
-    by cause.
+def tally(records: Iterable[Mapping[str, Any]], name: str, cells: Sequence[Cell]) -> dict[str, Any]:
+    """Of an object: by replicate, success (1) or not (0) in each of the cells [m] in order, None
+    where there was no trial; and the cells of its failures by cause.
     """
-    replicates: dict[str, list[tuple[Cell, int]]] = {}
+    replicates: dict[str, dict[Cell, int]] = {}
     failed: dict[str, list[Cell]] = {}
     for record in records:
         if record["object"] == name:
             cell, gripped = tuple(record["cell"]), record["outcome"] == OUTCOME_GRIPPED
-            replicates.setdefault(str(record["replicate"]), []).append((cell, int(gripped)))
+            replicates.setdefault(str(record["replicate"]), {})[cell] = int(gripped)
             if not gripped:
                 failed.setdefault(str(record["cause"]), []).append(cell)
     return {
-        "replicates": {key: [g for _, g in sorted(cells)] for key, cells in replicates.items()},
+        "replicates": {
+            key: [found.get(cell) for cell in sorted(cells)] for key, found in replicates.items()
+        },
         "failed": failed,
     }
 
 
 def cells_of(results: Results, sweep: str, name: str) -> dict[int, np.ndarray]:
-    """Successes (nx, ny) by number of the replicate; 0 is the trial without jitter."""
+    """Successes (nx, ny) by number of the replicate, NaN where there was no trial; 0 is the trial
+    without jitter.
+    """
     shape = len(results["xs"]), len(results["ys"])
     found = results["sweeps"][sweep][name]["replicates"]
-    return {int(key): np.array(cells, bool).reshape(shape) for key, cells in found.items()}
+    return {int(key): np.array(cells, float).reshape(shape) for key, cells in found.items()}
 
 
-def success_map(results: Results, name: str, sweep: str = MAIN) -> SuccessMap:
-    """The map of an object."""
-    cells = cells_of(results, sweep, name)
+def success_map(results: Results, name: str) -> SuccessMap:
+    """The map of an object; where no trial is jittered, those without jitter stand in for them."""
+    cells = {key: found.astype(bool) for key, found in cells_of(results, MAIN, name).items()}
     once = cells.pop(0)
     axes = np.array(results["xs"]), np.array(results["ys"])
-    return SuccessMap(*axes, once, np.array([cells[k] for k in sorted(cells)]))
+    return SuccessMap(*axes, once, np.array([cells[k] for k in sorted(cells)] or [once]))
 
 
 def maps_of(results: Results) -> dict[str, SuccessMap]:
@@ -228,7 +241,7 @@ def about(
     x, y = (1e3 * value for value in found.centre)
     where = f" about ({x:.0f}, {y:.0f}) mm" if found.region.any() else ""
     ours = (
-        f"{found.once.sum()} of {found.once.size} cells, jittered {found.replicates.mean():.2f} "
+        f"{found.once.sum()} of {found.once.size} cells, share {found.replicates.mean():.2f} "
         f"({low:.2f} to {high:.2f}); {1e4 * found.area:.0f} cm2{where}, radius "
         f"{1e3 * found.equivalent_radius:.0f} mm; largest part {_share(found)}, "
         f"hole {largest_hole(found.region)}, fuzziness {found.fuzziness:.2f}{ring}"
@@ -306,11 +319,16 @@ def rubber_row(name: str) -> str:
 
 def sensitivity(results: Results, name: str, objects: Sequence[str]) -> Finding:
     """Finding about another friction of the rubber: cells without jitter that succeed."""
-    before, after = (
-        sum(int(cells_of(results, sweep, object)[0].sum()) for object in objects)
-        for sweep in (MAIN, name)
-    )
-    return Finding(rubber_row(name), "-", f"{before} -> {after} cells")
+    before, after, tried = compared(results, name, objects)
+    return Finding(rubber_row(name), "-", f"{before} -> {after} of {tried} cells")
+
+
+def compared(results: Results, name: str, objects: Sequence[str]) -> tuple[int, int, int]:
+    """Successes without jitter in the maps and in a check, and the cells that the check tried."""
+    pairs = [[cells_of(results, sweep, n)[0] for sweep in (MAIN, name)] for n in objects]
+    before, after = np.array(pairs).swapaxes(0, 1)
+    tried = ~np.isnan(after)
+    return int(before[tried].sum()), int(after[tried].sum()), int(tried.sum())
 
 
 def shrinking(
@@ -319,8 +337,7 @@ def shrinking(
     """Finding about a negative control that must reduce the mean area by a share; from cells
     without jitter.
     """
-    before = sum(int(cells_of(results, MAIN, object)[0].sum()) for object in objects)
-    after = sum(int(cells_of(results, name, object)[0].sum()) for object in objects)
+    before, after, tried = compared(results, name, objects)
     lost = 1.0 - after / before if before else 0.0
-    ours = f"{before} -> {after} cells: {100 * lost:.0f} % fewer (>= {100 * least:.0f})"
+    ours = f"{before} -> {after} of {tried} cells: {100 * lost:.0f} % fewer (>= {100 * least:.0f})"
     return Finding(f"negative control: {what}", "-", ours, lost >= least)

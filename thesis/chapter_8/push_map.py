@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand_trials.sweep.success_map import correlation, overlap, window_mean
+from softhand_trials.sweep.success_map import Cells, correlation, overlap, window_mean
 from thesis.chapter_8.map_evidence import MAIN, evidence_findings
 from thesis.chapter_8.map_picture import PICTURE, draw_map
 from thesis.chapter_8.object_map import (
@@ -18,6 +17,7 @@ from thesis.chapter_8.object_map import (
     MapParameters,
     about,
     cells_of,
+    compared,
     headline,
     map_plan,
     maps_of,
@@ -34,8 +34,8 @@ HEADLINE = ("water_bottle", "paper_cup", "cylinder", "tube", "tape_dispenser", "
 UPRIGHT = ("water_bottle", "cylinder", "tube")  # the cup stands as it is described
 STEP, OTHER, NO_AIR, NO_PUSH = "other_step", "other_jitter", "no_air", "no_advance"
 CHECKS = {
-    STEP: Check({"step": 0.005}),
-    OTHER: Check({}, replicates=1, other_seed=1),
+    STEP: Check({"step": 0.005}, whole=True),
+    OTHER: Check({}, replicates=1, other_seed=1, whole=True),
     NO_AIR: Check({"air_scale": 0.0}),
     NO_PUSH: Check({"without": ("advance",)}),
     **RUBBER_CHECKS,
@@ -47,6 +47,11 @@ class Parameters(MapParameters):
     """Options of the experiment."""
 
     checks: tuple[str, ...] = option(tuple(CHECKS), "sweeps beside the maps, by name [-]")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if OTHER in self.checks and not self.replicates:
+            raise ValueError(f"checks: expected no {OTHER} without jittered trials, got it")
 
 
 SMALL = {**SMALL_MAP, "checks": (NO_AIR,)}
@@ -93,7 +98,7 @@ def report(results: Results, given: Parameters) -> Report:
 
 
 def _step(results: Results, objects: tuple[str, ...]) -> Finding:
-    pairs = {n: (cells_of(results, MAIN, n)[0], cells_of(results, STEP, n)[0]) for n in objects}
+    pairs = _pairs(results, STEP, 0, objects)
     overlaps = {n: overlap(first, second) for n, (first, second) in pairs.items()}
     similar = _correlations(pairs)
     enough = min(overlaps.values()) >= 0.7 and min(similar.values()) >= 0.8
@@ -102,7 +107,7 @@ def _step(results: Results, objects: tuple[str, ...]) -> Finding:
 
 
 def _other(results: Results, objects: tuple[str, ...]) -> Finding:
-    pairs = {n: (cells_of(results, MAIN, n)[1], cells_of(results, OTHER, n)[1]) for n in objects}
+    pairs = _pairs(results, OTHER, 1, objects)
     similar = _correlations(pairs)
     ours = f"correlation {_least(similar)} (>= 0.8)"
     enough = min(similar.values()) >= 0.8
@@ -111,9 +116,18 @@ def _other(results: Results, objects: tuple[str, ...]) -> Finding:
     )
 
 
-def _correlations(
-    pairs: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
-) -> dict[str, float]:
+def _pairs(
+    results: Results, check: str, replicate: int, objects: tuple[str, ...]
+) -> dict[str, tuple[Cells, Cells]]:
+    """Successes (nx, ny) of a replicate in the map and in a check of whole maps, by object."""
+
+    def cells(sweep: str, name: str) -> Cells:
+        return cells_of(results, sweep, name)[replicate].astype(bool)
+
+    return {name: (cells(MAIN, name), cells(check, name)) for name in objects}
+
+
+def _correlations(pairs: Mapping[str, tuple[Cells, Cells]]) -> dict[str, float]:
     """Correlation of two filtered maps by object, 0 where only one map is even."""
     filtered = {
         n: (window_mean(first), window_mean(second)) for n, (first, second) in pairs.items()
@@ -128,8 +142,8 @@ def _least(by_object: Mapping[str, float]) -> str:
 
 
 def _no_air(results: Results, objects: tuple[str, ...]) -> Finding:
-    count = sum(int(cells_of(results, NO_AIR, n)[0].sum()) for n in objects)
-    return Finding("negative control: 0 kPa", "-", f"{count} successes (0)", count == 0)
+    _, count, tried = compared(results, NO_AIR, objects)
+    return Finding("negative control: 0 kPa", "-", f"{count} successes of {tried} (0)", count == 0)
 
 
 def _no_push(results: Results, objects: tuple[str, ...]) -> Finding:

@@ -173,7 +173,9 @@ def _trial(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def shares(trials: Iterable[Mapping[str, Any]]) -> tuple[list[float], list[float], np.ndarray]:
-    """Diameters and distances in order [m], and shares of successes (diameters, distances)."""
+    """Diameters and distances in order [m], and shares of successes (diameters, distances), NaN
+    where there was no trial.
+    """
     trials = list(trials)
     sizes = sorted({trial["diameter"] for trial in trials})
     places = sorted({trial["distance"] for trial in trials})
@@ -182,7 +184,7 @@ def shares(trials: Iterable[Mapping[str, Any]]) -> tuple[list[float], list[float
         cell = sizes.index(trial["diameter"]), places.index(trial["distance"])
         held[cell] += trial["gripped"]
         count[cell] += 1
-    return sizes, places, held / count
+    return sizes, places, np.divide(held, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def region_of(trials: Iterable[Mapping[str, Any]]) -> Cells:

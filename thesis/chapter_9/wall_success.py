@@ -22,7 +22,7 @@ from thesis.chapter_8.map_evidence import (
     judged_again,
     other_engines,
 )
-from thesis.chapter_8.object_map import RUBBER, rubber_row
+from thesis.chapter_8.object_map import RUBBER, check_names, rubber_row
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 3.8)
@@ -46,6 +46,10 @@ class Parameters(Evidence):
     )
     replicates: int = option(6, "jittered trials of an inclination and a start [-]")
     seed: int = option(1000, "of the jitter; the strategy was tuned at others [-]")
+    checks: tuple[str, ...] = option(tuple(RUBBER), "other frictions of the rubber, by name [-]")
+
+    def __post_init__(self) -> None:
+        check_names(self.checks, RUBBER)
 
 
 def plan(given: Parameters) -> SweepPlan:
@@ -90,8 +94,8 @@ def run(given: Parameters, job: Job) -> Results:
     )
     control = finished(run_sweep(bare, job.folder / NO_WALL, given.jobs))
     other = {}
-    for name, factor in RUBBER.items():
-        settings = replace(main.settings, wall_inclination=BEST, rubber_friction_scale=factor)
+    for name in given.checks:
+        settings = replace(main.settings, wall_inclination=BEST, rubber_friction_scale=RUBBER[name])
         rubbed = replace(main, name=f"{main.name}-{name}", settings=settings, vary={})
         other[name] = finished(run_sweep(rubbed, job.folder / name, given.jobs))
     distance = main.cells[0][0] + given.starts[0]
@@ -150,7 +154,7 @@ def report(results: Results, given: Parameters) -> Report:
         findings += [_one_peak(counts)]
     findings += [_flat(results["trials"]), _control(results["control"])]
     findings += evidence_findings(results, given.step)
-    findings += [_rubber(name, results[name]) for name in RUBBER if name in results]
+    findings += [_rubber(name, results[name]) for name in given.checks if name in results]
     best = max(rates, key=lambda angle: rates[angle])
     return Report(findings, f"Most successes at {best:g} deg: {100 * rates[best]:.0f} %.")
 

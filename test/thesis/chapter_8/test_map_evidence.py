@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_sweep import all_gripped, lines_gripped
+from made_up_sweep import lines_gripped
 
 from softhand_trials.sweep.success_map import SuccessMap
 from thesis.chapter_8 import map_evidence, object_map, push_map
@@ -28,25 +28,21 @@ def made_up(monkeypatch):
     refused; and at 1 ms PyBullet loses the first.
     """
 
-    def swept(plan, folder, jobs):
-        records = all_gripped(plan, folder, jobs)
-        if "engine" in plan.vary:
+    def ran(lines, folder, jobs, name):
+        assert {line.settings.engine for line in lines} == {name.split(", ")[1]}
+        records = lines_gripped(lines, folder, jobs)
+        if not name.startswith("1 ms"):
             records[0] |= {"outcome": "none", "cause": "missed"}
             del records[1]["outcome"]
             records[1]["error"] = "soft"
-        return records
-
-    def fine(lines, folder, jobs, name):
+            return records
         assert {line.settings.step for line in lines} == {FINE}
-        assert {line.settings.engine for line in lines} == {name.split(", ")[1]}
-        records = lines_gripped(lines, folder, jobs)
         if name.endswith("pybullet"):
             records[0] |= {"outcome": "none", "cause": "slipped in the lift"}
         return records
 
-    monkeypatch.setattr(object_map, "run_sweep", swept)
-    monkeypatch.setattr(map_evidence, "run_sweep", swept)
-    monkeypatch.setattr(map_evidence, "run_tasks", fine)
+    monkeypatch.setattr(object_map, "run_tasks", lines_gripped)
+    monkeypatch.setattr(map_evidence, "run_tasks", ran)
 
 
 def rows(results):
@@ -72,14 +68,35 @@ def test_agreement_of_engines_and_steps_is_counted_by_trial_and_drawn(made_up, t
     assert (tmp_path / "map.png").stat().st_size > 5000
 
 
+def test_a_sample_is_of_the_same_trials_in_both_engines_and_in_checks(made_up, tmp_path):
+    given = replace(GIVEN, sample=3, fine=2, replicates=0)
+    results = push_map.run(given, Job(tmp_path, lambda what, share: None))
+    found = rows(results)
+    assert found["verdicts that two engines share"].ours.startswith("4 of 5, 80 % ")
+    # the first drawn trial of MuJoCo fails, the second has no verdict
+    assert results["sweeps"]["main_mujoco"].keys() == {"marker"}
+    cells = object_map.cells_of(results, "main_mujoco", "marker")[0]
+    assert np.isnan(cells).sum() == 1 and np.nansum(cells) == 3
+    assert not np.isnan(object_map.cells_of(results, object_map.MAIN, "marker")[0]).any()
+    assert {row["engine"]: row["trials"] for row in results["steps"]}["pybullet"] == 4
+    report = push_map.report(results, given)
+    words = {row.what: row.ours for row in report.findings}
+    assert words["negative control: 0 kPa"] == "6 successes of 6 (0)"
+    assert words["cylinder"].startswith("4 of 4 cells, share 1.00 ")
+    save_figure(push_map, results, report, tmp_path / "map.png")
+    with pytest.raises(ValueError, match="expected no other_jitter without jittered trials"):
+        replace(given, checks=("other_jitter",))
+
+
 def test_random_trials_follow_the_seed_and_are_of_the_map():
     plan = object_map.map_plan("push_map", "rbo_hand_1_push", GIVEN)
     one = replace(plan, objects=plan.objects[1:])
-    lines = drawn(plan, 5, seed=1)
-    assert len(lines) == 10 and lines == drawn(plan, 5, seed=1) != drawn(plan, 5, seed=2)
-    assert [line for line in lines if line.object == "marker"] == drawn(one, 5, seed=1)
-    assert {line.key for line in lines} <= {line.key for line in plan.tasks()}
-    assert len(drawn(plan, 10_000, seed=1)) == len(plan.tasks())
+    every = plan.tasks()
+    lines = drawn(every, 5, seed=1)
+    assert len(lines) == 10 and lines == drawn(every, 5, seed=1) != drawn(every, 5, seed=2)
+    assert [line for line in lines if line.object == "marker"] == drawn(one.tasks(), 5, seed=1)
+    assert {line.key for line in lines} <= {line.key for line in every}
+    assert len(drawn(every, 10_000, seed=1)) == len(every)
 
 
 def test_failures_are_told_with_the_cells_where_they_happen():
@@ -91,8 +108,9 @@ def test_failures_are_told_with_the_cells_where_they_happen():
             (0.04, "none", "missed"),
         ]
     ]
-    found = object_map.tally(records, "tube")
+    found = object_map.tally(records, "tube", ((0.06, 0.0), (0.0, 0.0), (0.02, 0.0), (0.04, 0.0)))
     assert found["failed"] == {"missed": [(0.02, 0.0), (0.04, 0.0)]}
+    assert found["replicates"] == {"0": [1, 0, 0, None]}
     cells = np.ones((2, 1), bool)
     made = SuccessMap(np.array([0.0, 0.02]), np.array([0.0]), cells, cells[None])
     assert object_map.about("tube", made, found["failed"])[1].ours == (

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from made_up_sweep import all_gripped, lines_gripped
+from made_up_sweep import lines_gripped
 
 from softhand_trials.sweep.results import find_record
 from softhand_trials.sweep.trial_task import trial_of
@@ -133,7 +133,7 @@ def test_each_friction_of_the_rubber_is_a_row_without_a_verdict(module, results)
     ]
     assert {found.met for found in rows.values()} == {None}
     for found, more in zip(rows.values(), (False, True, True), strict=True):
-        before, after = map(int, found.ours.removesuffix(" cells").split(" -> "))
+        before, after = map(int, found.ours.split(" of ")[0].split(" -> "))
         assert (after > before) is more and after != before
 
 
@@ -187,8 +187,7 @@ def test_a_map_of_two_cells_is_run_drawn_and_played_again_from_its_lines(tmp_pat
 
 
 def test_another_object_and_check_are_added_to_the_maps_of_a_folder(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(object_map, "run_sweep", all_gripped)
-    monkeypatch.setattr(map_evidence, "run_sweep", all_gripped)
+    monkeypatch.setattr(object_map, "run_tasks", lines_gripped)
     monkeypatch.setattr(map_evidence, "run_tasks", lines_gripped)
     cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
     words = ["run", "push_map", "--out", str(tmp_path), *cell]
