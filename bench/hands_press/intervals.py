@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.command_line import command_line
 from bench.hands_motion.measure import MODULUS_SCALES
 from bench.hands_press.cases import SIZES, hidden_in
 from bench.hands_press.engines import COARSE, FEW
@@ -38,6 +39,7 @@ PLAN = [
 
 def main() -> None:
     """Press, fit, and print Markdown."""
+    command_line("bench.hands_press.intervals", __doc__).parse_args()
     print("| hidden | value | by noise | and own errors | holds |\n|---|---|---|---|---|")
     for number, (kind, strength) in enumerate(PLAN):
         random = np.random.default_rng(SEED + number)
