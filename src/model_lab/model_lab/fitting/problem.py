@@ -238,7 +238,7 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
     """The fit, done again by predictions whose own error is known as it is at that fit; the same
-    for experiments without such.
+    for experiments without such, and where closer predictions have no result.
     """
     closer, likelihood = CLOSER.get(problem.data.experiment), found.likelihood
     if closer is None or not isinstance(likelihood.forward, Forward):
@@ -246,6 +246,8 @@ def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
     values = found.values[None]
     acting = [in_lane(effect, 0) for effect in likelihood.forward.acting_at(values)]
     moved, own = closer(problem.data, likelihood.forward.calibration_at(values), acting)
+    if not np.isfinite(moved).all():
+        return found
     again = replace(likelihood, forward=likelihood.forward.moved(moved), own=own)
     return fit(again, values)
 
