@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.command_line import command_line
 from bench.row import at_most, stated
 from softhand_model.hand.actuator import load_actuator
 from thesis.chapter_3_and_5.stand import FingerStand
@@ -91,4 +92,5 @@ def markdown(rows: list[dict[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
+    command_line("bench.cosserat_rod", __doc__).parse_args()
     print(markdown(run()))

@@ -16,6 +16,7 @@ from statistics import median
 
 import numpy as np
 
+from bench.command_line import command_line
 from model_lab.bench.synthesize import EMPTY
 from model_lab.experiments.forward import Forward
 from softhand_model.effects import Effect, effect_classes, effects_in_file
@@ -27,6 +28,7 @@ YARDSTICK = "hysteresis"  # the built-in effect to which one of a user's own is 
 
 def main() -> None:
     """Print a line for each effect."""
+    command_line("bench.effects", __doc__).parse_args()
     with tempfile.TemporaryDirectory(prefix="bench-effects-") as folder:
         file, started = Path(shutil.copy(OWN, folder)), time.perf_counter()
         effects_in_file(file)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bench.command_line import command_line
 from softhand_model.chain.segments import cut_chain
 from softhand_model.hand import joint_stiffness as side_stiffness
 from softhand_model.hand import section
@@ -143,4 +144,5 @@ def markdown() -> str:
 
 
 if __name__ == "__main__":
+    command_line("bench.spring_axes", __doc__).parse_args()
     print(markdown())

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.command_line import chosen_cases
 from bench.hands.cases import HIGHEST, PLAN, SEED, Hidden, hidden_in
 from bench.hands.measure import HAND, measured
 from bench.hands.slips import SLIPS, with_slip
@@ -31,10 +32,11 @@ SEGMENTS_COMPARED, FINE, CONVERGENCE_POSES = (5, 20), 80, 72
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
+    numbers = chosen_cases("bench.hands", __doc__, len(PLAN))
     for segments in SEGMENTS_COMPARED:
         error = 1e3 * error_of_segments(segments)
         print(f"{segments} segments an actuator: tips {error:.2f} mm (rms) from those of {FINE}")
-    judge("hands", len(PLAN), _case, "mm")
+    judge("hands", numbers, _case, "mm")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

@@ -16,12 +16,14 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import model_lab as lab
+from bench.command_line import command_line
 from bench.hands.cases import Hidden, hidden_in
 from bench.hands.measure import HAND, STEP, measured, poses
 from bench.row import at_least, at_most
@@ -43,15 +45,15 @@ MOST, LEAST_ELSEWHERE = 1.5, 2.0  # times the error of mujoco.sysid, and of the 
 ITERATIONS, DIFFERENCE = 8, 0.02  # steps of mujoco.sysid at the most; of its finite differences
 
 
-def run() -> list[dict[str, Any]]:
-    """Rows of the kinds on the command line, or of all: the sum of relative errors of the lab over
+def run(kinds: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows of kinds of effects: the sum of relative errors of the lab over
     that of mujoco.sysid, and the negative control.
     """
     print("| hidden | value | lab | s | mujoco.sysid | s | at another place, times the error |")
     print("|---|---|---|---|---|---|---|")
     errors, elsewhere = [], []
     for number, kind in enumerate(KINDS):
-        if sys.argv[1:] and kind not in sys.argv[1:]:
+        if kind not in kinds:
             continue
         random = np.random.default_rng(SEED + number)
         hidden = hidden_in(load_hand(HAND), kind, "strong", random)
@@ -141,5 +143,7 @@ def _by_sysid(hidden: Hidden, data: MeasurementSet) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    for row in run():
+    parser = command_line("bench.hands.beside_sysid", __doc__)
+    parser.add_argument("kinds", nargs="*", default=list(KINDS), help="default: %(default)s")
+    for row in run(parser.parse_args().kinds):
         print(f"{row['name']}: {row['value']:.2f} (target {row['target']})")

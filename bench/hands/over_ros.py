@@ -2,7 +2,7 @@
 
 Criteria, fixed before the first run: three kinds of effects with three seeds each, by the command
 `softhand hand-story`; *right* if the verdict names the hidden effect at its place and nothing else.
-Wanted: 9 of 9, and the error falls to a third or less. Further arguments are seeds.
+Wanted: 9 of 9, and the error falls to a third or less.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from bench.command_line import command_line
 from softhand_bringup.lab_story.hand_story import HIDDEN_SIZES
 
 SEEDS = (1, 2, 3)
@@ -20,7 +21,9 @@ SEEDS = (1, 2, 3)
 
 def main() -> None:
     """Run all stories and print a row for each."""
-    seeds = [int(text) for text in sys.argv[1:]] or SEEDS
+    parser = command_line("bench.hands.over_ros", __doc__)
+    parser.add_argument("seeds", nargs="*", type=int, help="default: %(default)s", default=SEEDS)
+    seeds = parser.parse_args().seeds
     print("| hidden | seed | where | right | before, after, floor, simulator again [mm] | falls |")
     print("|---|---|---|---|---|---|", flush=True)
     for kind in HIDDEN_SIZES:

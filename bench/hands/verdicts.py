@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -23,25 +22,24 @@ SOURCES = ("src/model_lab", "src/softhand_model", "src/pneuflex_sim")
 
 def judge(
     bench: str,
-    cases: int,
+    numbers: Sequence[int],
     make: Callable[[int], tuple[Any, MeasurementSet]],
     unit: str,
     classes: Mapping[str, type[Effect]] | None = None,
 ) -> None:
-    """Diagnose the cases whose numbers the command line gives, or all; print a row for each, and
-    sums. A case is kept in `out/bench` as it ends, and is not run again while the code stays.
+    """Diagnose the cases of these numbers; print a row for each, and sums. A case is kept in
+    `out/bench` as it ends, and is not run again while the code stays.
 
     bench: name of the folder of the bench. make: gives what is hidden in a case (name, strength,
     where, value) and its set; unit: of the errors, a thousandth of the set's; classes: effects
     that are searched, all if None.
     """
-    chosen = [int(text) for text in sys.argv[1:]] or range(cases)
     revision = kept.revision_of((*SOURCES, f"bench/{bench}"), (".py", ".yaml"))
     file = KEPT / f"{bench}.jsonl"
     print(f"| # | hidden | where | verdict | named | before, after, floor [{unit}] | s | score |")
     print("|---|---|---|---|---|---|---|---|")
     records = []
-    for number in chosen:
+    for number in numbers:
         key = f"{revision}/{number}"
         record = kept.read(file).get(key)
         if record is None:

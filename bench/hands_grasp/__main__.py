@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.command_line import chosen_cases
 from bench.hands.verdicts import judge
 from bench.hands_grasp.cases import PLAN, SEARCHED, SEED, Hidden, hidden_in
 from bench.hands_grasp.measure import measured
@@ -22,7 +23,8 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge("hands_grasp", len(PLAN), _case, "mN", SEARCHED)
+    numbers = chosen_cases("bench.hands_grasp", __doc__, len(PLAN))
+    judge("hands_grasp", numbers, _case, "mN", SEARCHED)
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

@@ -4,12 +4,12 @@ OUT.png` draws two models beside it, and prints their errors and the noise floor
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from bench.command_line import command_line
 from bench.hands_grasp.cases import ELSEWHERE, SIZES, hidden_in
 from bench.hands_grasp.measure import measured
 from model_lab.bench.hand_grasp_set import hand_grasp_set
@@ -39,4 +39,6 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    parser = command_line("bench.hands_grasp.picture", __doc__)
+    parser.add_argument("out", type=Path, help="PNG file to be written")
+    main(parser.parse_args().out)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.command_line import chosen_cases
 from bench.hands.verdicts import judge
 from bench.hands_motion.cases import PLAN, SEED, Hidden, hidden_in
 from bench.hands_motion.measure import measured
@@ -21,7 +22,8 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge("hands_motion", len(PLAN), _case, "mm")
+    numbers = chosen_cases("bench.hands_motion", __doc__, len(PLAN))
+    judge("hands_motion", numbers, _case, "mm")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.command_line import chosen_cases
 from bench.hands.verdicts import judge
 from bench.hands_motion.cases import Hidden
 from bench.hands_press.cases import PLAN, SEED, hidden_in
@@ -23,7 +24,8 @@ from softhand_model.hand.hand import load_hand
 
 def main() -> None:
     """Run the whole plan, or the cases of the numbers given, and print a row for each and sums."""
-    judge("hands_press", len(PLAN), _case, "mN")
+    numbers = chosen_cases("bench.hands_press", __doc__, len(PLAN))
+    judge("hands_press", numbers, _case, "mN")
 
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:

@@ -8,11 +8,11 @@ the lab's six planned protocols, and its correlation time: the sources of `Rules
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 
 import numpy as np
 
+from bench.command_line import command_line
 from bench.hands_motion.cases import Hidden
 from bench.hands_press.measure import pressed
 from model_lab.bench.hand_press_set import PRESS_RATE, PRESSES, hand_press_set
@@ -26,8 +26,12 @@ FEW, COARSE = 8, 5e-4  # segments of an actuator; step in MuJoCo [s]
 
 def main() -> None:
     """Press, compare, and print Markdown."""
-    given = sys.argv[1:]
-    segments, step = (int(given[0]), float(given[1])) if given else (FEW, COARSE)
+    parser = command_line("bench.hands_press.engines", __doc__)
+    parser.add_argument("segments", nargs="?", type=int, default=FEW, help="default: %(default)s")
+    text = "in MuJoCo [s] (default: %(default)s)"
+    parser.add_argument("step", nargs="?", type=float, default=COARSE, help=text)
+    given = parser.parse_args()
+    segments, step = given.segments, given.step
     empty, runs = hand_press_set(), []
     for run in empty.runs[: len(PRESSES)]:
         wrench, wrist = pressed(Hidden("nothing", ""), empty, run, 1.0, segments, step)

@@ -1,4 +1,5 @@
-"""Whether intervals of a pressed hand hold the truth: `python -m bench.hands_press.intervals`.
+"""Whether intervals of a pressed hand hold the truth: `python -m bench.hands_press.intervals
+[NUMBERS]`.
 
 Hands with one effect are pressed in MuJoCo, with as many segments as the lab has, and the effect
 that was hidden is fitted; nothing is searched. Fixed before the first run: these cases and seeds
@@ -12,11 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.command_line import chosen_cases
 from bench.hands_motion.measure import MODULUS_SCALES
 from bench.hands_press.cases import SIZES, hidden_in
 from bench.hands_press.engines import COARSE, FEW
 from bench.hands_press.measure import noisy, pressed
 from model_lab.bench.hand_press_set import PRESSES, hand_press_set
+from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.result import Estimate, estimate
 from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.fitting.problem import FitProblem, pose_problem
@@ -38,8 +41,10 @@ PLAN = [
 
 def main() -> None:
     """Press, fit, and print Markdown."""
+    numbers = chosen_cases("bench.hands_press.intervals", __doc__, len(PLAN))
     print("| hidden | value | by noise | and own errors | holds |\n|---|---|---|---|---|")
-    for number, (kind, strength) in enumerate(PLAN):
+    for number in numbers:
+        kind, strength = PLAN[number]
         random = np.random.default_rng(SEED + number)
         hidden = hidden_in(load_hand("rbo_hand_2"), kind, strength, random)
         empty, scale = hand_press_set(), float(random.uniform(*MODULUS_SCALES))
@@ -50,11 +55,14 @@ def main() -> None:
         data = _cut_alike(noisy(empty, truth, random))
         problem, _ = pose_problem(data, load_model(), {kind: effect_classes()[kind]})
         name = "".join([kind, *(f"[{place}]" for place in hidden.where.values())])
-        plain = _fitted(replace(problem, own_error=0.0), name)
-        found = _fitted(problem, name)
+        scored = closer(problem, _scored(problem, name))
+        plain = replace(scored, fit=replace(scored.fit, own_covariance=0.0))
+        (index,) = scored.parameters_of(name)
         value = SIZES[kind][strength == "weak"]
+        found = estimate(scored, index)
         holds = found.interval[0] <= value <= found.interval[1]
-        cells = (name, f"{value:g}", _said(plain), _said(found), "yes" if holds else "no")
+        noise, both = _said(estimate(plain, index)), _said(found)
+        cells = (name, f"{value:g}", noise, both, "yes" if holds else "no")
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
@@ -68,13 +76,12 @@ def _cut_alike(data: MeasurementSet) -> MeasurementSet:
     return replace(data, specimens=specimens)
 
 
-def _fitted(problem: FitProblem, name: str) -> Estimate:
-    """The estimate of the only parameter of an effect."""
+def _scored(problem: FitProblem, name: str) -> Scored:
+    """The model with an effect, fitted."""
     scored = score_with(problem, score_base(problem, []), name)
     if not isinstance(scored, Scored):
         raise ValueError(f"{name} does not show in the set: {scored.reason}")
-    (index,) = scored.parameters_of(name)
-    return estimate(scored, index)
+    return scored
 
 
 def _said(found: Estimate) -> str:

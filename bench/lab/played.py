@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from bench.command_line import command_line
 from bench.hidden.ties import tied
 from bench.lab.planning import REPEATS, group_with
 
@@ -137,6 +138,7 @@ def summary(plays: list[Played], sets: int) -> str:
 
 def main() -> int:
     """Play, print each play and the summary, write."""
+    command_line("bench.lab.played", __doc__).parse_args()
     plays: list[Played] = []
     for seed in SEEDS:
         for case in CASES:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.command_line import command_line
 from pneumaticbox_driver.backends.embedded import EmbeddedRig
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
@@ -242,6 +243,7 @@ def _kept(case: Case, trial: Trial) -> bool:
 
 def main() -> int:
     """Print what becomes of each fault, over three seeds; 0 if all are survived."""
+    command_line("bench.pneumatics.faults", __doc__).parse_args()
     rows = [scenarios(seed) for seed in range(3)]
     print("| fault | survived | noticed within [s] | /diagnostics |\n|---|---|---|---|")
     for outcomes in zip(*rows, strict=True):

@@ -1,6 +1,5 @@
 """Benches of whole hands: what is hidden, slips, scores, and cases that are kept."""
 
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -91,7 +90,6 @@ def test_a_slip_must_be_named_with_its_columns():
 
 def test_a_case_is_kept_as_it_ends_and_not_run_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["bench", "0", "1"])
     made = []
 
     def make(number):
@@ -109,10 +107,9 @@ def test_a_case_is_kept_as_it_ends_and_not_run_again(tmp_path, monkeypatch, caps
     found = SimpleNamespace(as_json=lambda: answer | {"noise_floor_parts": {}})
     monkeypatch.setattr(verdicts, "diagnose", lambda *_: SimpleNamespace(diagnosis=found))
     with pytest.raises(KeyboardInterrupt):
-        judge("hands", 2, make, "mm")
+        judge("hands", [0, 1], make, "mm")
     capsys.readouterr()
-    monkeypatch.setattr(sys, "argv", ["bench", "0"])
-    judge("hands", 2, make, "mm")
+    judge("hands", [0], make, "mm")
     printed = capsys.readouterr().out
     assert made == [0, 1]
     assert "| strong | 1 | 1 right | 0.21 to 1.00 |" in printed

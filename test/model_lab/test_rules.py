@@ -37,7 +37,6 @@ EXCEPTIONS = {
     "fitting/fit.py": dict.fromkeys(
         (
             "DAMPINGS",
-            "JACOBIAN_STEP",
             "LEAST_IMPROVEMENT",
             "LARGEST_DAMPING",
             "SAME_MINIMUM",

@@ -10,8 +10,13 @@ from model_lab.bench.synthesize import synthesize, write_synthesised
 from model_lab.comparison.add import add_effect, write_model
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.forward_selection import closer
+from model_lab.diagnosis.search import score_base
+from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_press import PRESS_STEP, HandPress, press_errors
-from model_lab.measurements.hands import TORQUE_ARM, Plate
+from model_lab.fitting.notices import notices
+from model_lab.fitting.problem import pose_problem
+from model_lab.measurements.hands import TORQUE_ARM, WRENCH_COLUMNS, Plate
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
 from model_lab.rules import RULES
@@ -115,6 +120,39 @@ def test_what_few_segments_and_long_steps_are_off_by_is_taken_off():
     assert 0.5 * error < rms(press_errors(data, load_model()).whole[-1]) < 3.0 * error
 
 
+def test_a_fit_knows_what_its_effect_changes_of_the_error_of_few_segments():
+    data, hidden = single("all_forward", "all_back", "fingers_aside"), 0.5
+    exact = HandPress(data, 16, 0.02).predict({}, [WEIGHT, Friction(factor=hidden)])[0]
+    runs = []
+    for index, run in enumerate(data.runs):
+        read = np.array(data.table.of_run(exact, index)) / data.output_scales[:, None]
+        columns = dict(zip(WRENCH_COLUMNS, read, strict=True))
+        runs.append(replace(run, columns={**run.columns, **columns}))
+    data = replace(data, runs=tuple(runs))
+    problem, _ = pose_problem(data, load_model(), {"friction": Friction})
+    found = score_base(problem, ["friction"], np.array([1.0, hidden]))
+    again = closer(problem, found)
+    assert again.fit.rmse < 0.3 * found.fit.rmse
+
+
+def test_slopes_do_not_depend_on_their_step_as_roundings_of_contact_would_make_them():
+    data, hidden = single("all_forward", "all_back", "fingers_aside"), 0.6
+    forward = Forward(data, effects=[Friction], fixed=[WEIGHT])
+
+    def slope(share):
+        width = np.log(2.0)
+        ends = np.array([[1.0, hidden], [1.0, hidden * np.exp(share * width)]])
+        return np.diff(forward.predict(ends), axis=0)[0] / (share * width)
+
+    one, twice = slope(forward.slope_step), slope(2.0 * forward.slope_step)
+    print(
+        rms(twice - one) / rms(one),
+        rms(slope(1e-4) - one) / rms(one),
+        rms(slope(2e-4) - slope(1e-4)) / rms(one),
+    )
+    assert rms(twice - one) < 0.1 * rms(one)
+
+
 def test_engines_differ_by_a_share_of_the_force_for_a_while():
     data = single("all_forward")
     wrench = HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
@@ -144,6 +182,42 @@ def test_repeats_whose_sensors_differ_little_are_pressed_once_at_their_mean():
     expected = HandPress(mean, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
     assert np.ravel(mean.table.of_run(expected, 0)) == pytest.approx(np.ravel(found[0]), abs=1e-9)
     assert rms(found[2] - found[0]) > rms(alone.predict({}, [WEIGHT])[0] - expected)
+
+
+def with_a_jump():
+    """Two presses of a finger of one segment; in the first one the pressure jumps."""
+    data = single("all_forward", "all_back")
+    (name, one), (channel,) = *data.specimens.items(), data.pressures
+    specimens = {name: replace(one, hand=replace(one.hand, segments=1))}
+    column = np.where(np.arange(data.runs[0].samples) < 10, 0.0, 35e3)
+    jumps = replace(data.runs[0], columns={**data.runs[0].columns, channel: column})
+    return replace(data, specimens=specimens, runs=(jumps, data.runs[1]))
+
+
+def test_a_run_whose_joint_does_not_come_to_rest_is_left_out_and_the_rest_compared(monkeypatch):
+    data = with_a_jump()
+    monkeypatch.setattr("model_lab.experiments.hand_press.SMALLER", ())
+    model = HandPress(data, 1, PRESS_STEP)
+    found = model.predict({}, [WEIGHT])[0]
+    assert "joint 1 of finger does not come to rest at 0.5 s" in model.unsettled[0]
+    assert np.isnan(data.table.of_run(found, 0)).all()
+    assert np.isfinite(data.table.of_run(found, 1)).all()
+    problem, _ = pose_problem(data, load_model(), {})
+    assert [run.name for run in problem.data.runs] == [data.runs[1].name]
+    (said,) = [
+        notice.text
+        for notice in notices(problem.data, problem.floor, problem.data.table.value)
+        if notice.kind == "left_out"
+    ]
+    assert f"{data.runs[0].name}, in which joint 1 of" in said
+    with pytest.raises(ValueError, match="expected a run that the model can follow"):
+        pose_problem(replace(data, runs=data.runs[:1]), load_model(), {})
+
+
+def test_a_joint_that_does_not_come_to_rest_does_so_in_smaller_steps():
+    model = HandPress(with_a_jump(), 1, PRESS_STEP)
+    assert np.isfinite(model.predict({}, [WEIGHT])).all()
+    assert not model.unsettled
 
 
 def lowered(run):

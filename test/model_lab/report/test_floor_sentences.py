@@ -57,9 +57,7 @@ def test_a_floor_that_a_better_model_lowers_keeps_that_of_the_model_as_it_is():
 
 def test_a_ladder_says_whose_floor_it_prints():
     data = synthesize("uniaxial", 2, True, SOFTENING).data
-    found = diagnose(
-        data, Model("pneuflex"), SOFTENING
-    )
+    found = diagnose(data, Model("pneuflex"), SOFTENING)
     values = {name: e.value for name, e in found.diagnosis.effects[0].parameters.items()}
     better = Model("pneuflex", effects=(effect_classes()["mullins_softening"](**values),))
     ladder = compare_models(data, {"base": Model("pneuflex"), "better": better})

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from model_lab.aliases import Tell, tell_nobody
+from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.result import (
     Estimate,
     NamedEffect,
@@ -153,7 +154,9 @@ def _before_and_after(
             f"effect {name}: expected an effect that these data show, but it {after.reason}"
         )
     clearer = with_lower_floor(problem, after.fit)
-    return (problem, before, after) if clearer is None else _before_and_after(clearer, given, name)
+    if clearer is not None:
+        return _before_and_after(clearer, given, name)
+    return problem, before, closer(problem, after)
 
 
 def _scored(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:

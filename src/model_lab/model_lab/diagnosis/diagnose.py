@@ -17,6 +17,7 @@ from model_lab.diagnosis.criteria import depends_on, excess, explains_all, verdi
 from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
+from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
@@ -259,6 +260,9 @@ def _judged_search(
         if lower is not None:
             problem, selection = lower, search(lower, effects)
     tell("judging what is left", 0, 0)
+    if selection.final is not selection.base:
+        nearer = replace(selection.forward, final=closer(problem, selection.final))
+        selection = replace(selection, forward=nearer)
     base, final = selection.base, selection.final
     black_boxes = _black_boxes(problem, base, final)
     verdict = verdict_of(problem, base, final, black_boxes)

@@ -23,7 +23,7 @@ from model_lab.diagnosis.criteria import (
 )
 from model_lab.diagnosis.search import Scored, Unseen, score_without
 from model_lab.fitting.held_out import hold_out
-from model_lab.fitting.problem import FitProblem
+from model_lab.fitting.problem import FitProblem, fitted_closer
 
 Search = Callable[..., list[Scored | Unseen]]
 """`score_all` with the number of processes and a progress callback."""
@@ -92,6 +92,14 @@ def with_own_held_out(problem: FitProblem, scored: Scored) -> Scored:
         lambda: hold_out(fitted, anew=True), "again", scored.effects, fitted.values.tobytes()
     )
     return replace(scored, held_out=again)
+
+
+def closer(problem: FitProblem, scored: Scored) -> Scored:
+    """The model, fitted and held out again by predictions that are closer near it."""
+    again = fitted_closer(problem, scored.fit)
+    if again is scored.fit:
+        return scored
+    return with_own_held_out(problem, replace(scored, fit=again, held_out=hold_out(again)))
 
 
 def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]]) -> bool:

@@ -26,7 +26,6 @@ from model_lab.aliases import Array
 from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
 from model_lab.diagnosis.priors import read_at_rest
 from model_lab.diagnosis.search import Scored, score_with, score_without
-from model_lab.fitting.fit import JACOBIAN_STEP
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet, Run
@@ -268,7 +267,7 @@ class _Planned:
         forward = replace(self._problem, data=self.data).likelihood(scored.effects).forward
         fit = scored.fit
         scales = fit.likelihood.scales
-        center, step = scales.inward(fit.values), JACOBIAN_STEP * scales.width
+        center, step = scales.inward(fit.values), fit.likelihood.slope_step * scales.width
         values = scales.outward(np.vstack([center, center + np.diag(step)]))
         order = [p.name for p in fit.likelihood.parameters]
         values = values[:, [order.index(p.name) for p in forward.parameters]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -107,7 +108,8 @@ class Forward:
         joints: spring model of the joints of a chain (base torque).
 
     Attributes: parameters, the free ones, first those of the calibration, then those of effects in
-    the order of stages; measured (samples,), the values of the sample table.
+    the order of stages; measured (samples,), the values of the sample table; slope_step, the share
+    of a parameter's usual range over which slopes are differences, None for the smallest.
 
     Raises ValueError for an effect that cannot act in the set, an unknown base, and anything that
     the set lacks.
@@ -141,6 +143,8 @@ class Forward:
         free = (_free_parameter(e, parameter) for e in self._free for parameter in e.parameters)
         self.parameters = (*calibrated, *free)
         self.measured = data.table.value
+        self.slope_step: float | None = getattr(self._experiment, "slope_step", None)
+        self._moved: Array | float = 0.0
 
     def _between_samples(self) -> tuple[MeasurementSet, Indices | slice]:
         """The set with what its input did before the first sample and, where that matters, between
@@ -173,12 +177,32 @@ class Forward:
     def predict(self, values: Array) -> Array:
         """Predictions (lanes, samples) for parameter values (lanes, k)."""
         values = np.asarray(values, float)
-        columns = dict(zip((p.name for p in self.parameters), values.T, strict=True))
-        calibration = {
+        found = self._experiment.predict(self.calibration_at(values), self.acting_at(values))
+        whole = found[:, self._own] + self._moved
+        return np.broadcast_to(whole, (len(values), self.measured.size))
+
+    @property
+    def unsettled(self) -> Mapping[int, str]:
+        """Runs, by index, of which the last prediction has no result, and why."""
+        found: Mapping[int, str] = getattr(self._experiment, "unsettled", {})
+        return found
+
+    def calibration_at(self, values: Array) -> dict[str, Array]:
+        """The calibration, free or not, with parameter values (lanes, k)."""
+        columns = dict(zip((p.name for p in self.parameters), np.transpose(values), strict=True))
+        return {
             name: columns.get(name, np.full(1, value)) for name, value in self._calibration.items()
         }
-        found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
-        return np.broadcast_to(found[:, self._own], (len(values), self.measured.size))
+
+    def acting_at(self, values: Array) -> list[Effect]:
+        """All effects, fixed or free, with parameter values (lanes, k)."""
+        return [*self._fixed, *self.effects_at(values)]
+
+    def moved(self, by: Array) -> Forward:
+        """The same with predictions that differ by (samples,)."""
+        found = copy(self)
+        found._moved = self._moved + by
+        return found
 
     def grows(self, values: Array) -> Mask:
         """Whether the elastic stress rises with the stretch up to a stretch of 4, (lanes,) for
@@ -186,7 +210,7 @@ class Forward:
 
         Where it does not, parameters count as out of bounds, though predictions are finite.
         """
-        effects = [*self._fixed, *self.effects_at(values)]
+        effects = self.acting_at(values)
         strained = getattr(self._experiment, "strained", None)
         found = grows(effects, *strained) if strained else np.ones(1, bool)
         return np.broadcast_to(found, len(values))

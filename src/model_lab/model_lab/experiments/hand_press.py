@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, Indices
-from model_lab.experiments.hand_motion import MOST_KEPT
+from model_lab.experiments.hand_motion import MOST_KEPT, SMALLER
 from model_lab.experiments.hand_pose import HandPose, at_lane, in_lane, shifted
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import SampleRows
@@ -28,11 +28,18 @@ from softhand_model.effects.hand import effects_of_hand, friction_factor
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 from softhand_model.motion.moving_body import MovingBody
-from softhand_model.motion.pressed_body import PressedBody, PressPath, press_path, skin_of
+from softhand_model.motion.pressed_body import (
+    Pressed,
+    PressedBody,
+    PressPath,
+    press_path,
+    skin_of,
+)
 
 PRESS_SEGMENTS, PRESS_STEP = 8, 0.05  # of an actuator; [s] at the most, in between samples
 FINE_PRESS_SEGMENTS, FINE_PRESS_STEP = 16, 0.02  # with which the error of these is taken off
 KEPT_PRESSES = 1024  # of bodies in all runs
+SLOPE_STEP = 0.01  # of a parameter's usual range, over which roundings of contact average out
 _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
 
@@ -44,21 +51,23 @@ class HandPress(HandPose):
     (`softhand_model.motion.pressed_body`). Contacts between parts of the hand, and contacts of the
     palm's plate and sheet, are left out. The error of few segments and long steps is computed once,
     for the hand as it is stated, and subtracted from all predictions. Pressures that no hand can
-    bear give NaN.
+    bear give NaN, and so do runs in which a joint does not come to rest, in smaller steps either.
 
     segments: number of segments per actuator; None: PRESS_SEGMENTS, or that of the simulated hand.
     step: time step [s], with which no error is subtracted; None: PRESS_STEP, with the subtraction.
+    unsettled: runs of the last prediction that are NaN, by index, with the joint, in words.
 
     Raises DocumentError for a missing column or plate, for too few samples or samples too far apart
     in time, and for a palm that would touch the plate.
     """
 
-    most_kept = KEPT_PRESSES
+    most_kept, slope_step = KEPT_PRESSES, SLOPE_STEP
 
     def __init__(
         self, data: MeasurementSet, segments: int | None = None, step: float | None = None
     ) -> None:
         self._step, self._corrected = step or PRESS_STEP, step is None
+        self.unsettled: dict[int, str] = {}
         super().__init__(data, segments or data.hand_segments or PRESS_SEGMENTS)
 
     def _take_rows(self) -> None:
@@ -85,7 +94,6 @@ class HandPress(HandPose):
             mean = np.mean([self._pressures[:, rows] for rows in mine], axis=0)
             for rows in mine:
                 self._pressures[:, rows] = mean
-        self._paths = {first: _path(data.runs[first], self._step) for first in set(self._first)}
         turns = np.concatenate([_pose(run)[:, 3:] for run in data.runs])
         self._turn = np.moveaxis(matrices(turns.T), -1, 0)
 
@@ -101,8 +109,14 @@ class HandPress(HandPose):
         if not self._possible:
             lanes = max((np.size(number) for number in calibration.values()), default=1)
             return np.full((lanes, self._data.table.samples), np.nan)
+        self.unsettled = {}
         found = super().predict(calibration, effects)
-        return found + _taken_off(self._data, self._segments) if self._corrected else found
+        if self._corrected:
+            found = found + _taken_off(self._data, self._segments)
+        wild = np.asarray(np.isnan(found).any(axis=0))
+        for run in {part.run for part in self._data.table.series if wild[part.samples].any()}:
+            self.unsettled.setdefault(run, "the hand has no equilibrium")
+        return found
 
     def _read(self, wrench: Array, effects: Sequence[Effect]) -> Array:
         """What the gauge reads (rows, 6) of a wrench."""
@@ -143,25 +157,41 @@ class HandPress(HandPose):
     ) -> Any:
         mine = np.unique(self._run[rows]).tolist()
         first = sorted({self._first[index] for index in mine})
-        runs = [self._data.runs[index] for index in first]
-        wrenches = body.press(
-            [self._paths[index] for index in first],
-            [run.columns["time"] for run in runs],
-            [pressures[:, self._run[rows] == index] for index in first],
-            self._plate.height,
-            body.friction,
-            scale,
-            [run.temperature for run in runs],
-            gravity,
-        )
-        known = dict(zip(first, wrenches, strict=True))
-        return np.concatenate([known[self._first[index]] for index in mine])
+        known: dict[int, Pressed] = {}
+        for smaller in (1.0, *SMALLER):
+            wild = [index for index in first if index not in known or known[index].unsettled]
+            runs = [self._data.runs[index] for index in wild]
+            pressed = body.press(
+                [self._path(index, smaller * self._step) for index in wild],
+                [run.columns["time"] for run in runs],
+                [pressures[:, self._run[rows] == index] for index in wild],
+                self._plate.height,
+                body.friction,
+                scale,
+                [run.temperature for run in runs],
+                gravity,
+            )
+            known |= dict(zip(wild, pressed, strict=True))
+            if not any(one.unsettled for one in pressed):
+                break
+        return {index: known[self._first[index]] for index in mine}
+
+    def _path(self, index: int, step: float) -> PressPath:
+        """The path of a run's wrist in steps [s] at the most."""
+        paths = self._kept.parts
+        if (index, step) not in paths:
+            paths[index, step] = _path(self._data.runs[index], step)
+        found: PressPath = paths[index, step]
+        return found
 
     def _markers_of(
         self, body: MovingBody, shape: Any, effects: Sequence[Effect], rows: int
     ) -> dict[str, Array]:
         """The wrench (rows, 6) of a body, by its first actuator; NaN without an equilibrium."""
-        return {body.actuators[0]: np.full((rows, 6), np.nan) if shape is None else shape}
+        if shape is None:
+            return {body.actuators[0]: np.full((rows, 6), np.nan)}
+        self.unsettled |= {run: one.unsettled for run, one in shape.items() if one.unsettled}
+        return {body.actuators[0]: np.concatenate([one.wrench for one in shape.values()])}
 
 
 class _OnPlate(PressedBody):
@@ -268,41 +298,65 @@ def _palm(hand: HandDescription) -> list[Array]:
     return points
 
 
-def _taken_off(data: MeasurementSet, segments: int) -> Array:
-    """What finer segments and steps move predictions (samples,) by, of the hand as it is stated;
-    kept for sets that are driven alike.
+def _taken_off(
+    data: MeasurementSet,
+    segments: int,
+    calibration: Mapping[str, Array] | None = None,
+    effects: Sequence[Effect] | None = None,
+) -> Array:
+    """What finer segments and steps move predictions (samples,) by, of a hand with a calibration
+    and effects, or of the hand as it is stated; kept for sets that are driven alike.
     """
+    calibration = calibration or {}
+    acting = [effect_classes()["gravity"](mass_scale=1.0)] if effects is None else effects
     driven = sha256(b"".join(_driven(data, run) for run in data.runs)).digest()
-    key = id(data.hand), segments, data.plate, driven  # the hand stays while a result is kept
+    about = repr([(name, np.ravel(value).tolist()) for name, value in calibration.items()])
+    about += repr([(effect.name, effect.values) for effect in acting])
+    key = id(data.hand), segments, data.plate, driven, about  # the hand stays while it is kept
     if key not in _KEPT:
         if len(_KEPT) >= MOST_KEPT:
             del _KEPT[next(iter(_KEPT))]
-        weight = [effect_classes()["gravity"](mass_scale=1.0)]
         coarse = HandPress(data, segments, PRESS_STEP)
         fine = HandPress(data, data.hand_segments or FINE_PRESS_SEGMENTS, FINE_PRESS_STEP)
-        moved = fine.predict({}, weight)[0] - coarse.predict({}, weight)[0]
+        moved = fine.predict(calibration, acting)[0] - coarse.predict(calibration, acting)[0]
         _KEPT[key] = (data.hand, moved)
     return _KEPT[key][1]
 
 
-def press_errors(data: MeasurementSet, model: Model) -> OwnErrors:
-    """Errors of the predictions themselves, which repeats do not show: by a wrong zero of each
-    channel's pressure sensor, by a wrong height of the plate, by too few segments, and by
+def closer_press(
+    data: MeasurementSet, calibration: Mapping[str, Array], effects: Sequence[Effect]
+) -> tuple[Array, OwnErrors]:
+    """What moves predictions (samples,) near a fitted model closer to those of finer segments and
+    steps, and what is left of their own errors there. What these change is taken off all
+    predictions as for the hand as it is stated; an effect may change it.
+    """
+    segments = data.hand_segments or PRESS_SEGMENTS
+    moved = _taken_off(data, segments, calibration, effects) - _taken_off(data, segments)
+    return moved, press_errors(data, Model(effects=tuple(effects)), calibration)
+
+
+def press_errors(
+    data: MeasurementSet, model: Model, calibration: Mapping[str, Array] | None = None
+) -> OwnErrors:
+    """Errors of a model's predictions themselves, which repeats do not show: by a wrong zero of
+    each channel's pressure sensor, by a wrong height of the plate, by too few segments, and by
     differences between engines.
     """
+    calibration = calibration or {}
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or PRESS_SEGMENTS
     plate = _plate_of(data)
 
     def predicted(data: MeasurementSet) -> Array:
-        return np.asarray(HandPress(data, segments, PRESS_STEP).predict({}, acting)[0])
+        return np.asarray(HandPress(data, segments, PRESS_STEP).predict(calibration, acting)[0])
 
     stated = predicted(data)
     zeros = [predicted(shifted(data, channel)) - stated for channel in data.pressures]
     higher = replace(plate, height=plate.height + RULES.plate_height)
     lifted = predicted(replace(data, plate=higher)) - stated
     finer = 0.0 if data.hand_segments else 1.0 / ((FINE_PRESS_SEGMENTS / segments) ** 2 - 1.0)
-    whole = np.stack([*zeros, lifted, finer * _taken_off(data, segments)])
+    coarse = finer * _taken_off(data, segments, calibration, acting)
+    whole = np.stack([*zeros, lifted, coarse])
     return OwnErrors(whole, _engine_errors(data, stated))
 
 

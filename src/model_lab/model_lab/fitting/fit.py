@@ -24,7 +24,7 @@ from model_lab.fitting.noise_floor import Spectrum, falling
 from model_lab.fitting.scales import Scales, held
 from model_lab.rules import RULES
 
-JACOBIAN_STEP = 1e-4  # step of the Jacobian in units of a parameter's scale
+JACOBIAN_STEP = 1e-4  # step of the Jacobian in units of a parameter's scale, unless stated
 MOST_ITERATIONS = 15
 LEAST_IMPROVEMENT = 0.3  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
@@ -78,6 +78,12 @@ class Likelihood:
     def parameters(self) -> Sequence[Any]:
         """The free parameters, in the order of the values (k,)."""
         return self.forward.parameters
+
+    @property
+    def slope_step(self) -> float:
+        """Step of the Jacobian in units of a parameter's scale."""
+        found: float | None = getattr(self.forward, "slope_step", None)
+        return JACOBIAN_STEP if found is None else found
 
     @property
     def names(self) -> list[str]:
@@ -211,7 +217,7 @@ def _points(likelihood: Likelihood, coordinates: Array, known: Array | None = No
     known (n, samples): the residual there, if it is.
     """
     scales = likelihood.scales
-    step = JACOBIAN_STEP * scales.width
+    step = likelihood.slope_step * scales.width
     step = np.where(coordinates + step > scales.high, -step, step)
     lanes = coordinates[:, None] + _diagonals(step)
     if known is None:

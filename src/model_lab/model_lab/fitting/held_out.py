@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.aliases import Array, Mask
-from model_lab.fitting.fit import JACOBIAN_STEP, Fit, inverse
+from model_lab.fitting.fit import Fit, inverse
 from model_lab.fitting.scales import held
 
 STEP_SHARES = (1.0, 0.5)  # tried beside none; the one that fits the other folds best is taken
@@ -86,7 +86,7 @@ def _refitted(fit: Fit, kept: Mask) -> Array:
         return np.hstack([own, (values - 1.0) / likelihood.prior])
 
     def slopes(at: Array) -> Array:
-        step = JACOBIAN_STEP * scales.width
+        step = likelihood.slope_step * scales.width
         step = np.where(at + step > scales.high, -step, step)
         rows = left(at + np.vstack([np.zeros_like(step), np.diag(step)]))
         return np.asarray((rows[1:] - rows[0]).T / step)

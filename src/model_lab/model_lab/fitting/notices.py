@@ -34,12 +34,12 @@ class Notice:
     """An anomaly of a set.
 
     kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`, `size`,
-    `absolute`, `duration` or `single_sample`. value: by kind, in this order: ratio to the stated
-    noise; frequency [Hz]; number of samples; change over the session, largest difference of
-    repeats, both in the SI unit of the outputs; number of jumps; longest gap [s]; ratio to the
-    readings; smallest pressure [Pa]; median duration [s]; number of runs. size: root mean square,
-    or mean of absolute values, in the SI unit of the outputs. text: a clause that says it. x, y:
-    the points that show it. marked: indices of points that stand out.
+    `absolute`, `duration`, `single_sample` or `left_out`. value: by kind, in this order: ratio to
+    the stated noise; frequency [Hz]; number of samples; change over the session, largest difference
+    of repeats, both in the SI unit of the outputs; number of jumps; longest gap [s]; ratio to the
+    readings; smallest pressure [Pa]; median duration [s]; number of runs, for the last two. size:
+    root mean square, or mean of absolute values, in the SI unit of the outputs. text: a clause that
+    says it. x, y: the points that show it. marked: indices of points that stand out.
     """
 
     kind: str
@@ -69,6 +69,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _absolute(data),
         _duration(data),
         _single_sample(data),
+        _left_out(data),
     )
     return tuple(notice for notice in found if notice is not None)
 
@@ -371,3 +372,18 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
     text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)
+
+
+def _left_out(data: MeasurementSet) -> Notice | None:
+    """Runs that the model cannot follow, beside those that it can."""
+    if not data.left_out:
+        return None
+    whole = [f"{name}, in which {reason}" for name, reason in data.left_out.items()]
+    said, rest = "; ".join(whole[:NAMED_RUNS]), whole[NAMED_RUNS:]
+    more = f"; and {len(rest)} more" if rest else ""
+    kept, gone = len(data.runs), len(data.left_out)
+    follows = np.repeat([1.0, 0.0], [kept, gone])
+    order = np.arange(kept + gone, dtype=float)
+    marked = np.arange(kept, kept + gone)
+    text = f"left out is what the model cannot follow: {said}{more}"
+    return Notice("left_out", float(gone), 0.0, text, order, follows, marked)

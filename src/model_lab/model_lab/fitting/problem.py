@@ -12,8 +12,8 @@ from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_grasp import grasp_errors, within_simulated
 from model_lab.experiments.hand_motion import own_errors
-from model_lab.experiments.hand_pose import own_error, with_weight
-from model_lab.experiments.hand_press import press_errors
+from model_lab.experiments.hand_pose import in_lane, own_error, with_weight
+from model_lab.experiments.hand_press import closer_press, press_errors
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
@@ -21,7 +21,7 @@ from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, n
 from model_lab.measurements.hands import GRASP, HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
-from model_lab.measurements.specimens import made_of
+from model_lab.measurements.specimens import DOCUMENT, made_of
 from model_lab.measurements.wild_samples import without_wild_samples
 from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect, Parameter
@@ -37,6 +37,11 @@ OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | OwnErrors]] =
     PRESS: press_errors,
     GRASP: grasp_errors,
 }  # of predictions; those of other experiments are `own_error`
+
+CLOSER: Mapping[
+    str,
+    Callable[[MeasurementSet, Mapping[str, Array], Sequence[Effect]], tuple[Array, OwnErrors]],
+] = {PRESS: closer_press}  # predictions near a fitted model, where an error of them depends on it
 
 Result = TypeVar("Result")
 
@@ -94,7 +99,8 @@ def pose_problem(
     """(problem with its noise floor, effects of the model that are fitted with the calibration).
 
     The floor is estimated from the residual of the model as it is, with its calibration fitted.
-    Before that, noise of the input and wild samples are removed.
+    Before that, noise of the input and wild samples are removed, and runs that the model cannot
+    follow. Raises ValueError if it can follow none.
     """
     model = with_weight(data, model)
     data = without_input_noise(without_wild_samples(made_of(data, model)))
@@ -116,6 +122,10 @@ def pose_problem(
     data = with_input_between(data, lambda other: forward_of(other).predict(starts[:1])[0])
     forward = forward_of(data)
     predicted = forward.predict(starts[:1])[0]
+    if forward.unsettled:
+        data = _without_runs(data, forward.unsettled)
+        forward = forward_of(data)
+        predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
@@ -141,6 +151,21 @@ def pose_problem(
         own_error=own,
     )
     return problem, given
+
+
+def _without_runs(data: MeasurementSet, why: Mapping[int, str]) -> MeasurementSet:
+    """The set without runs, by index; it says which are left out, and why. Raises ValueError if
+    none stays.
+    """
+    left_out = {data.runs[index].name: reason for index, reason in sorted(why.items())}
+    runs = tuple(run for run in data.runs if run.name not in left_out)
+    if not runs:
+        name, reason = next(iter(left_out.items()))
+        raise ValueError(
+            f"{data.folder / DOCUMENT}: expected a run that the model can follow, got none: in "
+            f"{name}, {reason}"
+        )
+    return replace(data, runs=runs, left_out={**data.left_out, **left_out})
 
 
 def _in_rows(own: float | OwnErrors) -> float | Array:
@@ -209,6 +234,22 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
     if floor.total >= problem.rules.lower_floor * problem.floor.total:
         return None
     return replace(problem, floor=floor, floor_as_is=problem.floor_as_is or problem.floor)
+
+
+def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
+    """The fit, done again by predictions whose own error is known as it is at that fit; the same
+    for experiments without such, and where closer predictions have no result.
+    """
+    closer, likelihood = CLOSER.get(problem.data.experiment), found.likelihood
+    if closer is None or not isinstance(likelihood.forward, Forward):
+        return found
+    values = found.values[None]
+    acting = [in_lane(effect, 0) for effect in likelihood.forward.acting_at(values)]
+    moved, own = closer(problem.data, likelihood.forward.calibration_at(values), acting)
+    if not np.isfinite(moved).all():
+        return found
+    again = replace(likelihood, forward=likelihood.forward.moved(moved), own=own)
+    return fit(again, values)
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:

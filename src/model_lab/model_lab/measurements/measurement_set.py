@@ -181,7 +181,8 @@ class MeasurementSet:
     nevertheless. bags: names of the runs that were read from bags. doubts: error messages on values
     that were kept although they are impossible for their column (`measurements.rows`). markers: of
     a hand, by name. plate: onto which a hand was pressed; None in other experiments. grasped:
-    object and scene of a grasp; None in other experiments.
+    object and scene of a grasp; None in other experiments. left_out: runs that were taken out as
+    the model cannot follow them, and why.
     """
 
     experiment: str
@@ -199,6 +200,7 @@ class MeasurementSet:
     markers: Mapping[str, Marker] = field(default_factory=dict)
     plate: Plate | None = None
     grasped: Grasped | None = None
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":

@@ -37,6 +37,7 @@ ODD_TITLES = {
     "absolute": "Smallest pressure of each run",
     "duration": "Duration of each run",
     "single_sample": "Samples of each run",
+    "left_out": "Runs that the model follows",
 }
 ODD_ABSCISSAS = {
     "line": "frequency [Hz]",
@@ -49,6 +50,7 @@ ODD_ABSCISSAS = {
     "absolute": "run",
     "duration": "run",
     "single_sample": "run",
+    "left_out": "run, those left out last",
 }
 ODD_ORDINATES = {  # the others are errors
     "line": "share [-]",
@@ -57,6 +59,7 @@ ODD_ORDINATES = {  # the others are errors
     "absolute": "pressure [Pa]",
     "duration": "time [s]",
     "single_sample": "samples [-]",
+    "left_out": "followed [-]",
 }
 NOISE_LEVELS = ("stated", "within runs", "with repeats")
 

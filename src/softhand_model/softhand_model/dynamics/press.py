@@ -138,13 +138,13 @@ def press_out(
     kept: Array,
     q: Array,
     found: Array,
-) -> float:
+) -> tuple[float, int, int]:
     """Press one chain through all steps of `drive`. q (n, 4): orientations of the joints at the
     start, updated in place. kept (k,): rising numbers of steps. found (k, 6): is filled with force
     [N] and moment [N m] about the wrist, of contact and weight, at the end of these steps.
 
-    Returns the largest turn [rad] of a joint in the last iteration of a step that did not converge;
-    0 if all steps did.
+    Returns the largest turn [rad] of a joint in the last iteration of a step that did not converge,
+    and the numbers of that step and joint; 0 if all steps did.
     """
     n, m = len(links.mass), len(skin.place)
     lines, turns, seen = np.zeros((4, n, 3)), np.zeros((8, n, 3, 3)), np.zeros(m, np.bool_)
@@ -154,7 +154,7 @@ def press_out(
     )
     folded = Folded(turns[5], turns[6], turns[7], np.empty((n, 3)))
     turned, turn = np.empty((n, 3)), np.empty((n, 3))
-    row, unsettled = 0, 0.0
+    row, unsettled, worst_step, worst_joint, fastest = 0, 0.0, 0, 0, 0
     for step in range(len(drive.duration)):
         turned[:] = 0.0
         largest = 0.0
@@ -168,7 +168,8 @@ def press_out(
             largest = 0.0
             for i in range(n):
                 for k in range(3):
-                    largest = max(largest, abs(turn[i, k]))
+                    if abs(turn[i, k]) > largest:
+                        largest, fastest = abs(turn[i, k]), i
             part = 0.5 ** (attempt // ROUNDS_BEFORE_HALF)  # points may stick and slide in turns
             share = min(part, ROUND_TURN / max(largest, STILL_TURN))
             for i in range(n):
@@ -180,14 +181,14 @@ def press_out(
                     turned[i, k] += by[k]
             if largest < STILL_TURN:
                 break
-        if largest >= STILL_TURN:
-            unsettled = max(unsettled, largest)
+        if largest >= STILL_TURN and largest > unsettled:
+            unsettled, worst_step, worst_joint = largest, step, fastest
         _place(q, links, drive.place[step], drive.frame[step], placed)
         _load(links, skin, plate, drive.gravity, placed, touched, True)
         while row < len(kept) and kept[row] == step:
             _sum_up(drive.wrist[step], touched, found[row])
             row += 1
-    return unsettled
+    return unsettled, worst_step, worst_joint
 
 
 @compiled

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from softhand_common.numerics.arrays import Array, Indices
 from softhand_model.chain.chain import ChainModel
-from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.dynamics.press import Plate, PressDrive, Skin, press_out
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -22,7 +22,7 @@ from softhand_model.motion.wrist_path import DOWN
 
 SKIN_NORMAL, SKIN_SHEAR = 5000.0, 2000.0  # stiffness of a point of the skin [N/m]
 SLOW_WAY, TURNED_LENGTH = 0.03, 0.15  # [m/s] above which steps are shorter, as the way counts; [m]
-LEFT_TURN = 1e-3  # [rad] of a joint in the last round of a step, above which it has no result
+LEFT_TURN = 1e-3  # [rad] of a joint in the last round of a step, above which a run has no result
 FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first comes to rest; [s]
 
 
@@ -40,6 +40,15 @@ class PressPath:
     frame: Array
     at: Array
     kept: Indices
+
+
+class Pressed(NamedTuple):
+    """A run: force [N] and moment [N m] (samples, 6), and in words which joint does not come to
+    rest; "" if all do.
+    """
+
+    wrench: Array
+    unsettled: str = ""
 
 
 def press_path(time: Array, place: Array, quaternion: Array, step: float) -> PressPath:
@@ -107,7 +116,7 @@ class PressedBody(MovingBody):
         modulus: float = 1.0,
         temperatures: Sequence[float] | None = None,
         gravity: float = STANDARD_GRAVITY,
-    ) -> list[Array]:
+    ) -> list[Pressed]:
         """Force [N] and moment [N m] on the wrist (samples, 6) of each run, in the axes of the
         world: of contact with a level plate, and of the body's weight less the weight of the body
         at rest.
@@ -116,9 +125,9 @@ class PressedBody(MovingBody):
         one for each run. height [m], friction [-]: of the plate. modulus [-]: factor on the shear
         modulus of the rubber. gravity [m/s2].
 
-        Raises NoEquilibriumError as `HandBody.settle` does for the body without contact, and for a
-        step that does not converge: a joint still turns by more than LEFT_TURN in the last
-        iteration.
+        A run is NaN if a step of it does not converge: a joint still turns by more than LEFT_TURN
+        in the last iteration. Raises NoEquilibriumError as `HandBody.settle`, for the hand in the
+        air.
         """
         warm = temperatures or [ROOM_TEMPERATURE] * len(paths)
         at, down = [path.at for path in paths], [DOWN @ path.frame[0] for path in paths]
@@ -126,7 +135,7 @@ class PressedBody(MovingBody):
         damping = self._damping_time * self.stiffness(modulus)
         plate = Plate(height, friction, SKIN_NORMAL, SKIN_SHEAR)
         weight = gravity * self._links.mass.sum()
-        wrenches = []
+        pressed = []
         for path, start, bend, temperature in zip(paths, starts, bends, warm, strict=True):
             stiffness = self.stiffness(modulus, np.array([temperature]))
             drive = PressDrive(
@@ -139,19 +148,25 @@ class PressedBody(MovingBody):
             )
             springs = Springs(self._rest, stiffness, self.stretching, damping)
             found = np.empty((len(path.kept), 6))
-            left = press_out(
+            left, step, joint = press_out(
                 self._links, springs, self._skin, plate, drive, path.kept, start, found
             )
             if left > LEFT_TURN:
-                raise NoEquilibriumError(
-                    f"a press does not converge: a joint still turns by {left:.2g} rad in the "
-                    "last iteration of a step"
-                )
+                still = f"{self._name_of(joint)} does not come to rest at {path.at[step]:.3g} s"
+                pressed.append(Pressed(np.full_like(found, np.nan), still))
+                continue
             found[:, 2] += weight
             lever = path.frame[path.kept] @ self._resting_center
             found[:, 3:] -= np.cross(lever, weight * DOWN)
-            wrenches.append(found)
-        return wrenches
+            pressed.append(Pressed(found))
+        return pressed
+
+    def _name_of(self, joint: int) -> str:
+        """A joint in words, counted from the base of its chain."""
+        for name, part in self.joints.items():
+            if joint < part.stop:
+                return f"joint {joint - part.start + 1} of {name}"
+        raise IndexError(f"joint: expected one of the body, got {joint}")
 
     @cached_property
     def _resting_center(self) -> Array:
