@@ -66,8 +66,8 @@ METHODS = {
             "delay(elapsed)",
             "imposed_stretch(stretch)",
         ),
-        "pressure in the chamber, given the reading; by how much later it shows; stretch of a strip, "
-        "given the reading",
+        "pressure in the chamber, given the reading; by how much later it shows; stretch of the "
+        "rubber, given the reading",
     ),
     "load": (
         (
