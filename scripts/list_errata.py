@@ -19,7 +19,8 @@ Where is the thesis in error, and what does the code use instead?
     make docs      # writes this page from the docstrings that say ERRATUM
 
 R. Deimel, *Soft Robotic Hands For Compliant Grasping* (TU Berlin, 2017). Each entry names the
-function whose docstring has the right form; [the physics](../understand/physics.md) is beside them.
+function whose docstring has the right form; the equations themselves are on
+[the page of physics](../understand/physics.md).
 
 """
 

@@ -241,7 +241,7 @@ def test_a_hand_of_ones_own_gets_files_and_a_bill(tmp_path, capsys):
 
 def test_a_hand_without_room_for_its_parts_is_refused():
     hand, used = load_hand("rbo_hand_2"), KitParameters()
-    with pytest.raises(ValueError, match="plate: expected a plate of rbo_hand_2"):
+    with pytest.raises(ValueError, match="rbo_hand_2: plate: expected a palm plate"):
         build_kit(replace(hand, plate=None))
     wall = [box([-100.0, -50.0, 61.0], [1.0, 50.0, 104.0])]
     with pytest.raises(ValueError, match="mount of palm: expected room for an arm of 4 mm"):

@@ -270,7 +270,10 @@ class Rules:
         1.1, "error over the least one up to which the commoner slip is told", BY_HAND
     )
     vacuum: float = _rule(
-        -5e3, "gauge pressure below which no zero of a gauge lies", BY_HAND, unit="Pa"
+        -5e3, "pressure above that at rest, below which a chamber is sucked", BY_HAND, unit="Pa"
+    )
+    gauge_zero: float = _rule(
+        0.25, "share of the range of pressures that the zero of a gauge may be off", BY_HAND
     )
     vacuum_share: float = _rule(
         0.05, "share of samples below that from which a set is one of vacuum", BY_HAND

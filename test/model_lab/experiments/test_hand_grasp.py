@@ -110,5 +110,5 @@ def test_a_run_is_simulated_once_for_each_model():
 
 
 def test_without_an_object_the_set_is_refused():
-    with pytest.raises(ValueError, match="expected the key object, got none"):
+    with pytest.raises(ValueError, match="expected an entry `object`, got none"):
         HandGrasp(replace(planned("usual"), grasped=None))

@@ -227,7 +227,7 @@ def lowered(run):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda data: replace(data, plate=None), "expected the key plate, got none"),
+        (lambda data: replace(data, plate=None), "expected an entry `plate`, got none"),
         (
             lambda data: replace(data, runs=tuple(map(lowered, data.runs))),
             "expected a palm above the plate.*mm below it",

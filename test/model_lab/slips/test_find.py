@@ -22,6 +22,7 @@ from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
 from model_lab.rules import RULES
 from model_lab.slips.find import Score, _jumps, find_slips, is_slip, score
+from model_lab.slips.outside import below_ambient
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -242,6 +243,15 @@ def test_a_modulus_at_its_bound_is_told_with_what_frees_it():
 def test_the_shared_cases(name, kind, column):
     (slip,) = compare(case(name), BASE).slips
     assert (slip.name, slip.column) == (kind, column)
+
+
+def test_a_gauge_whose_zero_is_off_is_no_vacuum():
+    """A sixth of the range too low; what a chamber is sucked to lies below its rest."""
+    low = stated_otherwise("pressure", lambda pressure: pressure - 7e3)
+    assert min(run.columns["pressure"].min() for run in low.runs) < RULES.vacuum
+    assert below_ambient(low, "pneuflex") is None
+    sucked = stated_otherwise("pressure", lambda pressure: -7e3 - pressure)
+    assert "below the air around" in below_ambient(sucked, "pneuflex")
 
 
 def test_the_shared_case_of_vacuum():

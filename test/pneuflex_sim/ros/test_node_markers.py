@@ -157,7 +157,9 @@ def test_nothing_is_made_for_nobody(gripping, monkeypatch):
 
 def test_numbers_that_are_in_a_message_twice_are_not_guessed_at():
     message = SerialisedMessage(np.array([1.0, 2.0, 1.0]).tobytes())
-    with pytest.raises(ValueError, match="expected once in the message, got 2"):
+    with pytest.raises(
+        ValueError, match="expected these numbers once in the serialized message, got 2"
+    ):
         message.view(np.array([1.0]))
 
 

@@ -129,7 +129,9 @@ def sheet_of(text: str) -> tuple[str, str]:
     """
     file, _, sheet = text.rpartition("=")
     if not sheet:
-        raise argparse.ArgumentTypeError(f"expected SHEET or FILE=SHEET, got {text}")
+        raise argparse.ArgumentTypeError(
+            f"expected a sheet of a spreadsheet, SHEET or FILE=SHEET, got {text}"
+        )
     return file, sheet
 
 

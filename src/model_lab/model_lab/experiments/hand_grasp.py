@@ -55,7 +55,8 @@ class HandGrasp:
         require_columns(data, data.inputs, f"the model of {data.experiment}")
         if data.grasped is None:
             raise DocumentError(
-                f"{data.folder / DOCUMENT}: expected the key object, got none; add object: cylinder"
+                f"{data.folder / DOCUMENT}: expected an entry `object`, got none; "
+                "add object: cylinder"
             )
         self._data, self._engine = data, engine
         self._courses: dict[Hashable, _Course] = {}

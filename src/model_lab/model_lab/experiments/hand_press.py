@@ -76,7 +76,7 @@ class HandPress(HandPose):
         place = f"{data.folder / DOCUMENT}"
         if data.plate is None:
             raise DocumentError(
-                f"{place}: expected the key plate, got none; add plate: {{friction: 0.6}}"
+                f"{place}: expected an entry `plate`, got none; add plate: {{friction: 0.6}}"
             )
         self._plate = data.plate
         for run in data.runs:
@@ -213,7 +213,7 @@ def _plate_of(data: MeasurementSet) -> Plate:
     """The plate of a set; raises DocumentError without one."""
     if data.plate is None:
         raise DocumentError(
-            f"{data.folder / DOCUMENT}: expected the key plate, got none; "
+            f"{data.folder / DOCUMENT}: expected an entry `plate`, got none; "
             "add plate: {friction: 0.6}"
         )
     return data.plate

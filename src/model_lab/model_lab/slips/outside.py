@@ -92,17 +92,22 @@ def _noise(data: MeasurementSet) -> str | None:
 
 def below_ambient(data: MeasurementSet, base: str) -> str | None:
     """A sentence about pressures below ambient, for which the model has no equations; None if there
-    are none, or if the base model is not one of an actuator under pressure.
+    are none, or if the base model is not one of an actuator under pressure. Pressures that are
+    below zero at rest already come from a gauge whose zero is off.
     """
     if base == "linear" or data.experiment not in ACTUATED:
         return None
     pressure = np.concatenate([run.columns.get("pressure", np.zeros(1)) for run in data.runs])
-    if float(np.mean(pressure < RULES.vacuum)) <= RULES.vacuum_share:
+    starts = [run.columns["pressure"][0] for run in data.runs if "pressure" in run.columns]
+    at_rest = float(np.median(starts)) if starts else 0.0
+    is_zero = -RULES.gauge_zero * float(np.ptp(pressure)) <= at_rest < 0.0
+    least = RULES.vacuum + (at_rest if is_zero else 0.0)
+    if float(np.mean(pressure < least)) <= RULES.vacuum_share:
         return None
-    least = data.shown_in("Pa").shown(float(pressure.min()))
+    shown = data.shown_in("Pa").shown(float(pressure.min()))
     return (
         "pressure: the model is one of inflation: expected gauge pressures of 0 or more, got "
-        f"pressures down to {least}, which is below the air around; a chamber that is sucked flat "
+        f"pressures down to {shown}, which is below the air around; a chamber that is sucked flat "
         "bends by other laws; leave these runs out, take --model linear with an effect of your "
         "own, or state the pressures anew if they are inflations (columns: {pressure: {is: "
         "negative, ...}})"

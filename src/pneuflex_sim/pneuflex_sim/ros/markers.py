@@ -68,7 +68,7 @@ class SerialisedMessage:
         wanted = numbers.tobytes()
         count = self._data.count(wanted)
         if count != 1:
-            raise ValueError(f"numbers: expected once in the message, got {count} times")
+            raise ValueError(f"expected these numbers once in the serialized message, got {count}")
         return self._data.find(wanted)
 
     def write(self, layout: struct.Struct, place: int, *values: Any) -> None:

@@ -37,8 +37,8 @@ class Table:
     Attributes:
         material: name under which `friction.yaml` lists its coefficients of friction.
         edge: x [m] of its edge; the table lies on the side of larger x. None: no edge anywhere.
-        rolling_resistance: an object that rolls on it is braked by this length [m] times the normal
-            force. Fingers are not.
+        rolling_resistance: length [m] that, times the normal force, is the torque that
+            brakes an object rolling on the table; fingers are not braked.
     """
 
     material: str

@@ -51,7 +51,10 @@ def base_section(chain: ChainDescription, layer: float) -> tuple[Array, Array]:
 def plate_of(hand: HandDescription) -> Plate:
     """The plate of a hand; raises ValueError if it has none."""
     if hand.plate is None:
-        raise ValueError(f"plate: expected a plate of {hand.name} for its parts, got none")
+        raise ValueError(
+            f"{hand.name}: plate: expected a palm plate in the hand's file, on which its parts are "
+            "mounted, got none"
+        )
     return hand.plate
 
 

@@ -216,7 +216,9 @@ def arc_angle(parts: list[Actuator]) -> float:
 
 
 def mean_radius(parts: list[Actuator]) -> float:
-    """Mean radius [m] of parallel arcs."""
+    """Mean radius of curvature [m] of actuators that lie side by side as arcs, all weighted
+    alike.
+    """
     return float(np.mean([part.arc_radius or 0.0 for part in parts]))
 
 

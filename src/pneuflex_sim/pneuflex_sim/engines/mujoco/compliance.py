@@ -57,7 +57,9 @@ def rigid_skin(model: mujoco.MjModel) -> None:
 
 
 def update_constants(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """What MuJoCo derives from masses, after they changed; contacts keep their stiffness."""
+    """Compute anew what MuJoCo derives from masses, which have changed; contacts keep their
+    stiffness.
+    """
     kept = model.body_invweight0[:, 0].copy()
     mujoco.mj_setConst(model, data)
     model.body_invweight0[:, 0] = kept

@@ -27,9 +27,8 @@ MakeLines = Callable[[Sequence[Coil]], OutputLines]
 class LinuxBoard:
     """Drives the coils of the outlets and reads the sensors; unused coils stay off.
 
-    Coils that go off are switched before coils that go on, so never both of a valve are on. Coils
-    that cannot be switched, such as those of a chip that is gone, do not keep others from being
-    switched.
+    Coils are switched off first and on afterwards, so that the two coils of a valve are never on
+    together. If some coils cannot be switched, as when their chip is gone, all others still are.
 
     Args:
         lines: the lines of all outlets of the box, inflate and deflate alternating.
