@@ -46,7 +46,7 @@ def parser() -> argparse.ArgumentParser:
     add = found.add_argument
     add("-o", "--out", type=Path, required=True, help="a .gif, a .mp4, or a folder for PNG files")
     add("--bag", type=Path, help="draw this recording instead of a trial")
-    add("--cell", help="play this trial of a sweep, such as push_map/marker/10,-30 or .../10,-30/2")
+    add("--cell", help="play this trial of a sweep, such as push_map/marker/20,0 or .../20,0/1")
     add("--results", type=Path, help="folder of the sweep's results (of its name, in out/)")
     add("--hand", help="of the bag (rbo_hand_2), or in place of the strategy's hand")
     add_settings(found)
