@@ -49,8 +49,11 @@ def inflate(peer, board):
         peer.call(Trigger, "pneumaticbox/reset")
         peer.call(Trigger, "pneumaticbox/tare")
         peer.command(80 * MG, 80 * MG)
-        peer.spin(0.5)
-        return board.inflating
+        for _ in range(25):  # an inlet is open for a while only
+            peer.spin(0.02)
+            if board.inflating:
+                return True
+        return False
 
     peer.wait(inflated, "an inlet that opens")
 
