@@ -56,11 +56,24 @@ def box(request, domain, launcher, peer):
         yield box
 
 
+def filled(box, masses, times, tries=3):
+    """States of 2 s in which the box is filled; again where the whole machine stood still so long
+    that the driver rightly vented.
+    """
+    box.run(masses, times=times)
+    try:
+        return list(box.monitor(2.0))
+    except PneumaticboxError as error:
+        if "no sensor sample" not in str(error) or tries == 1:
+            raise
+    box.reset()
+    return filled(box, masses, times, tries - 1)
+
+
 def test_it_brings_the_box_to_masses_and_watches_it(box):
     assert box.channels == ("a", "b")
     assert box.modes == {"a": "mass", "b": "mass"}
-    box.run({"a": [10 * MG, 25 * MG], "b": [5 * MG, 5 * MG]}, times=[0.5, 1.0])
-    states = list(box.monitor(2.0))
+    states = filled(box, {"a": [10 * MG, 25 * MG], "b": [5 * MG, 5 * MG]}, [0.5, 1.0])
     assert states[-1].mass["a"] == pytest.approx(25 * MG, abs=2.5 * MG)
     assert states[-1].mass["b"] == pytest.approx(5 * MG, abs=2.5 * MG)
     steps = np.diff([state.time for state in states])
