@@ -181,7 +181,7 @@ def stretch_offset(plant: Plant, offset: float) -> None:
 
 @law("angle_gain", ("gain", 1.01, 1.5))
 def angle_gain(plant: Plant, gain: float) -> None:
-    """The scale of the output's sensor is off."""
+    """The scale of the angle sensor is off."""
     plant.sensors.append(lambda t, y, p: gain * y)
 
 

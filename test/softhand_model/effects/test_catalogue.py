@@ -205,6 +205,14 @@ def test_gent_locks_without_a_pole():
     assert np.isfinite(found).all()
 
 
+def test_a_slack_strip_bears_nothing_until_it_is_taut():
+    reading = np.array([0.9, 1.0, 1.02, 1.04, 1.5])
+    slack = effect("stretch_offset", offset=0.04).imposed_stretch(reading)
+    assert slack == pytest.approx([0.9, 1.0, 1.0, 1.0, 1.46])
+    taut = effect("stretch_offset", offset=-0.03).imposed_stretch(reading)
+    assert taut == pytest.approx(reading + 0.03)
+
+
 def test_mullins_softens_below_the_largest_stretch_and_keeps_it():
     memory = {}
     mullins = effect("mullins_softening", softening=0.3, stretch_scale=0.2)

@@ -30,7 +30,17 @@ GROWING = 0.9  # of the fall at which the elastic side would no longer grow
 HIGHEST = 1.5  # of the logarithm of the factor between two knots
 
 
-class AngleOffset(OutputEffect):
+class _Offset(OutputEffect):
+    """The sensor's zero is off: y_read = y + offset."""
+
+    rank = 1
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Reading in the unit of the output."""
+        return value + self.values["offset"]
+
+
+class AngleOffset(_Offset):
     """The tip angle is read too large or too small by the same angle in all samples: y_read = y +
     offset.
     """
@@ -50,14 +60,9 @@ class AngleOffset(OutputEffect):
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "alike as far as the curve is straight"
     }
-    rank = 1
-
-    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading [rad]."""
-        return value + self.values["offset"]
 
 
-class ForceOffset(OutputEffect):
+class ForceOffset(_Offset):
     """The force gauge reads too much or too little by the same force [N] in all samples:
     y_read = y + offset.
     """
@@ -75,14 +80,9 @@ class ForceOffset(OutputEffect):
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "one with it as far as the force is proportional to the pressure"
     }
-    rank = 1
-
-    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading [N]."""
-        return value + self.values["offset"]
 
 
-class StressOffset(OutputEffect):
+class StressOffset(_Offset):
     """The load cell of a test of the rubber shows the same stress too much or too little in all
     samples, as when it was not tared: y_read = y + offset.
     """
@@ -109,11 +109,6 @@ class StressOffset(OutputEffect):
     confounded_with: ClassVar[Mapping[str, str]] = {
         "stretch_offset": "alike at small stretches, as far as the stress is proportional to them"
     }
-    rank = 1
-
-    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
-        """Reading [Pa]."""
-        return value + self.values["offset"]
 
 
 class AngleGain(OutputEffect):
