@@ -17,7 +17,7 @@ set_up_middleware()  # a test's own nodes are found as soon as those that it sta
 gc.disable()  # until all tests are collected, of which nothing is garbage
 
 NODES = "nodes"
-GIVES_WAY = 5  # nice value of what computes beside nodes
+GIVES_WAY = 10  # nice value of what computes beside nodes
 LONGEST = (  # shares that take more than 30 s, begun first so that none is left alone at the end
     "test/model_lab/experiments/test_hand_grasp.py",
     "test/model_lab/test_real_data.py",

@@ -10,11 +10,13 @@ from geometry_msgs.msg import PoseArray
 from ros_peer import seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 from suite_peer import CHANNELS, PATIENCE
 
 from grasp_strategies.ros.interface import OFFERS as OF_THE_SEQUENCER
 from model_lab.ros.interface import OFFERS as OF_THE_MONITOR
+from pneuflex_sim.ros.clock import FOLLOWERS
 from pneuflex_sim.ros.interface import OFFERS as OF_THE_SIMULATOR
 from pneumaticbox_driver.ros.interface import OFFERS as OF_THE_DRIVER
 from softhand_bringup.processes import suite
@@ -76,6 +78,8 @@ def test_two_hands_grasp_at_once_by_one_clock(hands, peer):
             f"the {hand} driver",
             PATIENCE,
         )
+    followers = peer.listen(Header, FOLLOWERS)
+    peer.wait(lambda: followers, "the right hand's time, for which the left one waits", PATIENCE)
     calls = [peer.request(Trigger, f"{hand}/grasp/surface_constrained", PATIENCE) for hand in HANDS]
     samples = [peer.listen(JointState, f"{hand}/pneumaticbox/sensors", 1) for hand in HANDS]
     lags, answered = [], []

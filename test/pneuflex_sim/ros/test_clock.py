@@ -12,13 +12,14 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
 from pneuflex_sim.ros.clock import (
+    FOLLOWER_MEMORY,
     FOLLOWER_TIMEOUT,
     FOLLOWERS,
     MAX_FOLLOWER_LAG,
     NO_CLOCK_WARNING,
-    PEER_MEMORY,
     shared_clock,
 )
+from pneuflex_sim.ros.driver_link import ANSWER_TIMEOUT
 from softhand_ros.topics import RELIABLE, clock_conflict, stamp_of_seconds
 
 pytestmark = pytest.mark.system
@@ -118,7 +119,9 @@ def test_who_leads_waits_for_who_is_behind_and_forgets_who_falls_silent(pair):
     following.publish_time(2.0)
     time.sleep(0.1)
     assert duration(leading.publish_time, 2.01) < 0.5 * FOLLOWER_TIMEOUT
-    time.sleep(PEER_MEMORY)
+    time.sleep(ANSWER_TIMEOUT + 0.5)  # it waited for an answer of its driver that was lost
+    assert duration(leading.publish_time, 3.0) >= FOLLOWER_TIMEOUT
+    time.sleep(FOLLOWER_MEMORY - ANSWER_TIMEOUT)
     assert duration(leading.publish_time, 9.0) < 0.5 * FOLLOWER_TIMEOUT
 
 
@@ -132,7 +135,7 @@ def test_names_that_come_in_masses_are_cut_and_forgotten(pair, node):
         hostile.publish(Header(stamp=stamp, frame_id=f"{number}" + 100_000 * "x"))
         leading.wait(0.1)
     assert 0 < max(map(len, leading.followers.names())) <= 200
-    time.sleep(1.1 * PEER_MEMORY)
+    time.sleep(1.1 * FOLLOWER_MEMORY)
     leading.wait(0.0)
     assert not leading.followers.names()
 

@@ -11,9 +11,13 @@ from rclpy.signals import SignalHandlerOptions
 from ros_domain import held_domain
 from std_msgs.msg import Header
 
-from pneuflex_sim.ros.clock import PEER_MEMORY
 from pneuflex_sim.ros.command_topics import TARGET_TOPIC
-from pneuflex_sim.ros.lockstep import COMMANDED_UNTIL, Commanders, StampedCommands
+from pneuflex_sim.ros.lockstep import (
+    COMMANDED_UNTIL,
+    COMMANDER_MEMORY,
+    Commanders,
+    StampedCommands,
+)
 from softhand_ros.topics import RELIABLE, stamp_of_seconds
 
 pytestmark = pytest.mark.system
@@ -123,7 +127,7 @@ def test_the_simulation_stands_where_a_commander_is_until_it_goes_on_or_leaves(n
     assert commanders.hold(1.025)  # the other one has not gone on
     tell(0.0, "another")
     assert not commanders.hold(1.025)
-    time.sleep(PEER_MEMORY)
+    time.sleep(COMMANDER_MEMORY)
     assert not commanders.hold(9.0)  # who is silent is forgotten
 
 

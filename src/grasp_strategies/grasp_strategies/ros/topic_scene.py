@@ -186,7 +186,7 @@ class TopicScene:
         if self._clock.simulated and not self._clock.ticked:
             absent.setdefault(SIMULATOR, []).insert(0, "/clock")
         for feed in self.feeds:
-            if feed.arrived is None:
+            if self._silent(feed):
                 absent.setdefault(feed.source, []).append(_complaint(feed))
         return "; ".join(
             f"{', '.join(parts)} ({self._reports.reason(source)})"
@@ -315,6 +315,10 @@ class TopicScene:
             raise SceneError(refusal)
 
     # ---------------------------------------------------------------- observation
+    def _silent(self, feed: Feed) -> bool:
+        """Whether the publisher of a topic has not begun, or has gone."""
+        return feed.silent_for(self.time, time.monotonic(), SILENCE_TIME, SILENCE_WALL_TIME)
+
     def greatest_pressure(self) -> float:
         """Greatest gauge pressure of a channel as reported last [Pa]; NaN before a report."""
         air = self._air.value
@@ -327,9 +331,8 @@ class TopicScene:
         self._refuse_fault()
         self._catch_up()
         self._clock.refuse_standstill()
-        now, wall = self.time, time.monotonic()
         for feed in self.feeds:
-            if feed.silent_for(now, wall, SILENCE_TIME, SILENCE_WALL_TIME):
+            if self._silent(feed):
                 raise SceneError(
                     f"no usable message on {_complaint(feed)} for {SILENCE_TIME:g} s "
                     f"(has {feed.source} ended?)"
@@ -341,7 +344,7 @@ class TopicScene:
                 f"got {cut(str(air.channels))}"
             )
         return Observation(
-            now,
+            self.time,
             self._wrist.value.position,
             self._wrist.value.orientation,
             self._force.value,

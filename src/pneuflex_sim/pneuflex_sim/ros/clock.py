@@ -28,7 +28,9 @@ from softhand_ros.topics import (
 FOLLOWERS = "/clock_followers"
 MAX_FOLLOWER_LAG = 0.02  # simulated time by which a follower may lag behind the leader [s]
 FOLLOWER_TIMEOUT = 0.5  # wall time that the leader waits for followers after a tick [s]
-PEER_MEMORY = 5.0  # wall time after which a silent peer is forgotten [s]
+# wall time after which a silent follower is forgotten [s]: it may wait for its driver
+# (ANSWER_TIMEOUT) and then for its strategy (COMMANDER_MEMORY), each for 5 s
+FOLLOWER_MEMORY = 12.0
 JUMP_LAG = 1.0  # a follower with a larger lag jumps to the newest tick [s]
 MAX_CLOCK_SECONDS = 2**30  # [s], half of the range of a stamp
 NO_CLOCK_WARNING = (
@@ -94,11 +96,12 @@ class SharedClock(Protocol):
 class ClockPeers:
     """Times that other nodes publish on a topic: stamps of std_msgs/Header, by node name.
 
-    A node that has published nothing for PEER_MEMORY is forgotten.
+    A node that has published nothing for `memory` [s] of wall time is forgotten.
     """
 
-    def __init__(self, node: Node, topic: str) -> None:
+    def __init__(self, node: Node, topic: str, memory: float) -> None:
         self._inbox = Inbox(node, Header, topic, RELIABLE)
+        self._memory = memory
         self._peers: dict[str, tuple[int, float]] = {}  # stamp [ns], wall time of arrival [s]
 
     def receive(self, timeout: float = 0.0) -> bool:
@@ -111,7 +114,7 @@ class ClockPeers:
             self._peers[cut(message.frame_id)] = nanoseconds(message.stamp), time.monotonic()
             message = self._inbox.take()
         if self._peers:
-            oldest = time.monotonic() - PEER_MEMORY
+            oldest = time.monotonic() - self._memory
             self._peers = {name: peer for name, peer in self._peers.items() if peer[1] > oldest}
         return came
 
@@ -135,7 +138,7 @@ class LeadingClock:
 
     def __init__(self, node: Node) -> None:
         self._ticks = node.create_publisher(Clock, "/clock", RELIABLE)
-        self.followers = ClockPeers(node, FOLLOWERS)
+        self.followers = ClockPeers(node, FOLLOWERS, FOLLOWER_MEMORY)
 
     def publish_time(self, now: float) -> None:
         """Publish a tick; then wait until no follower is further behind than MAX_FOLLOWER_LAG."""

@@ -16,6 +16,7 @@ from softhand_ros.topics import RELIABLE, SECOND_NS, Inbox, nanoseconds
 
 COMMANDED_UNTIL = "sim/commanded_until"
 COMMANDS_WAIT = 0.05  # wall time to wait for commanders before services are served [s]
+COMMANDER_MEMORY = 5.0  # wall time after which a silent commander is forgotten [s]
 MAX_STAMP_LEAD = SECOND_NS  # by which a target's stamp may be ahead; more is another clock's [ns]
 MAX_COMMANDS_AT_ONCE = 10  # commands that are taken at one look: more at a time are a storm
 
@@ -34,7 +35,7 @@ class Commanders:
     """
 
     def __init__(self, node: Node, awaited: bool) -> None:
-        self._peers = ClockPeers(node, COMMANDED_UNTIL)
+        self._peers = ClockPeers(node, COMMANDED_UNTIL, COMMANDER_MEMORY)
         self._awaited, self._heard = awaited, False
         self._until = 0  # earliest time until which a node has commanded, 0 without one [ns]
         self.restart()
