@@ -1,6 +1,7 @@
 """The command line: results on the standard output, one line on the standard error if refused."""
 
 import json
+import shlex
 import subprocess
 import sys
 
@@ -246,7 +247,7 @@ def test_help_of_every_command_has_examples_and_units(command, capsys):
     assert examples
     assert any(word in text for word in ("SI units", "kPa", "Units:"))
     for line in examples:  # they parse
-        arguments = line.split(" && ")[0].split()[1:]
+        arguments = shlex.split(line.split(" && ")[0])[1:]
         assert make_parser().parse_args(arguments).command == command
 
 

@@ -40,6 +40,8 @@ COMMANDS: Mapping[str, Command] = {
         (
             "model-lab import r1.csv r2.csv -o out/set --hand rbo_hand_2",
             "model-lab import druck.csv winkel.csv -o out/set --map pressure=p:mbar",
+            "model-lab import pull.csv -o out/strip --map 'stretch=elongation(Weg,50mm)'"
+            " --map 'stress=per_area(Kraft,30mm2)'",
             "model-lab import poses.csv -o out/hand --hand rbo_hand_2 --wrist 0,90,0",
         ),
         (
@@ -69,8 +71,10 @@ COMMANDS: Mapping[str, Command] = {
                 "stress, and its unit (of time also a rate, 30Hz); may be given again. The "
                 "tip angle may be made of what was tracked: quaternion(X,Y,Z,W), "
                 "plane_markers(X1,Y1,X2,Y2), markers(...) in space, tip(X,Y) from the base, or "
-                "chord(ANGLE). Of a hand also pressure.CHANNEL, and index_tip or wrist: the words "
-                "that its columns share; places=:mm and pressure=:kPa say units of all",
+                "chord(ANGLE). Of a testing machine stretch=elongation(DISPLACEMENT,50mm) and "
+                "stress=per_area(FORCE,30mm2). Of a hand also pressure.CHANNEL, and index_tip or "
+                "wrist: the words that its columns share; places=:mm and pressure=:kPa say units "
+                "of all",
             ),
             argument(
                 "--msgs",

@@ -1,17 +1,21 @@
-"""Tip angles from what was tracked: a quaternion, markers, the tip's position, its chord, or the
-curvature of the arc.
+"""Quantities of a set that are functions of the columns of a file.
 
-`--map 'tip_angle=tip(x,y)'` names such a function with its columns; a lone name stands for its
-parts, so `quaternion(/tip pose.orientation)` has the columns `... .x` to `... .w`. The angle is 0
-at the first sample, which should be at rest, and counts positive towards where it turns most. A
-curvature needs the length that bends: `curvature(kappa, 90mm)`.
+The tip angle comes from what was tracked: a quaternion, markers, the tip's position, its chord, or
+the curvature of the arc. `--map 'tip_angle=tip(x,y)'` names such a function with its columns; a
+lone name stands for its parts, so `quaternion(/tip pose.orientation)` has the columns `... .x` to
+`... .w`. The angle is 0 at the first sample, which should be at rest, and counts positive towards
+where it turns most. A curvature needs the length that bends: `curvature(kappa, 90mm)`.
+
+Stretch and stress of a strip come from the displacement and the force of a testing machine:
+`stretch=elongation(Displacement,50mm)` with the length between the clamps, and
+`stress=per_area(Force,30mm2)` with the cross-section at rest.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,27 +23,58 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.units import column_unit
 
+DISPLACEMENT_WORDS = (
+    *("displacement", "extension", "elongation", "crosshead", "traverse", "stroke", "position"),
+    *("weg", "verlangerung", "deplacement", "course", "spostamento", "desplazamiento"),
+)  # how testing machines name by how much the clamps have moved
+OPEN_LENGTH, OPEN_AREA = "LENGTH", "AREA"  # what a suggestion leaves to the user
 PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 CURVATURE_WORDS = ("curvature", "kappa", "krummung", "courbure", "curvatura", "κ")
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)$")
+_AREA = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)(?:2|²|\^2|\*\*2)$")
 _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
 
 
 @dataclass(frozen=True)
 class Derivation:
-    """A function of the columns of a file that gives the tip angle.
+    """A function of the columns of a file that gives the tip angle, the stretch or the stress.
 
     parts: letters, such as xyz, of the columns for which a single name stands; "" if it stands for
-    itself. sizes: numbers of columns that the function takes. angle: maps columns (k, samples) to
-    angles (samples,) in rad, or in the unit of a single column. said: what it does, in words. of:
-    quantity of its column, if the angle needs that in SI units and a length [m]; else "".
+    itself. sizes: numbers of columns that the function takes. values: maps columns (k, samples) to
+    values (samples,) in `unit`, or of a chord in the unit of its column. said: what it does, in
+    words. sized: if the function needs its one column in SI units, combined with a size of the
+    specimen, what that is; else None.
     """
 
     parts: str
     sizes: tuple[int, ...]
-    angle: Callable[[Array], Array]
+    values: Callable[[Array], Array]
     said: str
-    of: str = ""
+    sized: Sized | None = None
+    unit: str = "rad"
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A size of the specimen that a function of one column needs.
+
+    of: quantity of the column, as `column_unit` names it. size: what the user has to state.
+    example: how that is written. times: whether the column is multiplied by the size, not divided.
+    """
+
+    of: str
+    size: str
+    example: str
+    times: bool = False
+
+    def combined(self, column: Array, argument: str) -> Array | None:
+        """Column (samples,) in SI units times or over the size; None if the argument states no
+        positive size.
+        """
+        size = stated_size(argument, area=self.example.endswith("2"))
+        if not size:
+            return None
+        return column * size if self.times else column / size
 
 
 def derivation(text: str) -> tuple[Derivation, list[str]] | None:
@@ -137,14 +172,37 @@ def radius_angle(ratio: Array) -> Array:
     return _from_first(1.0 / ratio[0])
 
 
-def bent_length(argument: str) -> float | None:
-    """Length [m] that a text such as `90mm` states; None if it states none.
-
-    >>> bent_length("90mm"), bent_length("0.09 m"), bent_length("LENGTH")
-    (0.09, 0.09, None)
+def elongation_stretch(ratio: Array) -> Array:
+    """Stretch (samples,) [-] of a strip, from the displacement of a clamp over the length between
+    the clamps (1, samples); it is 1 at the first sample.
     """
-    found = _LENGTH.match(argument)
-    return float(found[1]) * column_unit("tip_x", found[2]).scale if found else None
+    return np.asarray(1.0 + ratio[0] - ratio[0, 0])
+
+
+def area_stress(ratio: Array) -> Array:
+    """Nominal stress (samples,) [Pa], from the force over the cross-section at rest (1,
+    samples).
+    """
+    return ratio[0]
+
+
+def stated_size(argument: str, area: bool = False) -> float | None:
+    """Length [m] that a text such as `90mm` states, or with `area` the area [m^2] of `30mm2` or
+    `10mm x 3mm`; None if it states none.
+
+    >>> stated_size("90mm"), stated_size("0.09 m"), stated_size("LENGTH")
+    (0.09, 0.09, None)
+    >>> f"{stated_size('30 mm2', area=True):g}", f"{stated_size('10mm x 3mm', area=True):g}"
+    ('3e-05', '3e-05')
+    """
+    if not area:
+        found = _LENGTH.match(argument)
+        return float(found[1]) * column_unit("tip_x", found[2]).scale if found else None
+    found = _AREA.match(argument)
+    if found:
+        return float(found[1]) * column_unit("tip_x", found[2]).scale ** 2
+    width, thickness = (stated_size(side.strip()) for side in (*argument.split("x"), "", "")[:2])
+    return width * thickness if width and thickness else None
 
 
 def _from_first(angle: Array) -> Array:
@@ -161,8 +219,36 @@ DERIVATIONS = {
     "plane_markers": Derivation("", (4, 6), plane_markers_angle, "the turn since the first sample"),
     "tip": Derivation("xyz", (2, 3), tip_angle, "twice the turn of the chord from the origin"),
     "chord": Derivation("", (1,), chord_angle, "twice the angle of the chord"),
-    "curvature": Derivation("", (1,), curvature_angle, "curvature times length", "curvature"),
-    "radius": Derivation("", (1,), radius_angle, "length over radius", "radius"),
+    "curvature": Derivation(
+        "",
+        (1,),
+        curvature_angle,
+        "curvature times length",
+        Sized("curvature", "length that bends", "90mm", times=True),
+    ),
+    "radius": Derivation(
+        "",
+        (1,),
+        radius_angle,
+        "length over radius",
+        Sized("radius", "length that bends", "90mm"),
+    ),
+    "elongation": Derivation(
+        "",
+        (1,),
+        elongation_stretch,
+        "1 + displacement over length",
+        Sized("displacement", "length between the clamps", "50mm"),
+        unit="",
+    ),
+    "per_area": Derivation(
+        "",
+        (1,),
+        area_stress,
+        "force over cross-section",
+        Sized("force", "cross-section", "30mm2"),
+        unit="Pa",
+    ),
 }
 
 
@@ -195,13 +281,26 @@ def suggestion(names: Sequence[str]) -> str | None:
         if len(bodies) in (2, 3):
             return f"{kind}({','.join(column for body in bodies for column in body)})"
     curved = next((name for name in names if _is_curvature(name)), None)
-    return f"curvature({curved},LENGTH)" if curved else None
+    return f"curvature({curved},{OPEN_LENGTH})" if curved else None
 
 
 def _is_curvature(name: str) -> bool:
+    return any(word in _plain(name) for word in CURVATURE_WORDS)
+
+
+def displacements(names: Iterable[str]) -> list[str]:
+    """Those columns whose names say by how much the clamps of a testing machine have moved.
+
+    >>> displacements(["Zeit", "Traversenweg", "Standardkraft"])
+    ['Traversenweg']
+    """
+    return [name for name in names if any(word in _plain(name) for word in DISPLACEMENT_WORDS)]
+
+
+def _plain(name: str) -> str:
+    """A name in small letters without accents."""
     plain = unicodedata.normalize("NFKD", name.casefold())
-    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    return any(word in plain for word in CURVATURE_WORDS)
+    return "".join(letter for letter in plain if not unicodedata.combining(letter))
 
 
 def _wholes(names: Sequence[str], parts: str) -> dict[str, list[str]]:

@@ -12,10 +12,12 @@ import numpy as np
 import yaml
 
 from model_lab.importing.derived import (
+    OPEN_AREA,
+    OPEN_LENGTH,
     Derivation,
     argument_names,
-    bent_length,
     derivation,
+    displacements,
     suggestion,
 )
 from model_lab.importing.geometry import finger_of_hand
@@ -23,17 +25,20 @@ from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, mea
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
+from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Column, Table, read_tables, side_by_side
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.model_file import FREE_VALUE
 
 Maps = Mapping[str, tuple[str, str]]
 """Column and unit ("" for that of the file) by quantity."""
 
 SPECIMEN = "finger"  # where no hand says what was measured
+STRIP = "strip"  # likewise of a tensile test
 DIGITS = 9  # of the numbers of a set
 
 
@@ -124,13 +129,17 @@ def propose(
         apart = [part for table in read for part in side_by_side(table)]
         tables += [_with_all_derived(table, given) for table in apart]
     _check_maps(tables, given)
-    given = {quantity: _in_rad(name, unit) for quantity, (name, unit) in given.items()}
+    given = {quantity: _as_derived(name, unit) for quantity, (name, unit) in given.items()}
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
     found = experiment or experiment_of(
         set().union(*(one.quantities for one in sources)), stated=given
     )
     unsure = _unsure(sources, found)
+    if found in (None, "uniaxial"):
+        pulled = next(filter(None, map(_of_machine, sources)), None)
+        if pulled and set(unsure) & {"the experiment", "the column of stretch"}:
+            return Proposal(every, "uniaxial", pulled)
     tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
     if any(tracked) and set(unsure) & {"the experiment", "the column of tip_angle"}:
         call = next(text for text in tracked if text)
@@ -140,6 +149,27 @@ def propose(
             how += ", LENGTH of the part that bends, such as 90mm"
         unsure = {"the tip angle": how} | kept
     return Proposal(every if unsure else sources, found, unsure)
+
+
+def _of_machine(source: Source) -> dict[str, str] | None:
+    """What is not known of a file of a testing machine, with the text that says it; None for
+    another file: one without force or displacement, or with a pressure.
+    """
+    names = [column.name for column in source.table.columns]
+    forces = [one.column for one in source.meanings if one.quantity == "tip_force"]
+    moved = [name for name in displacements(names) if name not in forces]
+    if not forces or not moved or "pressure" in source.quantities:
+        return None
+    unsure = {
+        "the stretch": f"--map 'stretch=elongation({moved[0]},{OPEN_LENGTH})', {OPEN_LENGTH} "
+        "between the clamps, such as 50mm"
+    }
+    if "stress" not in source.quantities:
+        unsure["the stress"] = (
+            f"--map 'stress=per_area({forces[0]},{OPEN_AREA})', {OPEN_AREA} of the cross-section "
+            "at rest, such as 30mm2 or 10mm x 3mm"
+        )
+    return unsure
 
 
 def _check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
@@ -154,63 +184,67 @@ def _check_files(option: str, given: Mapping[str, object], files: Iterable[str])
 
 def _with_all_derived(table: Table, maps: Maps) -> Table:
     """The table with the derived columns that the user asks for."""
-    for name, unit in maps.values():
-        table = _with_derived(table, name, unit)
+    for quantity, (name, unit) in maps.items():
+        table = _with_derived(table, quantity, name, unit)
     return table
 
 
-def _with_derived(table: Table, text: str, unit: str) -> Table:
+def _with_derived(table: Table, quantity: str, text: str, unit: str) -> Table:
     """The table with the column that a function of its columns is, if it has them."""
     call = derivation(text)
     if call is None:
         return table
     known = {column.name: column for column in table.columns}
-    if call[0].of:
-        return _with_arc(table, text, unit, call)
+    if call[0].sized:
+        return _with_sized(table, f"--map {quantity}={text}", unit, call)
     names = argument_names(call[1], call[0].parts, list(known))
     if not known.keys() >= set(names):
         return table
     if len(names) not in call[0].sizes:
         raise DocumentError(
-            f"--map tip_angle={text}: expected {' or '.join(map(str, call[0].sizes))} columns, "
+            f"--map {quantity}={text}: expected {' or '.join(map(str, call[0].sizes))} columns, "
             f"got {len(names)}"
         )
     values = np.stack([known[name].values for name in names])
     seen = np.isfinite(values).all(axis=0) & values.any(axis=0)
     angle = np.full(values.shape[1], np.nan)
     if seen.any():
-        angle[seen] = call[0].angle(values[:, seen])
+        angle[seen] = call[0].values(values[:, seen])
     unit = (unit or known[names[0]].unit) if len(names) == 1 else "rad"
     return table.with_column(Column(text, unit, angle))
 
 
-def _in_rad(name: str, unit: str) -> tuple[str, str]:
-    """Column and unit that the user says; an arc has used the unit, and its angle is in rad."""
+def _as_derived(name: str, unit: str) -> tuple[str, str]:
+    """Column and unit that the user says; a function with a size has used the unit of its column,
+    and its values have their own.
+    """
     call = derivation(name)
-    return (name, "") if call is not None and call[0].of else (name, unit)
+    return (name, "") if call is not None and call[0].sized else (name, unit)
 
 
-def _with_arc(table: Table, text: str, unit: str, call: tuple[Derivation, list[str]]) -> Table:
-    """The table with the tip angle of an arc, by its curvature or radius and its length."""
-    (function, (name, *rest)), said = call, f"--map tip_angle={text}"
+def _with_sized(table: Table, said: str, unit: str, call: tuple[Derivation, list[str]]) -> Table:
+    """The table with a function of one column and a size of the specimen, as the option `said`
+    asks for it.
+    """
+    (function, (name, *rest)), sized, text = call, call[0].sized, said.partition("=")[2]
     column = table.column(name)
-    if column is None:
+    if column is None or sized is None:
         return table
-    length = bent_length(rest[0]) if len(rest) == 1 else None
-    if not length:
-        raise DocumentError(
-            f"{said}: expected a column and the length that bends, as in "
-            f"{function.of}({name},90mm), got {shortened(text)}"
-        )
     try:
-        scale = column_unit(function.of, unit or column.unit).scale
+        scale = column_unit(sized.of, unit or column.unit).scale
     except ValueError as error:
-        raise DocumentError(f"{said}: unit: {error}") from None
-    ratio = column.values * scale * (length if function.of == "curvature" else 1.0 / length)
-    angle, seen = np.full(len(ratio), np.nan), np.isfinite(ratio)
+        raise DocumentError(f"{said}: unit of {name}: {error} (--map ...:UNIT)") from None
+    ratio = sized.combined(column.values * scale, rest[0]) if len(rest) == 1 else None
+    if ratio is None:
+        written = f"{text.partition('(')[0]}({name},{sized.example})"
+        raise DocumentError(
+            f"{said}: expected a column and the {sized.size}, as in {written}, "
+            f"got {shortened(text)}"
+        )
+    values, seen = np.full(len(ratio), np.nan), np.isfinite(ratio)
     if seen.any():
-        angle[seen] = function.angle(ratio[None, seen])
-    return table.with_column(Column(text, "rad", angle))
+        values[seen] = function.values(ratio[None, seen])
+    return table.with_column(Column(text, function.unit, values))
 
 
 def _check_maps(tables: Sequence[Table], maps: Maps) -> None:
@@ -293,6 +327,8 @@ def make_set(
     runs = tuple(joined(members, experiment, needed) for members in paired(sources, needed))
     runs = _with_own_names(runs)
     name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
+    if experiment == "uniaxial" and not hand:
+        name = STRIP
     names = [run.name for run in runs]
     found = assigned(names)
     if specimen or len(found.names) < 2:
@@ -302,12 +338,16 @@ def make_set(
         )
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
+    modulus = strip_modulus(runs, columns) if experiment == "uniaxial" and not hand else None
+    if modulus is not None:
+        entry = {"shear_modulus": modulus}
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
         "specimens": {one: dict(entry) for one in found.names},
         "columns": columns,
+        **({"calibration": {"modulus": FREE_VALUE}} if modulus is not None else {}),
         "runs": {run.name: _run_entry(run.name, found, pulled) for run in runs},
     }
     remarks = [remark for run in runs for remark in run.remarks]
@@ -317,6 +357,12 @@ def make_set(
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
     ]
+    if modulus is not None:
+        remarks.append(
+            f"the shear modulus is not stated: {modulus:g} Pa, from the first part of the pull, is "
+            "a start, and the modulus is fitted freely (in experiment.yaml: shear_modulus, and "
+            "calibration, which goes if the modulus is known)"
+        )
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), bool(entry))
 
 
@@ -345,15 +391,17 @@ def _pulled(
 
 
 def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
-    """How angles were made, and what was left out."""
+    """What was computed from columns, and what was left out."""
     for source in sources:
         for meant in source.meanings:
             call = derivation(meant.column)
             if call is not None:
-                yield (
-                    f"tip_angle is {meant.column}: {call[0].said}; 0 at the first sample, which "
-                    "should be at rest, and positive to the side where it goes farthest"
+                of_angle = (
+                    "; 0 at the first sample, which should be at rest, and positive to the side "
+                    "where it goes farthest"
                 )
+                told = of_angle if meant.quantity == "tip_angle" else ""
+                yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
         yield from (f"{source.table.path.name}: {said}" for said in source.table.remarks)
 
 
@@ -374,7 +422,7 @@ def _remarks_on_specimens(
             f"though {' and '.join(found.unsure)} may name another; give it an entry of its own "
             "under specimens in experiment.yaml and name it in its runs"
         )
-    if entry and len(names) > 1:
+    if entry and len(names) > 1 and experiment != "uniaxial":
         yield (
             f"{every} have the same dimensions, those of --hand: write those in which they differ "
             "into experiment.yaml"

@@ -13,7 +13,13 @@ import numpy as np
 
 from model_lab.importing.clocks import DAY
 from model_lab.importing.tables import SHORT_CLOCK, Column, Table
-from model_lab.importing.units import ABSOLUTE, kind_of_pressure, unit_for, usual_unit
+from model_lab.importing.units import (
+    ABSOLUTE,
+    is_length,
+    kind_of_pressure,
+    unit_for,
+    usual_unit,
+)
 from model_lab.rules import RULES
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
@@ -25,7 +31,7 @@ WORDS = {
     "luftdruck",
     "tip_angle": "angle winkel angulo angolo theta phi alpha bend bending biegung biegewinkel "
     "spitzenwinkel flexion",
-    "tip_force": "force kraft fuerza forza fz fn blockierkraft spitzenkraft effort",
+    "tip_force": "force kraft fuerza forza fz fn blockierkraft spitzenkraft effort load",
     "stretch": "stretch lambda streckung etirement estiramiento",
     "strain": "strain dehnung deformation deformacion deformazione epsilon allongement",
     "stress": "stress spannung contrainte tension sforzo sigma",
@@ -65,7 +71,7 @@ HEADER_STAMP = "header.stamp"  # of a ROS message: when it was measured
 TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
     "tip_angle": ("deg", "rad"),
-    "tip_force": ("N", "mN"),
+    "tip_force": ("N", "mN", "kN"),
 }  # units that say what a column without a telling name is
 QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
 CAMERA_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
@@ -237,7 +243,9 @@ def _fits(quantity: str, column: Column) -> bool:
     """Whether the unit that the file writes, if any, is one of the quantity."""
     if column.is_clock or not column.unit:
         return quantity == "time" or not column.is_clock
-    return unit_for(quantity, column.unit) is not None or not usual_unit(column.unit)
+    if unit_for(quantity, column.unit) is not None:
+        return True
+    return not usual_unit(column.unit) and not is_length(column.unit)
 
 
 def _meant(column: Column, quantity: str) -> Meant:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.importing.derived import OPEN_AREA, OPEN_LENGTH
 from model_lab.importing.importing import Maps, Proposal
 
 LEVELS = "▁▂▃▄▅▆▇█"
@@ -43,8 +44,8 @@ def curve(values: Array) -> str:
 
 
 def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str, tuple[str, str]]:
-    """The `maps` together with the answers of the user on columns without unit and on missing
-    columns; ask: puts a question and returns the answer.
+    """The `maps` together with the answers of the user on columns without unit, on missing columns,
+    and on sizes of the specimen; ask: puts a question and returns the answer.
     """
     answers = dict(maps)
     for source in proposal.sources:
@@ -52,7 +53,13 @@ def asked(proposal: Proposal, maps: Maps, ask: Callable[[str], str]) -> dict[str
             if not meant.is_sure and meant.quantity not in answers:
                 unit = ask(f"unit of {meant.column} ({meant.quantity})? ").strip()
                 answers[meant.quantity] = (meant.column, unit)
-    for what in proposal.unsure:
+    for what, how in proposal.unsure.items():
+        option, _, wanted = how.rpartition("', ")
+        size = next((word for word in (OPEN_LENGTH, OPEN_AREA) if wanted.startswith(word)), None)
+        if size:
+            quantity, _, call = option.removeprefix("--map '").partition("=")
+            answer = ask(f"{wanted.removeprefix(size).strip()}? ").strip()
+            answers[quantity] = (call.replace(size, answer), "")
         if what.startswith("the column of "):
             quantity = what.removeprefix("the column of ")
             name, _, unit = ask(f"column of {quantity} (NAME:UNIT)? ").partition(":")

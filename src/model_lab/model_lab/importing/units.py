@@ -143,6 +143,16 @@ def unit_for(quantity: str, written: str) -> str | None:
     return unit if unit and _measures(measured, unit) else None
 
 
+def is_length(written: str) -> bool:
+    """Whether a unit is one of length: of a displacement or a coordinate, of which no quantity of a
+    set is made without a function.
+
+    >>> is_length("mm"), is_length("MPa")
+    (True, False)
+    """
+    return _measures("displacement", written)
+
+
 def _measures(quantity: str, unit: str) -> bool:
     try:
         column_unit(quantity, unit)

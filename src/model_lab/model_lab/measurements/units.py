@@ -31,6 +31,8 @@ COLUMN_UNITS = {
     "mass": "kg",
     "curvature": "1/m",
     "radius": "m",
+    "displacement": "m",
+    "force": "N",
 }  # those whose quantity is known; any other column may have any unit
 MARKER_COLUMN = re.compile(r".+\.[xyz]")
 QUATERNION_COLUMN = re.compile(r".+\.q[xyzw]")
