@@ -12,7 +12,7 @@ from play_page import PATIENCE, Window, served, wait_until
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
-from softhand_play.lab_tab import AS_SHOWN
+from softhand_play.lab_tab import AS_SHOWN, NO_HAND
 from softhand_play.messages import Look
 
 pytestmark = pytest.mark.timeout(900)
@@ -97,6 +97,25 @@ def test_a_file_that_can_be_read_in_two_ways_waits_for_what_is_said_of_it(page):
     assert page.message == "stretched to: expected STRETCH or FILE=STRETCH, such as 1.5, got far"
     for name in given:
         getattr(page.lab, name).value = AS_SHOWN if name == "decimal" else ""
+
+
+def test_a_file_of_a_testing_machine_becomes_a_set_by_the_text_that_the_page_proposes(page):
+    page.lab._forget()
+    page.lab.finger.value = NO_HAND
+    rows = "\n".join(f"{n},{n},{0.001 * n}" for n in range(1, 9))
+    page.attempt(lambda: page.dropped.open("pull.csv", f"s,Weg (mm),Kraft (kN)\n{rows}\n".encode()))
+    proposed = "--map 'stretch=elongation(Weg,LENGTH)'", "--map 'stress=per_area(Kraft,AREA)'"
+    assert page.look is Look.ERROR and all(text in page.message for text in proposed)
+    pasted = " ".join(proposed).replace("LENGTH", "10 mm").replace("AREA", "5mm x 2mm")
+    page.lab.maps.value = pasted
+    page.attempt(page.lab._look)
+    (run,) = load_measurements(page.lab._set).runs
+    assert run.columns["stretch"][[0, -1]] == pytest.approx([1.0, 1.7])
+    assert run.columns["stress"][-1] == pytest.approx(8.0 / 10e-6)
+    page.lab.maps.value = pasted + "'"
+    page.attempt(page.lab._look)
+    assert page.look is Look.ERROR and page.message.startswith("columns: ")
+    page.lab.maps.value = ""
 
 
 def test_files_of_motion_capture_and_a_logger_become_a_set_of_the_whole_hand(page, tmp_path):

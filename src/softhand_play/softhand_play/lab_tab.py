@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import html
+import shlex
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -64,7 +65,10 @@ class LabTab:
                 "measured finger or hand", (NO_HAND, *_fingers(), *_hands())
             )
             self.maps = gui.add_text(
-                "columns", "", hint="what the names do not say: NAME=COLUMN:UNIT, with spaces"
+                "columns",
+                "",
+                hint="what the names do not say: NAME=COLUMN:UNIT, several with spaces between; "
+                "'...' around a text with spaces",
             )
             with gui.add_folder("more about the files", expand_by_default=False):
                 self.decimal = gui.add_dropdown("decimal sign", (AS_SHOWN, *DECIMAL_SIGNS))
@@ -167,8 +171,9 @@ class LabTab:
 
     def _given_maps(self) -> Maps:
         try:
-            return dict(column_map(word) for word in self.maps.value.split())
-        except argparse.ArgumentTypeError as reason:
+            words = shlex.split(self.maps.value)  # as in a terminal, from which it may be pasted
+            return dict(column_map(word) for word in words if word != "--map")
+        except (argparse.ArgumentTypeError, ValueError) as reason:
             raise ValueError(f"columns: {reason}") from reason
 
     def _forget(self) -> None:
