@@ -9,6 +9,9 @@ where it turns most. A curvature needs the length that bends: `curvature(kappa, 
 Stretch and stress of a strip come from the displacement and the force of a testing machine:
 `stretch=elongation(Displacement,50mm)` with the length between the clamps, and
 `stress=per_area(Force,30mm2)` with the cross-section at rest.
+
+Any quantity may come from a sensor that is linear: `pressure=linear(Volt,50,-25):kPa` is 50 times
+the column less 25, in kPa.
 """
 
 from __future__ import annotations
@@ -249,7 +252,23 @@ DERIVATIONS = {
         Sized("force", "cross-section", "30mm2"),
         unit="Pa",
     ),
+    "linear": Derivation("", (1,), lambda column: column[0], "slope times the column, plus offset"),
 }
+
+
+def calibrated(values: Array, constants: Sequence[str]) -> Array | None:
+    """Values (samples,) times the slope, plus the offset: texts of two numbers; None if they are
+    not two finite numbers, or the slope is 0.
+
+    >>> calibrated(np.array([0.5, 1.0]), ["50", "-25"]), calibrated(np.array([0.5]), ["kPa"])
+    (array([ 0., 25.]), None)
+    """
+    try:
+        slope, offset = map(float, constants)
+    except ValueError:
+        return None
+    known = np.isfinite([slope, offset]).all() and slope != 0.0
+    return np.asarray(slope * values + offset) if known else None
 
 
 def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> list[str]:
@@ -267,12 +286,14 @@ def argument_names(names: Sequence[str], parts: str, known: Sequence[str]) -> li
 
 def suggestion(names: Sequence[str]) -> str | None:
     """Text of the function that gives a tip angle, if the names of columns are those of a
-    quaternion, of two or three markers, or of a curvature; else None.
+    quaternion, of two or three markers, of a curvature, or of the tip's position; else None.
 
     >>> suggestion(["Rotation X", "Rotation Y", "Rotation Z", "Rotation W"])
     'quaternion(Rotation)'
     >>> suggestion(["base x", "base y", "tip x", "tip y"])
     'plane_markers(base x,base y,tip x,tip y)'
+    >>> suggestion(["pressure", "x", "y"])
+    'tip(x,y)'
     """
     for whole in _wholes(names, "xyzw"):
         return f"quaternion({whole})"
@@ -281,7 +302,13 @@ def suggestion(names: Sequence[str]) -> str | None:
         if len(bodies) in (2, 3):
             return f"{kind}({','.join(column for body in bodies for column in body)})"
     curved = next((name for name in names if _is_curvature(name)), None)
-    return f"curvature({curved},{OPEN_LENGTH})" if curved else None
+    if curved:
+        return f"curvature({curved},{OPEN_LENGTH})"
+    for parts in ("xyz", "xy"):
+        for columns in (list(parts), list(parts.upper()), *_wholes(names, parts).values()):
+            if set(columns) <= set(names):
+                return f"tip({','.join(columns)})"
+    return None
 
 
 def _is_curvature(name: str) -> bool:

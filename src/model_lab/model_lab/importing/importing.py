@@ -12,10 +12,12 @@ import numpy as np
 import yaml
 
 from model_lab.importing.derived import (
+    DERIVATIONS,
     OPEN_AREA,
     OPEN_LENGTH,
     Derivation,
     argument_names,
+    calibrated,
     derivation,
     displacements,
     suggestion,
@@ -26,7 +28,13 @@ from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.strips import strip_modulus
-from model_lab.importing.tables import Column, Table, read_tables, side_by_side
+from model_lab.importing.tables import (
+    Column,
+    Table,
+    read_tables,
+    repeats_apart,
+    side_by_side,
+)
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
@@ -39,6 +47,7 @@ Maps = Mapping[str, tuple[str, str]]
 
 SPECIMEN = "finger"  # where no hand says what was measured
 STRIP = "strip"  # likewise of a tensile test
+UNKNOWN_EXPERIMENT = "what was measured"
 DIGITS = 9  # of the numbers of a set
 
 
@@ -126,7 +135,12 @@ def propose(
     for path in paths:
         sheet = sheet_of.get(path.name, sheet_of.get("", ""))
         read = read_tables(path, messages, decimal, sheet)
-        apart = [part for table in read for part in side_by_side(table)]
+        apart = [
+            repeat
+            for table in read
+            for part in side_by_side(table)
+            for repeat in repeats_apart(part)
+        ]
         tables += [_with_all_derived(table, given) for table in apart]
     _check_maps(tables, given)
     given = {quantity: _as_derived(name, unit) for quantity, (name, unit) in given.items()}
@@ -138,15 +152,17 @@ def propose(
     unsure = _unsure(sources, found)
     if found in (None, "uniaxial"):
         pulled = next(filter(None, map(_of_machine, sources)), None)
-        if pulled and set(unsure) & {"the experiment", "the column of stretch"}:
+        if pulled and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of stretch"}:
             return Proposal(every, "uniaxial", pulled)
     tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
-    if any(tracked) and set(unsure) & {"the experiment", "the column of tip_angle"}:
+    if any(tracked) and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of tip_angle"}:
         call = next(text for text in tracked if text)
         kept = {what: how for what, how in unsure.items() if what.startswith("the unit of ")}
         how = f"--map 'tip_angle={call}'"
         if "LENGTH" in call:
             how += ", LENGTH of the part that bends, such as 90mm"
+        if call.startswith("tip("):
+            how += ", if the coordinates are 0 at the base of the finger"
         unsure = {"the tip angle": how} | kept
     return Proposal(every if unsure else sources, found, unsure)
 
@@ -195,6 +211,8 @@ def _with_derived(table: Table, quantity: str, text: str, unit: str) -> Table:
     if call is None:
         return table
     known = {column.name: column for column in table.columns}
+    if call[0] is DERIVATIONS["linear"]:
+        return _with_calibrated(table, f"--map {quantity}={text}", unit, call[1])
     if call[0].sized:
         return _with_sized(table, f"--map {quantity}={text}", unit, call)
     names = argument_names(call[1], call[0].parts, list(known))
@@ -220,6 +238,21 @@ def _as_derived(name: str, unit: str) -> tuple[str, str]:
     """
     call = derivation(name)
     return (name, "") if call is not None and call[0].sized else (name, unit)
+
+
+def _with_calibrated(table: Table, said: str, unit: str, arguments: Sequence[str]) -> Table:
+    """The table with a column times a slope, plus an offset, as the option `said` asks for it."""
+    name, *constants = arguments
+    column, text = table.column(name), said.partition("=")[2]
+    if column is None:
+        return table
+    values = calibrated(column.values, constants)
+    if values is None:
+        raise DocumentError(
+            f"{said}: expected a column, a slope and an offset, as in linear({name},50,-25), "
+            f"got {shortened(text)}"
+        )
+    return table.with_column(Column(text, unit, values))
 
 
 def _with_sized(table: Table, said: str, unit: str, call: tuple[Derivation, list[str]]) -> Table:
@@ -263,7 +296,12 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
     unsure = {}
     have: set[str] = set().union(*(one.quantities for one in sources))
     if experiment is None:
-        unsure["the experiment"] = f"--experiment {' or '.join(NEEDED)}"
+        likely = [name for name in NEEDED if have & set(NEEDED[name])]
+        lacking = dict.fromkeys(one for name in likely for one in NEEDED[name] if one not in have)
+        unsure[UNKNOWN_EXPERIMENT] = (
+            " or ".join(f"--map {one}=COLUMN:UNIT" for one in lacking)
+            or f"--experiment {' or '.join(NEEDED)}, and --map NAME=COLUMN:UNIT for its columns"
+        )
     for name in NEEDED.get(experiment or "", ()):
         if name not in have:
             unsure[f"the column of {name}"] = f"--map {name}=COLUMN:UNIT"
@@ -286,6 +324,9 @@ def _how(table: Table, meant: Meant) -> str:
     column, given = table.column(meant.column), f"--map '{meant.quantity}={meant.column}"
     if column is not None and column.is_clock:
         return f"{given}:h' if hours and minutes, {given}:min' if minutes and seconds"
+    if column is not None and column.unit and meant.quantity != "time":
+        sensor = f"{given.removesuffix(meant.column)}linear({meant.column},SLOPE,OFFSET):UNIT'"
+        return f"{given}:UNIT', or of a sensor that is not calibrated {sensor}"
     frames = f", or of frames their rate, {given}:30Hz'" if meant.quantity == "time" else ""
     return f"{given}:UNIT'{frames}"
 

@@ -25,8 +25,8 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
 WORDS = {
-    "time": "time zeit temps tiempo tempo t stamp timestamp zeitstempel uhrzeit heure hora sec "
-    "seconds elapsed clock datetime",
+    "time": "time zeit temps tiempo tempo t millis micros stamp timestamp zeitstempel uhrzeit "
+    "heure hora sec seconds elapsed clock datetime",
     "pressure": "pressure druck pression presion pressione p press innendruck kammerdruck "
     "luftdruck",
     "tip_angle": "angle winkel angulo angolo theta phi alpha bend bending biegung biegewinkel "
@@ -67,6 +67,10 @@ ELSEWHERE_WORDS = (
     "alimenta",
     "amb",
 )  # how words of pressures begin that were not measured in the actuator
+RAW_WORDS = ("raw", "adc", "count", "counts", "volt", "volts", "voltage")
+"""Words of what a sensor gave before its calibration."""
+SPREAD_WORDS = ("sd", "std", "stdev", "sem", "sigma", "error", "err", "deviation")
+"""Words of how much repeats differ."""
 HEADER_STAMP = "header.stamp"  # of a ROS message: when it was measured
 TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
@@ -74,6 +78,8 @@ TELLING_UNITS = {
     "tip_force": ("N", "mN", "kN"),
 }  # units that say what a column without a telling name is
 QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
+TIME_UNITS = {"millis": "ms", "milliseconds": "ms", "ms": "ms", "micros": "us", "us": "us"}
+"""Units that names of columns of time stand for, as microcontrollers write them."""
 CAMERA_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
 EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
@@ -149,18 +155,23 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
             )
         found[quantity] = _meant(likely[0], quantity)
     if "time" not in found and not found.keys() & {"stretch", "strain", "stress"}:
-        counting = [one for one in free if _quantity(one) is None and _counts_evenly(one)]
+        taken = {one.column for one in found.values()}
+        counting = [
+            one
+            for one in free
+            if one.name not in taken and _quantity(one) is None and _counts_evenly(one)
+        ]
         if len(counting) == 1:
             found["time"] = Meant(counting[0].name, "time", None)
     return tuple(found.values())
 
 
 def measured(columns: list[Column]) -> list[Column]:
-    """The columns that were measured on the specimen: without set-points and pressures of the
-    supply or the air, and of several time stamps those of the measurement. If none would remain,
-    nothing is left out.
+    """The columns that were measured on the specimen: without set-points, pressures of the supply
+    or the air, readings before calibration and standard deviations, and of several time stamps
+    those of the measurement. If none would remain, nothing is left out.
     """
-    for is_other in (is_setpoint, _is_elsewhere):
+    for is_other in (is_setpoint, _is_elsewhere, _is_raw_or_spread):
         columns = [one for one in columns if not is_other(one.name)] or columns
     return [one for one in columns if HEADER_STAMP in one.name] or columns
 
@@ -168,6 +179,12 @@ def measured(columns: list[Column]) -> list[Column]:
 def _is_elsewhere(name: str) -> bool:
     """Whether a pressure is that of the supply or of the air around."""
     return any(word.startswith(ELSEWHERE_WORDS) for word in re.split(r"[^a-z]+", name.casefold()))
+
+
+def _is_raw_or_spread(name: str) -> bool:
+    """Whether a name says that a reading is not calibrated, or how much readings differ."""
+    words = re.split(r"[^a-z]+", name.casefold())
+    return any(word in RAW_WORDS + SPREAD_WORDS for word in words)
 
 
 def _with_unit(columns: list[Column], quantity: str) -> list[Column]:
@@ -274,6 +291,8 @@ def _time(column: Column) -> Meant:
         return Meant(column.name, "time", None if column.unit == SHORT_CLOCK else "s")
     if column.unit:
         return Meant(column.name, "time", unit_for("time", column.unit))
+    if column.name.casefold() in TIME_UNITS:
+        return Meant(column.name, "time", TIME_UNITS[column.name.casefold()])
     for scale in EPOCH_UNITS:
         if EPOCH_SECONDS[0] <= float(np.nanmin(column.values)) * scale <= EPOCH_SECONDS[1]:
             return Meant(column.name, "time", "s", scale)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +26,11 @@ from softhand_common.documents.yaml_document import DocumentError
 CLOCK = "clock"  # unit of a column that holds times of a clock, which are read as seconds
 SHORT_CLOCK = "clock of two parts"  # ... such as 12:27, hours and minutes or minutes and seconds
 MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no accident
+REPEAT = re.compile(
+    r"(?:^|[\s_(-])(?:trial|run|test|rep|repeat|repetition|cycle|versuch|messung|lauf|zyklus|essai|"
+    r"ensayo|prova)[\s_#]*(?P<number>\d+)(?=$|[\s_)-])",
+    re.I,
+)  # in the name of a column: which repeat of a measurement it is
 
 
 @dataclass(frozen=True)
@@ -137,6 +143,40 @@ def side_by_side(table: Table) -> tuple[Table, ...]:
     return tuple(
         replace(table, columns=(replace(of_part[0], name=first), *of_part[1:])) for of_part in parts
     )
+
+
+def repeats_apart(table: Table) -> tuple[Table, ...]:
+    """The tables of the repeats that a file has side by side, such as Pressure, Trial 1, Trial 2:
+    one for each number, with the columns that have no number. Without such columns, or with a
+    single number, the table itself.
+    """
+    found = [REPEAT.search(column.name) for column in table.columns]
+    numbers = dict.fromkeys(one["number"] for one in found if one)
+    if len(numbers) < 2:
+        return (table,)
+    named = [column.name for column, one in zip(table.columns, found, strict=True) if one]
+    remark = f"{listed(named)} are taken as {len(numbers)} runs"
+    return tuple(
+        replace(
+            table,
+            columns=tuple(
+                replace(column, name=_without_repeat(column.name)) if one else column
+                for column, one in zip(table.columns, found, strict=True)
+                if one is None or one["number"] == number
+            ),
+            remarks=(*table.remarks, remark),
+        )
+        for number in numbers
+    )
+
+
+def _without_repeat(name: str) -> str:
+    """The name of a column without the number of the repeat.
+
+    >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2")
+    ('Angle', 'Trial')
+    """
+    return REPEAT.sub("", name).strip(" _-()") or name.strip(" _-()0123456789#")
 
 
 def _first_below_header(rows: Sequence[Row], good: int, width: int) -> int:

@@ -1,0 +1,86 @@
+"""Tables as plain loggers and spreadsheets have them: repeats side by side, raw readings beside
+calibrated ones, standard deviations, volts, milliseconds by name.
+"""
+
+import numpy as np
+import pytest
+
+from model_lab.cli.main import main
+from model_lab.importing.importing import make_set, propose
+from model_lab.measurements.load import load_measurements
+from softhand_common.documents.yaml_document import DocumentError
+
+PRESSURE = np.linspace(0.0, 40.0, 21)  # [kPa]
+ANGLE = 2.0 * PRESSURE  # [deg]
+
+
+def table(path, header, *columns):
+    rows = "\n".join(",".join(f"{value:g}" for value in row) for row in zip(*columns, strict=True))
+    path.write_text(f"{header}\n{rows}\n")
+    return path
+
+
+def means(path):
+    return {one.quantity: one.column for one in propose([path]).sources[0].meanings}
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Pressure (kPa),Trial 1 (deg),Trial 2 (deg),Trial 3 (deg)",
+        "Pressure (kPa),Angle run1 (deg),Angle run2 (deg),Angle run3 (deg)",
+        "Druck [kPa],Winkel Versuch 1 [°],Winkel Versuch 2 [°],Winkel Versuch 3 [°]",
+    ],
+)
+def test_columns_of_repeats_are_runs(tmp_path, header):
+    path = table(tmp_path / "bending.csv", header, PRESSURE, ANGLE, ANGLE + 1.0, ANGLE - 1.0)
+    found = make_set(propose([path]))
+    assert len(found.runs) == 3
+    for run, more in zip(found.runs, (0.0, 1.0, -1.0), strict=True):
+        np.testing.assert_allclose(run.columns["pressure"], PRESSURE)
+        np.testing.assert_allclose(run.columns["tip_angle"], ANGLE + more)
+    assert any("taken as 3 runs" in remark for remark in found.remarks)
+
+
+def test_angles_with_a_number_alone_may_be_those_of_joints_and_are_asked_for(tmp_path):
+    header = "Pressure (kPa),Angle 1 (deg),Angle 2 (deg)"
+    with pytest.raises(DocumentError, match="expected one column for tip_angle"):
+        propose([table(tmp_path / "bending.csv", header, PRESSURE, ANGLE, ANGLE)])
+
+
+def test_raw_readings_and_standard_deviations_give_way_to_what_was_measured(tmp_path):
+    header = "millis,pressure_raw,pressure_kPa,angle mean (deg),angle SD (deg)"
+    columns = 50.0 * np.arange(21.0), PRESSURE + 512.0, PRESSURE, ANGLE, 0.0 * ANGLE + 1.0
+    path = table(tmp_path / "log.csv", header, *columns)
+    assert means(path) == {"time": "millis", "pressure": "pressure", "tip_angle": "angle mean"}
+    (run,) = make_set(propose([path])).runs
+    np.testing.assert_allclose(run.columns["pressure"], PRESSURE)
+    assert run.columns["time"][-1] == pytest.approx(1.0)
+
+
+def test_a_sensor_in_volts_is_calibrated_by_slope_and_offset(tmp_path, capsys):
+    path = table(tmp_path / "v.csv", "p_sensor (V),angle (deg)", 0.5 + PRESSURE / 50.0, ANGLE)
+    command = ["import", str(path), "-o", str(tmp_path / "set"), "--yes"]
+    assert main([*command, "--map=pressure=p_sensor"]) == 2
+    assert "linear(p_sensor,SLOPE,OFFSET):UNIT'" in capsys.readouterr().err
+    assert main([*command, "--map=pressure=linear(p_sensor,50):kPa"]) == 2
+    assert "a slope and an offset" in capsys.readouterr().err
+    assert main([*command, "--map=pressure=linear(p_sensor,50,-25):kPa"]) == 0
+    (run,) = load_measurements(tmp_path / "set").runs
+    np.testing.assert_allclose(run.columns["pressure"], 1e3 * PRESSURE, atol=1e-2)
+
+
+def test_the_position_of_the_tip_alone_is_proposed_as_a_chord_from_the_base(tmp_path):
+    half = np.deg2rad(ANGLE) / 2.0
+    columns = PRESSURE, 90.0 * np.cos(half), 90.0 * np.sin(half)
+    path = table(tmp_path / "tip.csv", "pressure (kPa),x (mm),y (mm)", *columns)
+    told = propose([path]).unsure["the tip angle"]
+    assert "--map 'tip_angle=tip(x,y)'" in told and "0 at the base" in told
+    (run,) = make_set(propose([path], maps={"tip_angle": ("tip(x,y)", "")})).runs
+    np.testing.assert_allclose(run.columns["tip_angle"], np.deg2rad(ANGLE), atol=1e-4)
+
+
+def test_what_is_not_known_of_a_file_is_said_by_quantity(tmp_path):
+    path = table(tmp_path / "imu.csv", "pressure (kPa),pitch,roll", PRESSURE, ANGLE, 0.0 * ANGLE)
+    told = propose([path]).unsure["what was measured"]
+    assert told == "--map tip_angle=COLUMN:UNIT or --map tip_force=COLUMN:UNIT"
