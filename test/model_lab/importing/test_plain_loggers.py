@@ -42,6 +42,39 @@ def test_columns_of_repeats_are_runs(tmp_path, header):
     assert any("taken as 3 runs" in remark for remark in found.remarks)
 
 
+@pytest.mark.parametrize(
+    "header", ["specimen;trial;p (kPa);angle (deg)", "Probe;Versuch;Druck kPa;Winkel [°]"]
+)
+def test_runs_one_below_the_other_are_parted_by_the_columns_that_name_them(tmp_path, header):
+    rows = [
+        f"{name};{trial};{pressure:g};{slope * pressure + trial:g}"
+        for name, slope in (("thin", 2.0), ("thick", 1.5))
+        for trial in (1, 2)
+        for pressure in PRESSURE
+    ]
+    path = tmp_path / "all.csv"
+    path.write_text("\n".join([header, *rows]))
+    found = make_set(propose([path]))
+    names = [f"all_{name}_{trial}" for name in ("thin", "thick") for trial in (1, 2)]
+    assert [run.name for run in found.runs] == names
+    np.testing.assert_allclose(found.runs[3].columns["tip_angle"], 1.5 * PRESSURE + 2.0)
+    runs = found.document["runs"]
+    assert [runs[name]["specimen"] for name in names] == ["thin", "thin", "thick", "thick"]
+    assert len({runs[name]["protocol"] for name in names}) == 1
+    assert sum("are 4 runs" in remark for remark in found.remarks) == 1
+
+
+def test_a_number_of_each_sample_and_words_of_a_phase_part_nothing(tmp_path):
+    path = tmp_path / "one.csv"
+    rows = [
+        f"{place},{0.1 * place:g},{'up' if place < 11 else 'down'},{pressure:g},{2.0 * pressure:g}"
+        for place, pressure in enumerate(PRESSURE)
+    ]
+    path.write_text("\n".join(["sample,t (s),phase,p (kPa),angle (deg)", *rows]))
+    (run,) = make_set(propose([path])).runs
+    assert len(run.columns["pressure"]) == len(PRESSURE)
+
+
 def test_angles_with_a_number_alone_may_be_those_of_joints_and_are_asked_for(tmp_path):
     header = "Pressure (kPa),Angle 1 (deg),Angle 2 (deg)"
     with pytest.raises(DocumentError, match="expected one column for tip_angle"):

@@ -31,6 +31,7 @@ from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import (
     Column,
     Table,
+    by_labels,
     read_tables,
     repeats_apart,
     side_by_side,
@@ -135,11 +136,9 @@ def propose(
     for path in paths:
         sheet = sheet_of.get(path.name, sheet_of.get("", ""))
         read = read_tables(path, messages, decimal, sheet)
+        runs = [run for table in read for run in by_labels(table)]
         apart = [
-            repeat
-            for table in read
-            for part in side_by_side(table)
-            for repeat in repeats_apart(part)
+            repeat for run in runs for part in side_by_side(run) for repeat in repeats_apart(part)
         ]
         tables += [_with_all_derived(table, given) for table in apart]
     _check_maps(tables, given)

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from model_lab.aliases import Array
 from model_lab.importing.cells import Ambiguous, Row, is_data, is_value, read_cells
 from model_lab.importing.clocks import is_time, may_be_hours, seconds
@@ -26,6 +28,13 @@ from softhand_common.documents.yaml_document import DocumentError
 CLOCK = "clock"  # unit of a column that holds times of a clock, which are read as seconds
 SHORT_CLOCK = "clock of two parts"  # ... such as 12:27, hours and minutes or minutes and seconds
 MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no accident
+LABEL_WORDS = (
+    *("specimen", "sample", "finger", "actuator", "prototype", "trial", "run", "test", "rep"),
+    *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
+    *("protokoll", "essai", "echantillon", "ensayo", "prova"),
+)  # in the name of a column that says to which run its rows belong
+WHOLE_NUMBER = re.compile(r"\d+(?:[.,]0*)?")
+LEAST_ROWS_OF_RUN = 3  # of a run
 REPEAT = re.compile(
     r"(?:^|[\s_(-])(?:trial|run|test|rep|repeat|repetition|cycle|versuch|messung|lauf|zyklus|essai|"
     r"ensayo|prova)[\s_#]*(?P<number>\d+)(?=$|[\s_)-])",
@@ -53,11 +62,16 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of a file, and remarks on what was left out."""
+    """The columns of a file, and remarks on what was left out.
+
+    labels (rows,): which specimen and repeat each row belongs to, as columns such as Specimen and
+    Trial say; empty if the file has no such columns.
+    """
 
     path: Path
     columns: tuple[Column, ...]
     remarks: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
     def with_column(self, column: Column) -> Table:
         """The table with one more column."""
@@ -115,15 +129,62 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
     body = [rows[index] for index in between if len(rows[index]) == width and is_data(rows[index])]
     remarks = _left_out(len(rows) - len(body) - header_lines)
     remarks += _unreadable(path, body, {place: names[place] for place in kept})
-    remarks += [f"the words of {names[place]} are left out" for place in _places(width, kept)]
+    told = [place for place in range(width) if _is_label(names[place], [r[place] for r in body])]
+    labels = _labels([[row[place] for row in body] for place in told])
+    remarks += [
+        f"the words of {names[place]} are left out"
+        for place in _places(width, kept)
+        if place not in told
+    ]
+    if labels:
+        by = " and ".join(names[place] for place in told)
+        remarks.append(f"the rows of {path.name} are {len(set(labels))} runs, by {by}")
     seen = roles(cell for row in body for cell in row)
     columns = tuple(
         _column(
             path, names[place], units[place], [row[place] for row in body], seen, delimiter, decimal
         )
         for place in kept
+        if place not in told
     )
-    return Table(path, columns, tuple(remarks))
+    return Table(path, columns, tuple(remarks), labels)
+
+
+def _is_label(name: str, cells: Sequence[str]) -> bool:
+    """Whether a column says which specimen or repeat its rows belong to: by its name, and because
+    it has few different words or whole numbers, each in several rows.
+    """
+    words = re.split(r"[^a-z]+", name.casefold())
+    if not set(LABEL_WORDS).intersection(words):
+        return False
+    rows = [cells.count(cell) for cell in dict.fromkeys(cells)]
+    whole = all(not is_number(cell) or WHOLE_NUMBER.fullmatch(cell.strip()) for cell in set(cells))
+    return whole and len(rows) > 1 and min(rows) >= LEAST_ROWS_OF_RUN and all(cells)
+
+
+def _labels(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """One text for each row of the columns of labels: words first, then numbers.
+
+    >>> _labels([["1", "2"], ["thin", "thin"]])
+    ('thin_1', 'thin_2')
+    """
+    ordered = sorted(columns, key=lambda cells: all(map(is_number, cells)))
+    plain = [[re.sub(r"\W+", "-", cell.strip()) for cell in cells] for cells in ordered]
+    return tuple("_".join(row) for row in zip(*plain, strict=True)) if plain else ()
+
+
+def by_labels(table: Table) -> tuple[Table, ...]:
+    """The tables of the runs that a file has one below the other, each with the name of its label;
+    without labels, the table itself.
+    """
+    path = table.path
+    parts: list[Table] = []
+    for label in dict.fromkeys(table.labels):
+        rows = np.array([one == label for one in table.labels])
+        columns = tuple(replace(one, values=one.values[rows]) for one in table.columns)
+        named = path.with_name(f"{path.stem}_{label}{path.suffix}")
+        parts.append(Table(named, columns, () if parts else table.remarks))
+    return tuple(parts) or (table,)
 
 
 def side_by_side(table: Table) -> tuple[Table, ...]:
