@@ -3,6 +3,7 @@ calibrated ones, standard deviations, volts, milliseconds by name.
 """
 
 import numpy as np
+import openpyxl
 import pytest
 
 from model_lab.cli.main import main
@@ -62,6 +63,37 @@ def test_runs_one_below_the_other_are_parted_by_the_columns_that_name_them(tmp_p
     assert [runs[name]["specimen"] for name in names] == ["thin", "thin", "thick", "thick"]
     assert len({runs[name]["protocol"] for name in names}) == 1
     assert sum("are 4 runs" in remark for remark in found.remarks) == 1
+
+
+def workbook(path, headers):
+    """A spreadsheet with one run per sheet, named by number."""
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for number, header in enumerate(headers, 1):
+        sheet = book.create_sheet(f"run {number}")
+        for row in [header, *zip(PRESSURE, number * PRESSURE, strict=True)]:
+            sheet.append(list(row))
+    book.save(path)
+    return path
+
+
+def test_sheets_with_the_same_columns_are_runs(tmp_path):
+    path = workbook(tmp_path / "day.xlsx", 2 * [("p (kPa)", "angle (deg)")])
+    found = make_set(propose([path]))
+    assert [run.name for run in found.runs] == ["day_run-1", "day_run-2"]
+    np.testing.assert_allclose(found.runs[1].columns["tip_angle"], 2.0 * PRESSURE)
+    (only,) = make_set(propose([path], sheets={"": "run 2"})).runs
+    assert only.name == "day"
+
+
+def test_sheets_with_other_columns_are_asked_for_and_named_once(tmp_path, capsys):
+    headers = [("p (kPa)", "angle (deg)"), ("p (kPa)", "force (N)")]
+    path = workbook(tmp_path / "day.xlsx", headers)
+    with pytest.raises(DocumentError, match="--sheet 'run 1'"):
+        propose([path])
+    twice = ["--sheet", "run 1", "--sheet", "run 2"]
+    assert main(["import", str(path), "-o", str(tmp_path / "set"), *twice]) == 2
+    assert "--sheet: expected all files once, got it twice" in capsys.readouterr().err
 
 
 def test_a_number_of_each_sample_and_words_of_a_phase_part_nothing(tmp_path):

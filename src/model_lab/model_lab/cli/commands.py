@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from model_lab.cli import options
 from model_lab.own_effects import file_of_each, own_classes
+from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.progress import Progress
 
 if TYPE_CHECKING:
@@ -34,9 +35,14 @@ def import_files(arguments: argparse.Namespace) -> None:
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
-    maps, shifts, sheets = dict(arguments.map), dict(arguments.shift), dict(arguments.sheet)
+    maps, shifts, sheets = (
+        _once(f"--{name}", getattr(arguments, name)) for name in ("map", "shift", "sheet")
+    )
     given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
-    stretched_to, held = dict(arguments.stretched_to), dict(arguments.wrist)
+    stretched_to, held = (
+        _once(f"--{name}", getattr(arguments, name.replace("-", "_")))
+        for name in ("stretched-to", "wrist")
+    )
     files, experiment, hand = arguments.files, arguments.experiment, arguments.hand
     said = told.Said(
         experiment,
@@ -65,6 +71,18 @@ def import_files(arguments: argparse.Namespace) -> None:
     found = make_set(proposal, hand, shifts, "", arguments.specimen, stretched_to)
     said = replace(said, maps=maps)
     _write_imported(found, str(proposal.experiment), arguments, said)
+
+
+def _once(option: str, pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """What an option says of files or quantities; raises DocumentError if it is said twice of one
+    ("": of all).
+    """
+    said: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in said:
+            raise DocumentError(f"{option}: expected {name or 'all files'} once, got it twice")
+        said[name] = value
+    return said
 
 
 def _write_imported(

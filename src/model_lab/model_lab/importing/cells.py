@@ -104,13 +104,25 @@ def _chosen(path: Path, sheets: Mapping[str, list[Row]], sheet: str) -> list[Row
         if sheet not in sheets:
             raise DocumentError(f"{path}: sheet: expected {listed(sheets)}, got {shortened(sheet)}")
         return sheets[sheet]
-    filled = {name: rows for name, rows in sheets.items() if count_of_data(rows)}
+    filled = _filled(sheets)
     if len(filled) > 1:
         raise Ambiguous(
-            f"{path}: expected one sheet with numbers, got {listed(filled)}; say which sheet "
+            f"{path}: expected one sheet with numbers, or run 1, run 2, ... with the same "
+            f"columns, got {listed(filled)}; say which sheet "
             f"(--sheet {shlex.quote(next(iter(filled)))})"
         )
     return next(iter(filled.values()), [])
+
+
+def filled_sheets(path: Path) -> list[str]:
+    """Names of the sheets of a spreadsheet that hold rows of numbers; none for another file."""
+    if path.suffix.lower() not in SPREADSHEETS or not path.is_file():
+        return []
+    return list(_filled(_sheets(path)))
+
+
+def _filled(sheets: Mapping[str, list[Row]]) -> dict[str, list[Row]]:
+    return {name: rows for name, rows in sheets.items() if count_of_data(rows)}
 
 
 def _sheets(path: Path) -> dict[str, list[Row]]:

@@ -10,7 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.importing.cells import Ambiguous, Row, is_data, is_value, read_cells
+from model_lab.importing.cells import (
+    Ambiguous,
+    Row,
+    filled_sheets,
+    is_data,
+    is_value,
+    read_cells,
+)
 from model_lab.importing.clocks import is_time, may_be_hours, seconds
 from model_lab.importing.headers import header
 from model_lab.importing.numerals import (
@@ -33,6 +40,7 @@ LABEL_WORDS = (
     *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
     *("protokoll", "essai", "echantillon", "ensayo", "prova"),
 )  # in the name of a column that says to which run its rows belong
+LABEL_SIGN = re.compile(r"\W+")  # what a label of a run cannot have in the name of a file
 WHOLE_NUMBER = re.compile(r"\d+(?:[.,]0*)?")
 LEAST_ROWS_OF_RUN = 3  # of a run
 REPEAT = re.compile(
@@ -91,7 +99,8 @@ class Table:
 def read_tables(
     path: Path, messages: Path | None = None, decimal: str = "", sheet: str = ""
 ) -> tuple[Table, ...]:
-    """The tables of a file: the topics of a bag, the structures of a MAT file, or a single one.
+    """The tables of a file: the topics of a bag, the structures of a MAT file, the sheets of a
+    spreadsheet if their names differ by a number and they have the same columns, or a single one.
 
     messages: folder of definitions of message types that a bag does not define; None: no folder.
     decimal, sheet: see `read_table`.
@@ -104,7 +113,20 @@ def read_tables(
         from model_lab.importing.bag_tables import read_bag  # here, as it loads rosbags
 
         return read_bag(path, messages)
+    sheets = [] if sheet else filled_sheets(path)
+    if len(sheets) > 1 and len({re.sub(r"\d+", "", name) for name in sheets}) == 1:
+        tables = [read_table(path, decimal, name) for name in sheets]
+        if len({tuple((one.name, one.unit) for one in table.columns) for table in tables}) == 1:
+            return tuple(
+                replace(table, path=_labelled(path, name))
+                for table, name in zip(tables, sheets, strict=True)
+            )
     return (read_table(path, decimal, sheet),)
+
+
+def _labelled(path: Path, label: str) -> Path:
+    """Path that stands for the part of a file with that label."""
+    return path.with_name(f"{path.stem}_{LABEL_SIGN.sub('-', label.strip())}{path.suffix}")
 
 
 def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
@@ -169,7 +191,7 @@ def _labels(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
     ('thin_1', 'thin_2')
     """
     ordered = sorted(columns, key=lambda cells: all(map(is_number, cells)))
-    plain = [[re.sub(r"\W+", "-", cell.strip()) for cell in cells] for cells in ordered]
+    plain = [[LABEL_SIGN.sub("-", cell.strip()) for cell in cells] for cells in ordered]
     return tuple("_".join(row) for row in zip(*plain, strict=True)) if plain else ()
 
 
@@ -182,8 +204,7 @@ def by_labels(table: Table) -> tuple[Table, ...]:
     for label in dict.fromkeys(table.labels):
         rows = np.array([one == label for one in table.labels])
         columns = tuple(replace(one, values=one.values[rows]) for one in table.columns)
-        named = path.with_name(f"{path.stem}_{label}{path.suffix}")
-        parts.append(Table(named, columns, () if parts else table.remarks))
+        parts.append(Table(_labelled(path, label), columns, () if parts else table.remarks))
     return tuple(parts) or (table,)
 
 
