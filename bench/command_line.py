@@ -20,11 +20,17 @@ def command_line(module: str, about: str | None) -> argparse.ArgumentParser:
 
 def chosen_cases(module: str, about: str | None, cases: int) -> list[int]:
     """Numbers of the cases that the command line gives; all of so many if it gives none."""
-    parser = command_line(module, about)
+    numbers: list[int] = with_cases(command_line(module, about), cases).numbers
+    return numbers
+
+
+def with_cases(parser: argparse.ArgumentParser, cases: int) -> argparse.Namespace:
+    """What the command line gives, with the `numbers` of cases: all of so many if it gives none."""
     text = f"of a case, 0 to {cases - 1} (default: all)"
     parser.add_argument("numbers", nargs="*", type=int, metavar="NUMBER", help=text)
-    numbers: list[int] = parser.parse_args().numbers or list(range(cases))
-    for number in numbers:
+    given = parser.parse_args()
+    given.numbers = given.numbers or list(range(cases))
+    for number in given.numbers:
         if number not in range(cases):
             parser.error(f"NUMBER: expected 0 to {cases - 1}, got {number}")
-    return numbers
+    return given

@@ -2,8 +2,9 @@
 
 A hand without any effect or noise is pressed in MuJoCo and by the lab, with as many segments in
 both. Prints the difference of the wrench over the size of force and torque, root mean square over
-the lab's six planned protocols, and its correlation time: the sources of `Rules.press_engine` and
-`press_engine_time`.
+the lab's six planned protocols, its correlation time, and by how much MuJoCo is ahead in time, that
+is the slope of the difference over the rate of the wrench: the sources of `Rules.press_engine`,
+`press_engine_time` and `press_engine_lead`.
 """
 
 from __future__ import annotations
@@ -39,13 +40,16 @@ def main() -> None:
         runs.append(replace(run, columns=run.columns | columns))
     data = replace(empty, runs=tuple(runs))
     predicted = HandPress(data, segments, PRESS_STEP).predict({}, [Gravity(mass_scale=1.0)])[0]
-    print("| protocol | force | difference | over size | correlation time |\n|---|---|---|---|---|")
+    print("| protocol | force | difference | over size | correlation time | ahead |")
+    print("|---|---|---|---|---|---|")
     squares = []
     for index, run in enumerate(runs):
         found = np.array(data.table.of_run(predicted, index)).reshape(2, 3, -1)
         apart = np.array(data.table.of_run(data.table.value, index)).reshape(2, 3, -1) - found
         size = np.linalg.norm(found, axis=1)
-        squares.append([np.mean(apart**2), np.mean(size**2), _next_product(apart)])
+        rate = np.gradient(found, 1.0 / PRESS_RATE, axis=-1)
+        lead = np.sum(rate * apart) / np.sum(rate**2)
+        squares.append([np.mean(apart**2), np.mean(size**2), _next_product(apart), lead**2])
         print(_row(run.protocol, squares[-1]))
     print(_row("all", np.mean(squares, axis=0).tolist()))
 
@@ -56,11 +60,11 @@ def _next_product(apart: Array) -> float:
 
 
 def _row(name: str, sums: list[float]) -> str:
-    square, size, after = sums
+    square, size, after, lead = sums
     time = -1.0 / (PRESS_RATE * np.log(after / square))
     return (
         f"| {name} | {np.sqrt(size):.2f} N | {1e3 * np.sqrt(square):.1f} mN "
-        f"| {np.sqrt(square / size):.4f} | {time:.2f} s |"
+        f"| {np.sqrt(square / size):.4f} | {time:.2f} s | {1e3 * np.sqrt(lead):.1f} ms |"
     )
 
 

@@ -1,5 +1,5 @@
 """Whether intervals of a pressed hand hold the truth: `python -m bench.hands_press.intervals
-[NUMBERS]`.
+[NUMBERS]`, with another skin or step in MuJoCo `--compliance 2e-4 --step 1.25e-4`.
 
 Hands with one effect are pressed in MuJoCo, with as many segments as the lab has, and the effect
 that was hidden is fitted; nothing is searched. Fixed before the first run: these cases and seeds
@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.command_line import chosen_cases
+from bench.command_line import command_line, with_cases
 from bench.hands_motion.measure import MODULUS_SCALES
 from bench.hands_press.cases import SIZES, hidden_in
 from bench.hands_press.engines import COARSE, FEW
@@ -24,6 +24,7 @@ from model_lab.diagnosis.result import Estimate, estimate
 from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.fitting.problem import FitProblem, pose_problem
 from model_lab.measurements.measurement_set import MeasurementSet
+from pneuflex_sim.engines.mujoco.compliance import RIGID_COMPLIANCE
 from softhand_model.effects import effect_classes
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
@@ -41,15 +42,20 @@ PLAN = [
 
 def main() -> None:
     """Press, fit, and print Markdown."""
-    numbers = chosen_cases("bench.hands_press.intervals", __doc__, len(PLAN))
+    parser = command_line("bench.hands_press.intervals", __doc__)
+    text = "of skin and plate each in MuJoCo [m/N] (default: %(default)s)"
+    parser.add_argument("--compliance", type=float, default=RIGID_COMPLIANCE, help=text)
+    text = "in MuJoCo [s] (default: %(default)s)"
+    parser.add_argument("--step", type=float, default=COARSE, help=text)
+    given = with_cases(parser, len(PLAN))
     print("| hidden | value | by noise | and own errors | holds |\n|---|---|---|---|---|")
-    for number in numbers:
+    for number in given.numbers:
         kind, strength = PLAN[number]
         random = np.random.default_rng(SEED + number)
         hidden = hidden_in(load_hand("rbo_hand_2"), kind, strength, random)
         empty, scale = hand_press_set(), float(random.uniform(*MODULUS_SCALES))
         truth = {
-            run.protocol: pressed(hidden, empty, run, scale, FEW, COARSE)
+            run.protocol: pressed(hidden, empty, run, scale, FEW, given.step, given.compliance)
             for run in empty.runs[: len(PRESSES)]
         }
         data = _cut_alike(noisy(empty, truth, random))

@@ -16,7 +16,7 @@ from bench.kept import revision_of
 from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, hand_press_set
 from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet, Run
-from pneuflex_sim.engines.mujoco.compliance import rigid_skin
+from pneuflex_sim.engines.mujoco.compliance import PER_COMPLIANCE, RIGID_COMPLIANCE
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL, load_friction
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -86,9 +86,10 @@ def pressed(
     scale: float,
     segments: int = SEGMENTS,
     step: float = STEP,
+    compliance: float = RIGID_COMPLIANCE,
 ) -> tuple[Array, Array]:
     """Wrench (samples, 6) as the gauge reads it, and poses of the wrist (samples, 7), of the
-    simulated hand that an arm moves as a run wants it.
+    simulated hand that an arm moves as a run wants it. compliance [m/N]: of skin and plate each.
     """
     time = run.columns["time"]
     pose = np.stack([run.columns[name] for name in WRIST_POSE], axis=1)
@@ -108,7 +109,7 @@ def pressed(
         engine=ENGINE,
     )
     simulation = Simulation(config)
-    rigid_skin(simulation.engine.model)
+    simulation.engine.model.body_invweight0[:, 0] = PER_COMPLIANCE * compliance
     pressures = np.array([run.columns[name] for name in empty.pressures])[:, 0]
     for _ in range(round(SETTLED / step)):
         impose(simulation, pressures)

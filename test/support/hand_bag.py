@@ -26,13 +26,16 @@ def pose_message(place, rpy=PALM_UP):
     return T["geometry_msgs/msg/Pose"](point, turn_message(rpy))
 
 
-def recorded(folder, sequence, hold=1.0, move=0.5, joints=()):
-    """A bag with poses (pressures, rpy), each held for `hold` [s] after a ramp of `move` [s]."""
+def recorded(folder, sequence, hold=1.0, move=0.5, joints=(), forces=()):
+    """A bag with poses (pressures, rpy), each held for `hold` [s] after a ramp of `move` [s].
+
+    forces: on the wrist along z in each pose [N]; empty: not recorded.
+    """
     bag, time, last = SyntheticBag(folder), 5.0, OPEN
     if joints:
         angles = joint_state(time, joints, [0.0] * len(joints))
         bag.write("/hand/joint_states", time, angles)
-    for pressures, rpy in sequence:
+    for number, (pressures, rpy) in enumerate(sequence):
         for step in range(round((hold + move) * RATE)):
             share = min(1.0, step / (move * RATE))
             now = [(1.0 - share) * a + share * b for a, b in zip(last, pressures, strict=True)]
@@ -46,6 +49,13 @@ def recorded(folder, sequence, hold=1.0, move=0.5, joints=()):
             )
             wrist = T["geometry_msgs/msg/PoseStamped"](header(time), pose_message([0, 0, 0], rpy))
             bag.write("/wrist/pose", time, wrist)
+            if forces:
+                vector = T["geometry_msgs/msg/Vector3"]
+                load = T["geometry_msgs/msg/Wrench"](
+                    vector(0.0, 0.0, forces[number]), vector(0.0, 0.0, 0.0)
+                )
+                stamped = T["geometry_msgs/msg/WrenchStamped"](header(time), load)
+                bag.write("/wrist/wrench", time, stamped)
             time += 1.0 / RATE
         last = pressures
     bag.close()

@@ -323,12 +323,15 @@ class Rules:
     press_gap: float = _rule(0.1, "time between samples of a press [s]", BY_HAND)
     plate_height: float = _rule(2e-4, "height of a plate as it is stated [m]", BY_HAND)
     press_engine: float = _rule(
-        0.018,
+        0.0176,
         "difference of a press between two engines over the size of the force",
         "measured with nothing hidden by `bench.hands_press.engines`",
     )
     press_engine_time: float = _rule(
-        1.9, "correlation time of that difference [s]", "measured by the same command"
+        1.7, "correlation time of that difference [s]", "measured by the same command"
+    )
+    press_engine_lead: float = _rule(
+        0.0035, "time by which one engine is ahead of the other [s]", "measured by the same command"
     )
     motion_samples: int = _rule(20, "samples below which a motion is none", BY_HAND)
     trend_runs: int = _rule(3, "runs of a specimen from which on a trend is sought", BY_HAND)

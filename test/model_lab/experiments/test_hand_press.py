@@ -153,16 +153,20 @@ def test_slopes_do_not_depend_on_their_step_as_roundings_of_contact_would_make_t
     assert rms(twice - one) < 0.1 * rms(one)
 
 
-def test_engines_differ_by_a_share_of_the_force_for_a_while():
+def test_engines_differ_by_a_share_of_the_force_for_a_while_and_by_a_lead():
     data = single("all_forward")
     wrench = HandPress(data, 8, PRESS_STEP).predict({}, [WEIGHT])[0]
-    force = np.linalg.norm(data.table.of_run(wrench, 0)[:3], axis=0)
+    forces = np.array(data.table.of_run(wrench, 0)[:3])
+    force = np.linalg.norm(forces, axis=0)
     errors = press_errors(data, load_model()).apart
-    lift = np.array([data.table.of_run(error, 0)[2] for error in errors])
+    *shares, ahead = [data.table.of_run(error, 0)[2] for error in errors]
+    lift = np.array(shares)
     covariance = lift.T @ lift
     assert np.sqrt(np.diag(covariance)) == pytest.approx(RULES.press_engine * force, rel=1e-9)
     later = force[1:] * force[:-1] * RULES.press_engine**2 * np.exp(-0.05 / RULES.press_engine_time)
     assert np.diag(covariance, 1) == pytest.approx(later, rel=1e-6, abs=1e-18)
+    moved = 0.5 * RULES.press_engine_lead / 0.05 * (forces[2, 2:] - forces[2, :-2])
+    assert ahead[1:-1] == pytest.approx(moved, rel=1e-9)
 
 
 def test_repeats_whose_sensors_differ_little_are_pressed_once_at_their_mean():

@@ -54,6 +54,16 @@ def test_what_was_imported_is_a_set_that_the_lab_reads(tmp_path):
     assert "touched nothing" in str(data)
 
 
+def test_poses_in_which_the_wrist_bears_more_than_the_hand_are_told(tmp_path):
+    forces = [0.0, 0.1, -0.8, 0.0, 0.0, 0.0, *6 * [0.15]]
+    told = of_bag(recorded(tmp_path / "touching", TWICE, forces=forces)).remarks[0]
+    assert "in r1 at 3.35 s (0.8 N):" in told  # the third pose of the first run
+    assert "r2" not in told
+    for name, felt in (("air", 12 * [0.15]), ("unknown", ())):
+        remarks = of_bag(recorded(tmp_path / name, TWICE, forces=felt)).remarks
+        assert not any("bore more" in remark for remark in remarks)
+
+
 def test_a_finger_of_the_hand_is_still_measured_as_a_finger(tmp_path):
     bag = recorded(tmp_path / "bag", TWICE[:2])
     assert set_of_hand([bag], "rbo_hand_2") is not None

@@ -73,7 +73,9 @@ def test_force_without_friction_is_that_of_the_least_energy():
 
 
 def test_a_finger_that_slides_pulls_with_friction_times_its_force():
-    force = pressed(path())[:, :3]
+    way = path()
+    inertia = body().arrays.mass.sum() * way.acceleration[way.kept]
+    force = pressed(way)[:, :3] + inertia
     sliding = (TIME > 2.2) & (TIME < 2.5)
     assert force[sliding, 0] == pytest.approx(-FRICTION * force[sliding, 2], rel=1e-3)
     assert np.abs(force[sliding, 1]).max() < 1e-3 * force[sliding, 2].min()
@@ -94,7 +96,7 @@ def test_the_wrench_hardly_depends_on_steps_and_tends_with_segments():
 
 def test_in_the_air_it_feels_but_the_lever_of_its_weight():
     one = body()
-    found = pressed(path(start=0.4, end=0.4))
+    found = pressed(path(start=0.4, end=0.4, slide=0.0))
     assert np.abs(found[:, :3]).max() < 1e-9
     gravity = STANDARD_GRAVITY * TURN.inv().apply([0.0, 0.0, -1.0])
     centers = []
@@ -104,6 +106,17 @@ def test_in_the_air_it_feels_but_the_lever_of_its_weight():
         centers.append(one.arrays.mass @ at)
     moment = TURN.apply(np.cross(centers[0] - centers[1], gravity))
     assert found[0, 3:] == pytest.approx(moment, abs=1e-7)
+
+
+def test_inertia_pulls_at_a_wrist_that_swings_in_the_air():
+    rate, reach = 2.0, 0.02  # [rad/s], [m]
+    place = np.stack([reach * np.sin(rate * TIME), 0.0 * TIME, 0.4 + 0.0 * TIME], axis=1)
+    way = press_path(TIME, place, np.tile(TURN.as_quat(), (len(TIME), 1)), 0.02)
+    mass = body().arrays.mass.sum()
+    wanted = mass * reach * rate**2 * np.sin(rate * TIME)
+    inside = slice(3, -3)  # a difference in time reaches no further
+    force = pressed(way)[inside, 0]
+    assert force == pytest.approx(wanted[inside], abs=0.01 * mass * reach * rate**2)
 
 
 def test_a_run_whose_joint_does_not_come_to_rest_has_no_result_and_says_so():

@@ -47,11 +47,12 @@ class HandPress(HandPose):
     """Force [N] and torque [N m over TORQUE_ARM] at the wrist (lanes, samples), in the axes of the
     world, of hands that are pressed on a level plate, run after run.
 
-    Chains are cut into a few segments and follow the path of the wrist without inertia
-    (`softhand_model.motion.pressed_body`). Contacts between parts of the hand, and contacts of the
-    palm's plate and sheet, are left out. The error of few segments and long steps is computed once,
-    for the hand as it is stated, and subtracted from all predictions. Pressures that no hand can
-    bear give NaN, and so do runs in which a joint does not come to rest, in smaller steps either.
+    Chains are cut into a few segments and follow the path of the wrist, with inertia as if all of
+    the hand accelerated as the wrist does (`softhand_model.motion.pressed_body`). Contacts between
+    parts of the hand, and contacts of the palm's plate and sheet, are left out. The error of few
+    segments and long steps is computed once, for the hand as it is stated, and subtracted from all
+    predictions. Pressures that no hand can bear give NaN, and so do runs in which a joint does not
+    come to rest, in smaller steps either.
 
     segments: number of segments per actuator; None: PRESS_SEGMENTS, or that of the simulated hand.
     step: time step [s], with which no error is subtracted; None: PRESS_STEP, with the subtraction.
@@ -362,10 +363,10 @@ def press_errors(
 
 def _engine_errors(data: MeasurementSet, stated: Array) -> Array:
     """Errors (k, samples) whose squares add up to those of another engine: a share of the size of
-    force and torque at each sample, correlated in time.
+    force and torque at each sample, correlated in time; and in the last row, all a little later.
     """
     table = data.table
-    found = np.zeros((max(run.samples for run in data.runs), table.samples))
+    found = np.zeros((max(run.samples for run in data.runs) + 1, table.samples))
     number = np.arange(table.samples, dtype=float)
     for index, run in enumerate(data.runs):
         wrench = np.array(table.of_run(stated, index))
@@ -373,6 +374,7 @@ def _engine_errors(data: MeasurementSet, stated: Array) -> Array:
         time = run.columns["time"]
         apart = np.abs(time[:, None] - time) / RULES.press_engine_time
         root = RULES.press_engine * np.linalg.cholesky(np.exp(-apart))
+        found[-1, places] = RULES.press_engine_lead * np.gradient(wrench, time, axis=1)
         for part in (slice(0, 3), slice(3, 6)):
             size = np.linalg.norm(wrench[part], axis=0)
             for output in places[part]:

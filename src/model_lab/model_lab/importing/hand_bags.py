@@ -18,6 +18,7 @@ from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.hand.hand import HandDescription
 
 HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
+LOAD_TOPIC = "wrist/wrench"  # of an arm that feels it
 JOINTS = "hand/joint_states"  # of a simulated hand, one for each segment
 
 
@@ -53,7 +54,7 @@ def segments_of(bag: Path, hand: HandDescription) -> int | None:
 
 def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
     """The course of a hand from a bag with `hand/fingertips`, `pneumaticbox/state` and
-    `wrist/pose`.
+    `wrist/pose`, and `wrist/wrench` if it is there.
 
     Raises DocumentError for a bag of another hand or of two hands.
     """
@@ -88,7 +89,16 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
         dict(zip(default_markers(hand), places.transpose(1, 0, 2), strict=True)),
         turns / np.linalg.norm(turns, axis=1)[:, None],
         wrist_places=_between(tips.time, wrist.time, _columns(wrist, pose, bag)),
+        load=_load(found.get(LOAD_TOPIC), tips.time, bag),
     )
+
+
+def _load(wrench: TopicTable | None, time: Array, bag: Path) -> Array | None:
+    """Size (k,) [N] of the force on the wrist at times (k,) [s], if it was recorded."""
+    if wrench is None:
+        return None
+    force = _columns(wrench, [f"wrench.force.{axis}" for axis in "xyz"], bag)
+    return np.linalg.norm(_between(time, wrench.time, force), axis=1)
 
 
 def _columns(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:

@@ -38,6 +38,7 @@ class HandCourse:
     time (k,) [s]. pressures (k, channels) [Pa]: gauge pressures. places (k, 3) [m]: positions of
     each marker, by name, in the frame of the wrist. wrist (k, 4): orientation of the wrist in the
     world, as quaternions x, y, z, w. wrist_places (k, 3) [m]: its position there, None if unknown.
+    load (k,) [N]: force on the wrist besides the weight of the hand, None if unknown.
     """
 
     files: tuple[Path, ...]
@@ -47,6 +48,7 @@ class HandCourse:
     wrist: Array
     remarks: tuple[str, ...] = ()
     wrist_places: Array | None = None
+    load: Array | None = None
 
     @property
     def flat_places(self) -> Array:
@@ -101,7 +103,7 @@ def markers_of(courses: Sequence[HandCourse]) -> list[str]:
 
 
 def _remarks(runs: int, protocols: int, segments: int | None) -> list[str]:
-    remarks = ["the hand must have touched nothing but air: contacts are not looked for"]
+    remarks = ["the hand must have touched nothing but air: what touched is not left out"]
     if segments:
         remarks.append(
             f"a simulated hand of {segments} rigid segments an actuator; it is predicted with as "

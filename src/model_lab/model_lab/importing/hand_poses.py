@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from softhand_common.numerics.rotations import to_rpy
 # by hand
 HOLD = 0.8  # [s] for which a pose must be held; MARGIN of it at either end is left out
 NO_AIR = 2e3  # [Pa] below which a hand is empty
+FREE_LOAD = 0.2  # [N] at the wrist that no free hand bears, as for the monitor
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,15 @@ class Pose:
     """A pose that was held, as means over its time.
 
     time [s], pressures (channels,) [Pa], places (markers, 3) [m] of the markers in the frame of the
-    wrist, wrist (4,): orientation of the wrist in the world, as a quaternion.
+    wrist, wrist (4,): orientation of the wrist in the world, as a quaternion. load [N]: force on
+    the wrist besides the weight of the hand, 0 if unknown.
     """
 
     time: float
     pressures: Array
     places: Array
     wrist: Array
+    load: float
 
 
 def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> ImportedSet:
@@ -57,8 +60,8 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
     In a file whose samples are farther apart than that, each sample is a pose.
 
     A run ends where the wrist turns or the hand is empty of air again; runs with the same poses are
-    repeats of a protocol. Samples in motion are left out. Whether the hand touches something is not
-    tested.
+    repeats of a protocol. Samples in motion are left out. Poses in which the wrist bears more than
+    FREE_LOAD are told, but not left out, as an arm's own sense of force may have an offset.
 
     Raises DocumentError for courses without poses, or with different markers.
     """
@@ -66,10 +69,16 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
     protocols: list[list[Pose]] = []
+    touching: list[str] = []
     for course in courses:
         for poses in _runs(held_poses(course)):
             number = _protocol(poses, protocols)
             name = f"r{len(runs) + 1}"
+            touching += [
+                f"{name} at {pose.time - poses[0].time:.3g} s ({pose.load:.2g} N)"
+                for pose in poses
+                if pose.load > FREE_LOAD
+            ]
             columns = _columns(poses, pressure_columns(hand), markers)
             runs.append(ImportedRun(name, columns, {}, course.files))
             entries[name] = {
@@ -84,7 +93,14 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
             f"{listed(map(str, files))}: expected runs of at least two poses, each held for {HOLD} "
             "s, got none; wait longer in each pose"
         )
-    return set_of_runs(HAND_POSE, courses, specimen, runs, entries)
+    found = set_of_runs(HAND_POSE, courses, specimen, runs, entries)
+    if not touching:
+        return found
+    said = (
+        f"the wrist bore more than the weight of the hand in {listed(touching)}: if the hand "
+        "touched something there, take out these rows, as the lab predicts a hand in free air"
+    )
+    return replace(found, remarks=(said, *found.remarks))
 
 
 # ---------------------------------------------------------------------- poses
@@ -105,6 +121,7 @@ def held_poses(course: HandCourse) -> list[Pose]:
             course.pressures[first:last].mean(axis=0),
             places[first:last].mean(axis=0),
             course.wrist[(first + last) // 2],
+            0.0 if course.load is None else float(course.load[first:last].mean()),
         )
         for first, last in spans
     ]

@@ -1,10 +1,11 @@
-"""A serial chain of spherical joints that a moving base presses on a plate, without inertia.
+"""A serial chain of spherical joints that a moving base presses on a plate.
 
 A step of duration h solves, for the turns d of the joints since its start,
 
     -K e(q) - D d / h + J^T (weight + contact) = 0
 
-by iteration, with springs K and dampers D in parallel; at rest it is the equilibrium.
+by iteration, with springs K and dampers D in parallel; at rest it is the equilibrium. Of inertia,
+only the acceleration of the base counts: it is added to the weight.
 
 Contact: each point of the skin that touches the plate is a spring, along the normal and along the
 plate, from the place where it first touched. Its shear force is at most friction times its normal
@@ -98,7 +99,8 @@ class PressDrive(NamedTuple):
 
     duration (steps,) [s]. bend (steps, n, 3) [rad]: rotation that pressure adds to the rest of the
     joints. place (steps, 3) [m], frame (steps, 3, 3): of the chain's base. wrist (steps, 3) [m]:
-    point about which moments are taken. gravity [m/s2].
+    point about which moments are taken. pull (steps, 3) [m/s2]: on the masses; gravity less the
+    acceleration of the base.
     """
 
     duration: Array
@@ -106,7 +108,7 @@ class PressDrive(NamedTuple):
     place: Array
     frame: Array
     wrist: Array
-    gravity: float
+    pull: Array
 
 
 class Touched(NamedTuple):
@@ -160,7 +162,7 @@ def press_out(
         largest = 0.0
         for attempt in range(MOST_ROUNDS):
             _place(q, links, drive.place[step], drive.frame[step], placed)
-            _load(links, skin, plate, drive.gravity, placed, touched, False)
+            _load(links, skin, plate, drive.pull[step], placed, touched, False)
             _fold(
                 springs, drive.bend[step], drive.duration[step], q, turned, placed, touched, folded
             )
@@ -184,7 +186,7 @@ def press_out(
         if largest >= STILL_TURN and largest > unsettled:
             unsettled, worst_step, worst_joint = largest, step, fastest
         _place(q, links, drive.place[step], drive.frame[step], placed)
-        _load(links, skin, plate, drive.gravity, placed, touched, True)
+        _load(links, skin, plate, drive.pull[step], placed, touched, True)
         while row < len(kept) and kept[row] == step:
             _sum_up(drive.wrist[step], touched, found[row])
             row += 1
@@ -209,7 +211,7 @@ def _load(
     links: Links,
     skin: Skin,
     plate: Plate,
-    gravity: float,
+    pull: Array,
     placed: Placed,
     touched: Touched,
     ended: bool,
@@ -219,7 +221,8 @@ def _load(
     """
     for i in range(len(links.mass)):
         frame, joint = rows(placed.frame[i]), placed.center[i]
-        weight = (0.0, 0.0, -gravity * links.mass[i])
+        mass = links.mass[i]
+        weight = (mass * pull[0], mass * pull[1], mass * pull[2])
         force, moment = weight, cross(apply(frame, links.center[i]), weight)
         a, b, c = ZERO_MATRIX, ZERO_MATRIX, ZERO_MATRIX
         near = joint[2] - skin.reach[i] - skin.radius - plate.height < SKIN_NEAR

@@ -24,6 +24,7 @@ SKIN_NORMAL, SKIN_SHEAR = 5000.0, 2000.0  # stiffness of a point of the skin [N/
 SLOW_WAY, TURNED_LENGTH = 0.03, 0.15  # [m/s] above which steps are shorter, as the way counts; [m]
 LEFT_TURN = 1e-3  # [rad] of a joint in the last round of a step, above which a run has no result
 FIRST_STEPS, FIRST_STEP = 20, 0.05  # in which a hand that touches at first comes to rest; [s]
+CHANGE_TIME = 0.1  # [s] over which a change of the wrist's velocity is taken, as places have noise
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,14 @@ class PressPath:
     """Steps of a press, with the pose of the wrist at the end of each.
 
     duration (steps,) [s]. place (steps, 3) [m], frame (steps, 3, 3): position and rotation matrix
-    of the wrist. at (steps,) [s]: time at the end. kept (samples,): number of the step that ends at
-    each sample.
+    of the wrist. acceleration (steps, 3) [m/s2]: of the wrist. at (steps,) [s]: time at the end.
+    kept (samples,): number of the step that ends at each sample.
     """
 
     duration: Array
     place: Array
     frame: Array
+    acceleration: Array
     at: Array
     kept: Indices
 
@@ -56,7 +58,9 @@ def press_path(time: Array, place: Array, quaternion: Array, step: float) -> Pre
     quaternions, in the world at times (samples,) [s].
 
     Between samples it is straight. A step lasts at most `step` [s], less where the wrist is fast.
-    Before the first sample the wrist rests for a second. Raises ValueError if time does not rise.
+    Before the first sample the wrist rests for a second. Its acceleration is a second difference
+    over CHANGE_TIME, or over half the run if that is shorter. Raises ValueError if time does not
+    rise.
     """
     from scipy.spatial.transform import Rotation, Slerp  # here, as it takes long to load
 
@@ -72,9 +76,20 @@ def press_path(time: Array, place: Array, quaternion: Array, step: float) -> Pre
     duration = np.concatenate([np.full(FIRST_STEPS, FIRST_STEP), np.repeat(gaps / counts, counts)])
     at = np.interp(np.arange(kept[0], kept[-1] + 1), kept, time)
     at = np.concatenate([np.full(FIRST_STEPS - 1, time[0]), at])
-    along = np.stack([np.interp(at, time, course) for course in place.T], axis=1)
     turned = frames_of(Slerp(time, orientations)(at).as_quat())
-    return PressPath(duration, along, turned, at, kept)
+    apart = min(CHANGE_TIME, 0.5 * (time[-1] - time[0]))
+    middle = np.clip(at, time[0] + apart, time[-1] - apart)
+    before, here, after = (_along(time, place, middle + late) for late in (-apart, 0.0, apart))
+    acceleration = (after - 2.0 * here + before) / apart**2
+    acceleration[: FIRST_STEPS - 1] = 0.0
+    return PressPath(duration, _along(time, place, at), turned, acceleration, at, kept)
+
+
+def _along(time: Array, place: Array, at: Array) -> Array:
+    """Positions (steps, 3) at times (steps,) on the straight lines between positions (samples, 3)
+    at times (samples,).
+    """
+    return np.stack([np.interp(at, time, course) for course in place.T], axis=1)
 
 
 def skin_of(description: HandDescription, chains: Iterable[str], segments: int) -> Skin:
@@ -118,8 +133,8 @@ class PressedBody(MovingBody):
         gravity: float = STANDARD_GRAVITY,
     ) -> list[Pressed]:
         """Force [N] and moment [N m] on the wrist (samples, 6) of each run, in the axes of the
-        world: of contact with a level plate, and of the body's weight less the weight of the body
-        at rest.
+        world: of contact with a level plate, of the body's weight less the weight of the body at
+        rest, and of its inertia, as if all of it accelerated as the wrist does.
 
         paths, times (samples,) [s], gauge pressures (actuators, samples) [Pa] and temperatures [K]:
         one for each run. height [m], friction [-]: of the plate. modulus [-]: factor on the shear
@@ -144,7 +159,7 @@ class PressedBody(MovingBody):
                 path.place + path.frame @ self.arrays.place,
                 path.frame @ self.arrays.frame,
                 path.place,
-                gravity,
+                gravity * DOWN - path.acceleration,
             )
             springs = Springs(self._rest, stiffness, self.stretching, damping)
             found = np.empty((len(path.kept), 6))
