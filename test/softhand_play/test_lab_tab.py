@@ -127,7 +127,7 @@ def test_files_of_motion_capture_and_a_logger_become_a_set_of_the_whole_hand(pag
     files = one_row_a_pose(tmp_path, hand_header(), (1e-3, 1e3))
     for file in files:
         page.attempt(partial(page.dropped.open, file.name, file.read_bytes()))
-    assert page.look is Look.ERROR and "how the wrist was held" in page.message
+    assert page.look is Look.ERROR and "the orientation of the wrist" in page.message
     page.lab.wrist.value = "; ".join(f"{file.name}=0,90,0" for file in files)
     page.attempt(page.lab._look)
     assert page.message.startswith("hand_pose, 3 runs")

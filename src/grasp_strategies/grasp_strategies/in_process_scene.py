@@ -323,7 +323,7 @@ class InProcessScene:
     ) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
         `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled. The
-        simulation then goes on as a new one would, bit for bit.
+        simulation then continues exactly like a new one, bit for bit.
         """
         self.simulation.restore(saved)
         self.simulation.place_object(offset, mass_scale, yaw, friction_scale)

@@ -17,6 +17,6 @@ Tell = Callable[[str, int, int], None]
 
 
 def tell_nobody(step: str, number: int, total: int) -> None:
-    """A progress callback that does nothing. It gets the name of the step, its number, and the
-    number of all steps.
+    """A progress callback that does nothing. Its arguments are the name of the step, its number,
+    and the number of all steps.
     """

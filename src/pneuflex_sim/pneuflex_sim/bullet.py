@@ -1,5 +1,5 @@
-"""PyBullet, loaded when it is first used and without the line about its build that it prints to the
-standard error. Import it from here alone, so that all else runs where it is not installed.
+"""PyBullet, loaded when it is first used, without the build message that it prints to the standard
+error. Import it only from here, so that all other modules also run where it is not installed.
 """
 
 from __future__ import annotations

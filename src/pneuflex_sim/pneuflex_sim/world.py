@@ -17,7 +17,7 @@ from pneuflex_sim.bullet import pybullet
 
 
 class Diverged(RuntimeError):
-    """A body moves impossibly fast or is not at a finite place; the simulation needs a reset."""
+    """A body moves impossibly fast, or its position is not finite; the simulation needs a reset."""
 
 
 @dataclass(frozen=True)

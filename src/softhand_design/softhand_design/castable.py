@@ -1,4 +1,4 @@
-"""What can be cast: limits of wall, chamber and taper that all designs keep, and side walls."""
+"""Castability: limits of wall, chamber and taper for all designs, and side walls."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Fibres of the hull and of the passive layer: how far they let the hull grow, and the stress that
-a thread in the rubber allows (sections 3.3.1 and 3.3.2).
+"""Fibres of the hull and of the passive layer: expansion of the hull, and largest stress with a
+thread in the rubber (sections 3.3.1 and 3.3.2).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rules and limits that a designed actuator breaks, and the largest pressure that it is used at."""
+"""Rules and limits that a designed actuator breaks, and the largest pressure in use."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STIFF_ENOUGH = 0.01  # share of the largest stiffness, from which on rule 2 is c
 
 
 def broken_rules(wanted: Requirements, actuator: Actuator) -> list[BrokenRule]:
-    """The broken ones of rules 1 to 5, of rules 1 to 4 each at the place where it is broken most.
+    """The broken rules among rules 1 to 5; rules 1 to 4 each at the place where it is broken most.
     An actuator with one wall is checked at its base only, and no place is given.
     """
     along = wanted.base is None

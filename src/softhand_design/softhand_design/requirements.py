@@ -1,4 +1,4 @@
-"""What an actuator should do: actuation ratio and stiffness along its length, and how it is used.
+"""Requirements of an actuator: actuation ratio and stiffness along its length, and its use.
 
 `of_numbers` makes the requirements of an actuator with one wall from single numbers at its base.
 """
@@ -68,7 +68,7 @@ class BaseSizes:
 
 @dataclass(frozen=True)
 class Requirements:
-    """What an actuator should do along its length.
+    """Requirements of an actuator along its length.
 
     Args:
         ratio: actuation ratio [1/(m Pa)] over the position [m].

@@ -1,4 +1,4 @@
-"""Which rubber for an actuator that bends so far and is so stiff (section 3.3.3).
+"""Choice of the rubber for an actuator of required curvature and stiffness (section 3.3.3).
 
 The section is square, its wall and side walls are equally thick, and the stiffness is that of eq.
 3.26, without side walls. Two bounds enclose the height: a higher actuator stretches its top further
@@ -34,7 +34,7 @@ class Build:
 
 @dataclass(frozen=True)
 class Choice:
-    """The actuators of required curvature and stiffness that a rubber allows: the lowest, the
+    """The possible actuators of a rubber with required curvature and stiffness: the lowest, the
     highest, and the one of the required height; `refused` names the bound that the rubber breaks,
     or is empty.
     """

@@ -46,7 +46,7 @@ def design_actuator(wanted: Requirements, name: str = "finger") -> Design:
 
     Raises RequirementError that names a bound that can be met, if the wall would fill the section
     or be too thin to be cast, the actuator would be as high as long, its pressure is too low for
-    its curvature, or the rubber would be stretched beyond half of what it bears.
+    its curvature, or the rubber would be stretched beyond half of its largest stretch.
 
     >>> from softhand_design.requirements import of_numbers
     >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)

@@ -60,8 +60,8 @@ class GraspEnv(gymnasium.Env[dict[str, Any], Any]):
 
     Args:
         object, hand, scene: names or files.
-        model: name or file of the model; parameters for which it has standard errors are drawn anew
-            in each episode, unless `randomisation` says otherwise. Each such episode builds a new
+        model: name or file of the model; parameters for which it has standard errors are drawn in
+            each episode, unless `randomisation` says otherwise. Each such episode builds a new
             simulation.
         engine: `pybullet` or `mujoco`; None: PyBullet where it is installed.
         step: physics step [s].

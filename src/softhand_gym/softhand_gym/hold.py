@@ -1,7 +1,7 @@
 """Judges an episode. As it has no phases, any hold counts that meets the criteria for strategies.
 
 A hold begins when the hand alone has the object at the height to be lifted to. If the object slips,
-turns or sinks, the next hold begins anew. Criteria are those of `grasp_strategies.judging.judge`.
+turns or sinks, the hold time starts again. Criteria are those of `grasp_strategies.judging.judge`.
 """
 
 from __future__ import annotations

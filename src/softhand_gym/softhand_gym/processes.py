@@ -1,4 +1,4 @@
-"""Several environments at once, each in a process of its own."""
+"""Several environments at once, each in its own process."""
 
 from __future__ import annotations
 

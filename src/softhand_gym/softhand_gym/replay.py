@@ -86,10 +86,14 @@ class _ActingScene:
         self._air = np.where(np.isnan(values), self._air, values)
 
     def hold_object(self, position: Array, orientation: Array) -> None:
-        raise SceneError("the environment does not hold objects out to the hand")
+        raise SceneError(
+            "strategy: expected one without `hold_object`, which the environment does not support"
+        )
 
     def release_object(self, duration: float) -> None:
-        raise SceneError("the environment does not hold objects out to the hand")
+        raise SceneError(
+            "strategy: expected one without `hold_object`, which the environment does not support"
+        )
 
     def vent(self) -> None:
         self._air = np.zeros_like(self._air)

@@ -1,4 +1,4 @@
-"""The step of the physics that trials, strategies, nodes and environments take without being told.
+"""The default step of the physics in trials, strategies, nodes and environments.
 
 Outcomes and motion at other steps: docs/understand/simulator-steps.md.
 """

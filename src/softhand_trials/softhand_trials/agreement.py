@@ -1,4 +1,4 @@
-"""Two engines as evidence: the same trials in each of them, and which end with the same verdict."""
+"""Comparison of engines: the same trials in each engine, and which have the same verdict."""
 
 from __future__ import annotations
 

@@ -47,8 +47,9 @@ ADDED = {"added": True}  # metadata of settings that results of earlier versions
 
 @dataclass(frozen=True)
 class Placement:
-    """How the world of one trial differs from the start: shift of the object (x, y) [m], turn about
-    the vertical `yaw` [rad], factors [-] on its mass and on the friction of all pairs.
+    """Differences of one trial from the start of its scene: shift of the object (x, y) [m],
+    rotation about the vertical `yaw` [rad], factors [-] on its mass and on the friction of all
+    pairs.
     """
 
     offset: tuple[float, float] = (0.0, 0.0)
@@ -80,7 +81,7 @@ def draw_placement(
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """What all trials of a batch share.
+    """The settings that all trials of a batch share.
 
     Args:
         strategy: name or file of the strategy.
@@ -239,7 +240,7 @@ def _empty_course(settings: TrialSettings) -> EmptyHandPath:
     scene = started.place(Placement(OUT_OF_THE_WAY))
 
     def keep(watch: GraspWatch) -> str:
-        """Keep where the hand is; a reason to end once the hold begins."""
+        """Store the position of the hand; returns a reason to end once the hold begins."""
         course.keep(watch.phase, scene.simulation.hand_boxes)
         return "the hold begins" if watch.stage == STAGE_HOLD else ""
 

@@ -51,7 +51,7 @@ def test_a_pose_that_cannot_be_used_is_refused_by_field(message, field):
     [
         (state(position=(1e-5,)), "position: expected 2 finite numbers"),
         (state(effort=(1.0, np.nan)), "effort: expected 2 finite numbers"),
-        (state(name=("a", "a")), "name: expected channel names, none of them twice"),
+        (state(name=("a", "a")), "name: expected channel names without duplicates"),
         (state(name=(), position=(), effort=()), "name: expected channel names"),
     ],
 )

@@ -184,7 +184,7 @@ def test_it_is_told_in_the_units_of_the_bench(outcome):
     text = plan_text(answer)
     assert "temperature      20 degC" in text
     assert "peak pressure" in text and "kPa" in text
-    assert "breaks the tie" in text
+    assert "so tells them apart" in text
     content = plan_json(answer, [])
     assert content["next_experiment"]["peak"] > 1e4
     assert content["tied"] == [list(names) for names in outcome.diagnosis.tied]

@@ -118,7 +118,7 @@ def without(run, names):
             lambda run: without(run, [WRIST_POSE[4]]),
             "expected all of wrist.x.*got no wrist.qy",
         ),
-        (lambda run: replace(run, wrist_rpy=(0.1, 0.0, 0.0)), "wrist_rpy: expected none beside"),
+        (lambda run: replace(run, wrist_rpy=(0.1, 0.0, 0.0)), "wrist_rpy: expected either"),
         (
             lambda run: replace(run, columns={k: v[::2] for k, v in run.columns.items()}),
             "at 100 Hz or more, got 61 samples up to 0.02 s apart",

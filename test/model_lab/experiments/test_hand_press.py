@@ -238,7 +238,7 @@ def lowered(run):
         ),
         (
             lambda data: replace(data, runs=(replace(data.runs[0], wrist_rpy=(0.1, 0.0, 0.0)),)),
-            "wrist_rpy: expected none beside",
+            "wrist_rpy: expected either",
         ),
         (
             lambda data: replace(

@@ -130,4 +130,4 @@ def test_jumps_are_said_and_marked():
     found = {n.kind: n for n in notices(problem.data, problem.floor, np.zeros(data.table.samples))}
     notice = found["held_input"]
     assert notice.value == sum(len(jumps(data, run)) for run in data.runs)
-    assert len(notice.marked) and "held until it jumps" in notice.text
+    assert len(notice.marked) and "constant between its jumps" in notice.text

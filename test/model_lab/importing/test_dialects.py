@@ -110,7 +110,7 @@ def test_what_was_open_can_be_said(tmp_path, capsys):
 
 def test_a_single_word_among_numbers_is_left_out_and_said(tmp_path, capsys):
     message, columns = said(tmp_path, with_row(10, "1.00;1900.0;lost"), capsys)
-    assert "1 cells of tip_angle are no numbers" in message and "lost" in message
+    assert "1 cells of tip_angle are not numbers" in message and "lost" in message
     assert len(columns["time"]) == len(ROWS) - 1 and 1.0 not in columns["time"]
 
 

@@ -140,7 +140,7 @@ def test_markers_that_were_not_followed_are_left_out(tmp_path):
 
 
 REFUSED = {
-    "nobody says how the wrist was held": (PLAIN, {}, "how the wrist was held"),
+    "nobody says how the wrist was held": (PLAIN, {}, "the orientation of the wrist"),
     "a channel is missing": (
         [name.replace("pressure.d", "flow") for name in PLAIN],
         HELD,
@@ -149,7 +149,7 @@ REFUSED = {
     "two markers of a finger": (
         [name.replace("ring_tip", "index_tip_2") for name in PLAIN],
         HELD,
-        "index_tip: expected the columns of one place",
+        "index_tip: expected the columns of one position",
     ),
 }
 

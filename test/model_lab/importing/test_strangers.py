@@ -134,7 +134,7 @@ def test_rows_that_are_newest_first_are_turned_round(tmp_path):
     file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", *columns)
     read, found = made(file, tmp_path / "set")
     check(read)
-    assert any("newest first" in remark for remark in found.remarks)
+    assert any("begin with the newest" in remark for remark in found.remarks)
 
 
 def test_rows_that_share_a_stamp_of_a_coarse_clock_are_spread_evenly(tmp_path):
@@ -147,7 +147,7 @@ def test_rows_that_share_a_stamp_of_a_coarse_clock_are_spread_evenly(tmp_path):
 def test_a_clock_that_falls_and_rises_is_refused(tmp_path):
     wrong = np.where(TIME < 3.0, TIME, TIME - 3.0)
     file = write(tmp_path / "r.csv", "t [s],p [kPa],angle [deg]", wrong, PRESSURE, ANGLE)
-    with pytest.raises(DocumentError, match="got 0 s; the clock begins anew: keep each run"):
+    with pytest.raises(DocumentError, match="got 0 s; the clock restarts: write each run"):
         make_set(propose([file]), HAND)
 
 

@@ -271,7 +271,7 @@ def test_a_missing_or_cut_off_bag_is_named(tmp_path):
     message = _message(tmp_path)
     assert str(tmp_path / "r1") in message
     assert "r1.mcap" in message
-    assert "mends" in message
+    assert "repairs a truncated" in message
 
 
 def test_a_broken_bag_is_named(tmp_path):

@@ -181,7 +181,7 @@ WRONG_ROWS = {
     "nan": ("0,0,0\n0.1,1,nan\n", "row 2 (line 3 of the file), column tip_angle", "got 'nan'"),
     "infinity": ("0,0,inf\n", "row 1 (line 2 of the file), column tip_angle", "finite"),
     "empty cell": ("0,0,0\n0.1,,18\n", "row 2 (line 3 of the file), column pressure", "empty"),
-    "lost frame": ("0,0,0\n0.1,1,nan\n", "row 2 (line 3 of the file)", "take the row out"),
+    "lost frame": ("0,0,0\n0.1,1,nan\n", "row 2 (line 3 of the file)", "remove the row"),
     "short row": ("0,0,0\n0.1,1\n0.2,2,2\n", "row 2 (line 3 of the file)", "3 cells, got 2"),
     "long row": ("0,0,0\n0.1,1,2,3\n", "row 2 (line 3 of the file)", "3 cells, got 4"),
     "uneven rows": ("0,0,0\n0.1,1,2,3\n0.2,1\n", "row 2 (line 3", "3 cells, got 4"),

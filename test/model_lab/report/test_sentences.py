@@ -54,7 +54,9 @@ def test_data_fit_without_a_slip_only_where_the_rest_is_explained(mended, fit):
 
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
-    assert said.endswith("at a noise floor of 0.573 deg; 5.16 deg of it nothing known explains.")
+    assert said.endswith(
+        "at a noise floor of 0.573 deg; 5.16 deg of it are explained by no known effect."
+    )
 
 
 def test_how_sure_a_verdict_is_stands_behind_it():
@@ -91,15 +93,17 @@ def test_what_helps_is_said_though_it_is_not_the_whole():
         helps=(Help("yeoh_stiffening", 104e3), Help("hysteresis", 40e3)),
     )
     assert verdict_sentence(replace(said, helps=said.helps[:1])).endswith(
-        ". yeoh_stiffening takes it from 438 to 104 kPa and is not the whole; what is left varies "
-        "with the stretch."
+        ". yeoh_stiffening takes it from 438 to 104 kPa and is not the whole; "
+        "the remaining error varies with the stretch."
     )
     assert (
         "yeoh_stiffening takes it from 438 to 104 kPa and hysteresis takes the rest from 104 to "
         "40 kPa and they are not the whole" in verdict_sentence(said)
     )
     floor = replace(said, noise_floor=41e3)
-    assert "40 kPa, which is all of it, but they are not proven" in verdict_sentence(floor)
+    assert "40 kPa, which explains the whole error, but they are not proven" in verdict_sentence(
+        floor
+    )
 
 
 def test_the_story_of_several_effects_is_told_in_their_order():
@@ -121,7 +125,9 @@ def test_what_is_odd_is_said_in_one_note():
 
 def test_what_is_unexplained_says_what_it_varies_with():
     said = verdict_sentence(diagnosis("unexplained", against=("time_since_step", "pressure")))
-    assert said.endswith("what is left varies with the time since the last step and the pressure.")
+    assert said.endswith(
+        "the remaining error varies with the time since the last step and the pressure."
+    )
     assert verdict_sentence(diagnosis("unexplained")).endswith("what is left follows no input.")
 
 
@@ -169,7 +175,7 @@ def test_an_effect_whose_parameter_the_data_do_not_determine_is_said_as_a_guess(
 
 def test_a_set_unlike_those_that_were_counted_gets_a_sentence_in_place_of_a_number():
     said = verdict_sentence(replace(diagnosis("effects_missing", (GENT,)), beyond=("left",)))
-    assert "of 100" not in said and "unlike those on which it was counted (left in" in said
+    assert "of 100" not in said and "for which they were counted (left in" in said
 
 
 def test_a_sentence_is_in_the_units_that_the_user_stated():

@@ -78,7 +78,10 @@ def test_an_object_is_held_from_the_stamp_on_until_it_is_let_go(peer, node):
     [
         ({"frame": "world"}, "header.frame_id: expected wrist, got world"),
         ({"name": "ball"}, "joint_names: expected [object] with one point, got ['ball']"),
-        ({"transforms": 2}, "points.transforms: expected one, or none to let go, got 2"),
+        (
+            {"transforms": 2},
+            "points.transforms: expected one, or none to release the object, got 2",
+        ),
     ],
 )
 def test_a_message_that_cannot_be_used_is_refused_by_name(peer, node, wrong, reason):

@@ -20,12 +20,12 @@ from softhand_model.data_files import find_document
         (
             [],
             lambda node: node.names(),
-            "expected a list of one or more names, none of them twice, got []",
+            "expected a list of one or more names without duplicates, got []",
         ),
         (
             ["a", "a"],
             lambda node: node.names(),
-            "expected a list of one or more names, none of them twice",
+            "expected a list of one or more names without duplicates",
         ),
         ("", lambda node: node.text(), "expected text that is not empty, got ''"),
         (

@@ -106,7 +106,10 @@ def test_a_strategy_of_the_same_text_in_another_folder_is_the_same_plan(
 
 
 def test_two_sweeps_do_not_write_to_the_same_results(plan, tmp_path):
-    with Results(tmp_path, plan.tasks()), pytest.raises(ValueError, match="still runs"):
+    with (
+        Results(tmp_path, plan.tasks()),
+        pytest.raises(ValueError, match="has not ended yet; wait until it ends"),
+    ):
         Results(tmp_path, plan.tasks())
 
 

@@ -1,4 +1,4 @@
-"""In which phase a grasp failed and for what cause, from the observations of the run.
+"""Phase and cause of the failure of a grasp, from the observations of the run.
 
 Failures in the hold are those of the judge: the object slips, turns, is dropped or touched by
 something else. For a failure before the hold, the cause is the first of these that is true when the

@@ -1,4 +1,5 @@
-"""Whether a grasp succeeded: lifted, held for a while by the hand alone, without slip or turn.
+"""Verdict on a grasp: success if the object was lifted and held for a while by the hand alone,
+without slip or turn.
 
 After section 8.1.2 of the thesis: the hand lifts the object by 100 mm and holds it for 1 s; the
 object follows the hand, does not slip and touches nothing else.
@@ -122,8 +123,8 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 
 def is_number(observation: Observation) -> bool:
-    """Whether the poses of wrist and object are finite; they are not when a simulation has
-    diverged.
+    """Whether the poses of wrist and object are finite numbers, which they are not after a
+    simulation has diverged.
     """
     wrist = (observation.wrist_position, observation.wrist_orientation)
     seen = (*wrist, observation.object_position, observation.object_orientation)

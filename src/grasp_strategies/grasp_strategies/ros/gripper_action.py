@@ -92,7 +92,7 @@ class GripperAction:
         self._type = offer_action(node, kind, GRIPPER_ACTION, self)
 
     def accepts(self, goal: Any) -> bool:
-        """Whether a goal is taken: none is while another goal or a strategy runs."""
+        """Whether a goal is accepted: none is while another goal or a strategy runs."""
         reason = self._busy()
         try:
             self._wanted(goal)

@@ -70,7 +70,7 @@ def read_air_state(message: Any) -> AirState:
     """Air of all channels from a sensor_msgs/JointState of the driver."""
     channels = tuple(message.name)
     if not channels or len(set(channels)) < len(channels):
-        raise ValueError(f"name: expected channel names, none of them twice, got {list(channels)}")
+        raise ValueError(f"name: expected channel names without duplicates, got {list(channels)}")
     return AirState(
         channels,
         _finite("position", message.position, len(channels)),

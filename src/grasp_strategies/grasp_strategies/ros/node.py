@@ -60,7 +60,7 @@ class Background:
     def start(
         self, work: Callable[[], Result], tell: Callable[[Result], None], on_error: Result
     ) -> None:
-        """Begin `work` in a thread; `tell` is called in that thread with its result, or with
+        """Start `work` in a thread; `tell` is called in that thread with the result, or with
         `on_error`.
 
         An exception of `work` is not swallowed: the interpreter prints it, and `tell` gets

@@ -1,4 +1,4 @@
-"""Commands to hold the simulator's object out to the hand, and the name of that object."""
+"""Commands to hold the simulator's object in front of the hand, and the name of that object."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ObjectCommand:
     def _publish(self, point: MultiDOFJointTrajectoryPoint, effect: float) -> None:
         if not self._publisher.get_subscription_count():
             raise SceneError(
-                "expected a simulator that can hold an object out to the hand, got no "
+                "expected a simulator that can hold an object in front of the hand, got no "
                 f"subscriber of {self._publisher.topic_name}"
             )
         message = MultiDOFJointTrajectory(joint_names=[OBJECT], points=[point])

@@ -161,7 +161,7 @@ class SceneClock:
 
     # ---------------------------------------------------------------- this process itself
     def watch(self) -> None:
-        """From now on notice when this process itself stands still, as when a signal stopped it."""
+        """Start to detect whether this process itself is stopped, for example by a signal."""
         self._due, self._stood_still = time.monotonic(), 0.0
 
     def unwatch(self) -> None:
@@ -169,8 +169,8 @@ class SceneClock:
         self._due, self._stood_still = None, 0.0
 
     def refuse_standstill(self) -> None:
-        """Raise SceneError when this process has stood still since the last call. It then has
-        neither commanded nor received, through no fault of the other nodes.
+        """Raise SceneError if this process has been stopped since the last call. Then it has
+        neither sent commands nor received messages, which is no fault of the other nodes.
         """
         self._look()
         still, self._stood_still = self._stood_still, 0.0

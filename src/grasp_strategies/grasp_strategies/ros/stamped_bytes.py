@@ -1,7 +1,7 @@
 """Serialised messages of a header and numbers: poses and wrenches with a stamp.
 
 rclpy makes Python objects of every field of a message, with a check at each, which takes longer
-than all else that a strategy does at a tick. Layout of the bytes: as in `marker_bytes`.
+than all other work of a strategy in a tick. Layout of the bytes: as in `marker_bytes`.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Pose in the wrist frame at which the object is held out to the hand: position (3,) [m],
+    """Pose in the wrist frame at which the object is held in front of the hand: position (3,) [m],
     quaternion (x, y, z, w).
     """
 
@@ -133,5 +133,5 @@ class Strategy:
 
     @property
     def holds_object_out(self) -> bool:
-        """Whether the object is held out to the hand: then it has to be one of `objects`."""
+        """Whether the object is held in front of the hand; then it must be one of `objects`."""
         return any(phase.held_out is not None for phase in self.phases)

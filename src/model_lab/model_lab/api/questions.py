@@ -1,4 +1,5 @@
-"""What is asked of a model and measurements: how far it is off, what is missing, and what helps."""
+"""Questions about a model and measurements: how large the error is, what is missing, and what
+helps."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ def _shown(data: MeasurementSet, error: float) -> float:
 # ---------------------------------------------------------------------- compare
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """How far a model is off, and where.
+    """The error of a model, and where it occurs.
 
     details: all results, in SI units. name: name of the model.
     """
@@ -118,7 +119,7 @@ class Comparison(Shown):
 
 
 def compare(data: Measured, model: Given = "base", seed: int = 0, own: Files = ()) -> Comparison:
-    """How far a model is off, against the noise floor, and where the error lies.
+    """Compute the error of a model relative to the noise floor, and where the error occurs.
 
     Args:
         data: measurement set, or the path of its folder.
@@ -143,7 +144,7 @@ def _name_of(model: Given) -> str:
 # ---------------------------------------------------------------------- diagnose
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Shown):
-    """Which effects a model lacks.
+    """The effects that a model lacks.
 
     outcome: all results, in SI units, with the fits behind them.
     """
@@ -199,7 +200,7 @@ class Diagnosis(Shown):
 
     @property
     def data(self) -> Data:
-        """The measurements that were judged: slips are mended, and long recordings have fewer
+        """The measurements that were judged: slips are corrected, and long recordings have fewer
         samples.
         """
         return Data(self.outcome.problem.data)
@@ -246,7 +247,7 @@ class Diagnosis(Shown):
 def diagnose(
     data: Measured, model: Given = "base", seed: int = 0, jobs: int = 1, own: Files = ()
 ) -> Diagnosis:
-    """Which physical effect a model lacks, or what is wrong with how the data are stated.
+    """Find the physical effects that a model lacks, or mistakes in the description of the data.
 
     Args:
         data: measurement set, or the path of its folder.

@@ -1,5 +1,5 @@
-"""A planned set of grasps: the wrist goes down beside an object, air closes the hand, and the wrist
-goes up and holds.
+"""A planned set of grasps: the wrist moves down to an object, air closes the hand, and the wrist
+moves up and holds.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ MOST_DRAWS = 100  # effects that are drawn at the most
 
 
 def sealed(truth: dict[str, Any]) -> str:
-    """What was hidden, encoded so that nobody reads it by accident."""
+    """Encode what was hidden, so that nobody reads it by accident."""
     return base64.b64encode(json.dumps(truth).encode()).decode() + "\n"
 
 
@@ -163,8 +163,8 @@ class _Rig:
         self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
 
     def hidden_effect(self, classes: Mapping[str, type[Effect]], tell: Tell) -> Effect:
-        """A random effect that changes the readings, beyond what the calibration can imitate, by a
-        number of noise floors within EFFECT_OVER_NOISE.
+        """A random effect whose change of the readings, after the best calibration, is within
+        EFFECT_OVER_NOISE times the noise floor.
         """
         able = [
             effect

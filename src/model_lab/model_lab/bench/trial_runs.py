@@ -1,4 +1,5 @@
-"""Trial runs that could be measured next, within the limits of a set's bench, one change at a time.
+"""Runs that could be measured next, within the limits of a set's test rig, with one change at a
+time.
 
 A change is another mount, a warmer room, another specimen of the set, or a new one with another
 wall; for a hand, an orientation of the wrist that is not in the set. Another protocol or duration

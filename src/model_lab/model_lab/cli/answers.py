@@ -1,4 +1,4 @@
-"""What `diagnose` found, kept for `plan`, so that it need not search again.
+"""Cache of the results of `diagnose`, so that `plan` need not search again.
 
 `diagnose` writes its answer to `--json`, to the folder of its report and to a cache. An answer
 holds a fingerprint of set, model and effects, so that the answer for another set is not used.
@@ -60,7 +60,7 @@ def keep(answer: dict[str, Any]) -> None:
 
 
 def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
-    """The earlier answer of `diagnose` about this set, model and effects, if there is one.
+    """The cached answer of `diagnose` for this set, model and effects; None without one.
 
     Args:
         place: file of the answer, or folder of the report that holds it; None: look in the cache.

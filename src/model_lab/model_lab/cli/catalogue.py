@@ -232,8 +232,8 @@ COMMANDS: Mapping[str, Command] = {
     "ladder": Command(
         "the errors of several models, side by side",
         "Compare several models with the same measurements: one rung for each, with the noise "
-        "floor below which no model can go. Errors are shown in deg, kPa, mg or N mm; --json is in "
-        "SI units.",
+        "floor, the lowest error that a model can reach. Errors are shown in deg, kPa, mg or N "
+        "mm; --json is in SI units.",
         ("model-lab ladder out/set base gravity model.yaml",),
         (
             options.DATA,

@@ -1,4 +1,4 @@
-"""Shell lines that reports show: those that repeat a result, and those that go on from it."""
+"""Shell commands shown in reports: to repeat a result, and for the next steps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def after_diagnosis(
     arguments: argparse.Namespace, diagnosis: Diagnosis, may_learn: bool = True
 ) -> list[str]:
     """Shell lines for the next steps: `plan`, if effects are tied; `add` for each missing effect;
-    `learn`, if much error is left. No lines if the verdict is a slip, which is to be mended first.
+    `learn`, if much error is left. No lines if the verdict is a slip, which must be corrected
+    first.
 
     may_learn: whether the line with `learn` may be given.
     """

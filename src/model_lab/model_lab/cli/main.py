@@ -1,8 +1,8 @@
 """`model-lab`: compare a model with measurements, learn what it lacks, add it, see the error fall.
 
 Exit status: 0 done, whatever the verdict; 2 unusable input, with one line on the standard error
-that names file, row or key, what was expected, what was found, and the mend; 74 standard output
-that cannot be written; 130 interrupted.
+that names file, row or key, what was expected, what was found, and how to correct it; 74 standard
+output that cannot be written; 130 interrupted.
 """
 
 from __future__ import annotations

@@ -122,8 +122,8 @@ def _at_best_place(
     shown = [scored for scored in tried if isinstance(scored, Scored)]
     if not shown:
         raise ValueError(
-            f"effect {name}: expected an effect that these data show, but at no place of the "
-            "hand does it change an output"
+            f"effect {name}: expected an effect that changes an output, got one that changes "
+            "none at any place of the hand"
         )
     return min(shown, key=lambda scored: scored.held_out.rmse).added
 

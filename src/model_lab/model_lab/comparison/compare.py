@@ -75,7 +75,7 @@ class Errors:
 
     as_is: accuracy of the model as its file has it. If the file has no calibration for this set,
     the calibration is fitted to the set, and `calibrated` is True. held_out: accuracy with
-    calibration, and effects that have standard errors, fitted anew to the other folds, so that
+    calibration, and effects that have standard errors, fitted again to the other folds, so that
     every fold (a protocol or a block, see `holdout`) is predicted without its own data.
     calibration: the one behind `as_is`.
 

@@ -69,8 +69,9 @@ def _beyond(error: float, floor: float) -> float:
 
 
 def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
-    """Share of the excess error of the model `before` that the model `after` leaves: of the whole
-    error, or of the error without the gains of runs, whichever share is less.
+    """Share of the excess error of the model `before` that remains with the model `after`: computed
+    from the whole error and from the error without the gains of runs; the smaller share is
+    returned.
     """
     counts = problem.spectrum.counts() * ~_gains(problem)
     shape = float(np.sqrt(counts @ problem.floor.variance / problem.data.table.samples))
@@ -126,15 +127,15 @@ def material(problem: FitProblem, scored: Scored) -> bool:
 
 
 def is_far(problem: FitProblem, scored: Scored) -> bool:
-    """Whether the error is so far above the noise floor that the model is no explanation
+    """Whether the error is too far above the noise floor for the model to explain the data
     (`Rules.most_explained_error`).
     """
     return error_of(problem, scored) > problem.rules.most_explained_error * problem.floor.total
 
 
 def is_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether what a model leaves may be noise alone. If it is not known how much the gains of runs
-    scatter, the error without gains decides.
+    """Whether the remaining error of a model may be noise alone. If the scatter of the gains of
+    runs is not known, the error without gains decides.
     """
     rules, floor = problem.rules, problem.floor
     if error_of(problem, scored) <= rules.explained_error * floor.total:

@@ -1,4 +1,4 @@
-"""First look at a set, before the search: the error, and the effects that promise most.
+"""First look at a set, before the search: the error, and the most promising effects.
 
 Each effect is represented by its signatures, scaled at best (`search.promise`): nothing is fitted
 but the model as it is. The search that follows may come to another answer.
@@ -22,7 +22,7 @@ LIKELIEST = 3  # effects that are told
 
 @dataclass(frozen=True)
 class FirstLook:
-    """What is known before the search.
+    """Results that are known before the search.
 
     rmse, noise_floor: held-out error and noise floor, in `unit` (SI). slips: mistakes in how the
     data are stated. likeliest: (name, share of the mean square error that it may explain alone) of

@@ -1,9 +1,9 @@
-"""Forward selection: effects are added one at a time, each proven on its own.
+"""Forward selection: effects are added one at a time, each with its own significance test.
 
 From the best models of each size (a beam) the next larger ones are tried while much of the error is
 left: of three equal effects the first two lower the error by a fifth and a sixth only. The larger
-model must explain enough more than the smaller one; one pass backwards drops effects that remove
-little beside the others.
+model must explain enough more than the smaller one; a backward pass drops effects that remove
+little error in addition to the others.
 """
 
 from __future__ import annotations
@@ -197,8 +197,8 @@ def _is_whole(problem: FitProblem, base: Scored, scored: Scored) -> bool:
 
 
 def without_idle(problem: FitProblem, base: Scored, scored: Scored) -> Scored:
-    """The model without effects that remove little of the error beside the others. They are dropped
-    one at a time, first the one that removes least.
+    """The model without effects that remove little error in addition to the others. They are
+    dropped one at a time, first the one that removes least.
     """
     added = [effect for effect in scored.effects if effect not in base.effects]
     if len(added) < 2:

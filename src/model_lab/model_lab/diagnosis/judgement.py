@@ -51,6 +51,6 @@ class Judgement:
 
     @property
     def leaves_much(self) -> bool:
-        """Whether effects are named and the error that is left is worth reporting."""
+        """Whether effects are named, and the remaining error is large enough to be reported."""
         most = self.problem.rules.rest_error * self.problem.floor.total
         return bool(self.added) and self.named.held_out.rmse > most

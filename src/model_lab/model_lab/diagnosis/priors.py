@@ -1,5 +1,6 @@
-"""Priors of a fitted model: what makes it likely or unlikely besides its error, such as the usual
-ranges of parameters, readings at rest, and time constants shorter than the time between samples.
+"""Priors of a fitted model: what makes it likely or unlikely apart from its error, such as the
+usual ranges of parameters, readings at rest, and time constants shorter than the time between
+samples.
 """
 
 from __future__ import annotations

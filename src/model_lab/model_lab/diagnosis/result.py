@@ -92,7 +92,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class NotVisible:
-    """An effect about which these data say nothing, and why."""
+    """An effect that these data can neither confirm nor exclude, and why."""
 
     name: str
     reason: str
@@ -124,7 +124,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What the final model leaves.
+    """The remaining error of the final model.
 
     rms: its error above the noise floor [SI unit of the outputs]. against: axes on which it
     depends.

@@ -115,8 +115,8 @@ def starts(found: Signature, fit: Fit) -> Array:
 
 
 def promise(found: Signature, fit: Fit) -> tuple[float, float]:
-    """How much an effect could gain at best, before it is fitted: (largest fall of the deviance,
-    largest share of the mean square error that it removes).
+    """Best possible gain of an effect, computed before it is fitted: (largest decrease of the
+    deviance, largest share of the mean square error that it removes).
 
     Each of its signatures (changes of the prediction at trial values) is scaled twice: so that the
     likelihood rises most, and so that the error falls most. The two differ for an effect that moves
@@ -154,8 +154,9 @@ def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
 
 
 def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | None:
-    """Why an effect does not show in these runs however strong it is, as a clause such as `changes
-    nothing in these runs`; None if it does show. floor: noise floor [SI unit of the outputs].
+    """Reason why an effect is not visible in these runs at any strength, as a clause such as
+    `changes nothing in these runs`; None if it is visible. floor: noise floor [SI unit of the
+    outputs].
     """
     if found.raw.max() < rules.visible_share * floor:
         return "changes nothing in these runs"
@@ -276,8 +277,8 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
 
 
 def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:
-    """Whether the data tell the effect from no effect: the value of some parameter is known to a
-    share of its distance from no effect (`Rules.known_error`).
+    """Whether the data distinguish the effect from no effect: the standard error of some parameter
+    is below a share of its distance from the neutral value (`Rules.known_error`).
 
     Without this, two effects could grow without limit against each other, and neither would mean
     anything.

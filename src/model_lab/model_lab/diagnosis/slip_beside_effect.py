@@ -1,11 +1,11 @@
-"""Search for a slip beside a missing effect, where neither alone explains the data.
+"""Search for a slip together with a missing effect, where neither alone explains the data.
 
-An example is a wrong finger size and a hysteresis: with the size mended, the set is still far from
-the model, so a search for slips alone misses it. Here the set as stated and each set that a
-plausible slip would mend are given their best effect, on thinned data. A slip is reported if one
-usual effect explains the mended data, and no effect explains the data as stated. Differences of
-repeats may hide that: rubber that softens raises the noise floor, within which a mere stiffening
-then seems to explain what a slip and the softening explain far better.
+An example is a wrong finger size and a hysteresis: with the size corrected, the set still differs
+much from the model, so a search for slips alone misses it. Here the best effect is found, on
+thinned data, for the set as stated and for the set corrected by each plausible slip. A slip is
+reported if one usual effect explains the corrected data, and no effect explains the data as stated.
+Differences of repeats may hide that: rubber that softens raises the noise floor, within which a
+mere stiffening then seems to explain what a slip and the softening explain far better.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class _Searched:
 
     @property
     def least(self) -> float:
-        """Least relative error with a likely effect or none."""
+        """Smallest relative error with a likely effect, or without any."""
         return min(map(self.relative, (self.base, *self.likely)))
 
     def error(self, scored: Scored) -> float:

@@ -3,8 +3,8 @@ with memory?
 
 Events are taken out of the set, which is then searched. A step or drift is not believed if the
 model is worse without it. An event is dropped if the effects that are found without it account for
-it, or if effects explain the set as it is: effects may make repeats differ by what came before them
-(softening, ageing, a drifting sensor).
+it, or if effects explain the set as it is: effects may make repeats differ depending on earlier
+runs (softening, ageing, a drifting sensor).
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ Candidates = Callable[[FitProblem], Sequence[str]]
 
 @dataclass(frozen=True)
 class Faults:
-    """What happened in a series of runs: events, and a slip for each odd run or exchanged pair; if
-    nothing did for sure, what may have (`Series.doubted`).
+    """Events in a series of runs, and a slip for each odd run or exchanged pair; if none is
+    certain, possible events (`Series.doubted`).
     """
 
     events: tuple[Event, ...] = ()

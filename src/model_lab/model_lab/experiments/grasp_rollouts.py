@@ -109,7 +109,7 @@ def _roll(
     """What is seen (samples, outputs) in a run."""
     one, what = data.runs[run], data.grasped
     if what is None:
-        raise ValueError("object: expected one that is grasped, got none")
+        raise ValueError("object: expected an object that is grasped, got none")
     acting = tuple(effect for effect in effects if not of_gauge(effect))
     return np.asarray(
         _replay()(

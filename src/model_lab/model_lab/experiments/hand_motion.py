@@ -192,12 +192,12 @@ def _check(data: MeasurementSet, run: Run) -> None:
     if known and len(known) < len(WRIST_POSE):
         missing = ", ".join(name for name in WRIST_POSE if name not in known)
         raise DocumentError(
-            f"{place}: expected all of {', '.join(WRIST_POSE)}, or none for a wrist that is held, "
+            f"{place}: expected all of {', '.join(WRIST_POSE)}, or none for a wrist at rest, "
             f"got no {missing}"
         )
     if known and any(run.wrist_rpy):
         raise DocumentError(
-            f"{place}: wrist_rpy: expected none beside the columns wrist.*, got both"
+            f"{place}: wrist_rpy: expected either this key or the columns wrist.*, got both"
         )
 
 
@@ -243,8 +243,8 @@ def _taken_off(data: MeasurementSet, segments: int) -> Array:
 
 def own_errors(data: MeasurementSet, model: Model) -> OwnErrors:
     """Errors [m] of the predictions themselves, which repeats do not show, one for each source: the
-    zero of the pressure sensor of each channel, different clocks of pressures and markers, and what
-    is left of the error of few segments, which falls with the square of their number.
+    zero of the pressure sensor of each channel, different clocks of pressures and markers, and the
+    remaining error of few segments, which falls with the square of their number.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     segments = data.hand_segments or MOTION_SEGMENTS

@@ -47,10 +47,10 @@ class HandPress(HandPose):
     """Force [N] and torque [N m over TORQUE_ARM] at the wrist (lanes, samples), in the axes of the
     world, of hands that are pressed on a level plate, run after run.
 
-    Chains are cut into a few segments and follow the path of the wrist, with inertia as if all of
-    the hand accelerated as the wrist does (`softhand_model.motion.pressed_body`). Contacts between
-    parts of the hand, and contacts of the palm's plate and sheet, are left out. The error of few
-    segments and long steps is computed once, for the hand as it is stated, and subtracted from all
+    Chains are cut into a few segments and follow the path of the wrist, with inertia as if the
+    whole hand accelerated as the wrist does (`softhand_model.motion.pressed_body`). Contacts
+    between parts of the hand, and contacts of the palm's plate and sheet, are left out. The error
+    of few segments and long steps is computed once, for the hand as stated, and subtracted from all
     predictions. Pressures that no hand can bear give NaN, and so do runs in which a joint does not
     come to rest, in smaller steps either.
 
@@ -270,7 +270,7 @@ def _check(data: MeasurementSet, run: Run) -> None:
         )
     if any(run.wrist_rpy):
         raise DocumentError(
-            f"{place}: wrist_rpy: expected none beside the columns wrist.*, got both"
+            f"{place}: wrist_rpy: expected either this key or the columns wrist.*, got both"
         )
     pose = _pose(run)
     down = np.moveaxis(matrices(pose[:, 3:].T), -1, 0)[:, 2]
@@ -327,9 +327,9 @@ def _taken_off(
 def closer_press(
     data: MeasurementSet, calibration: Mapping[str, Array], effects: Sequence[Effect]
 ) -> tuple[Array, OwnErrors]:
-    """What moves predictions (samples,) near a fitted model closer to those of finer segments and
-    steps, and what is left of their own errors there. What these change is taken off all
-    predictions as for the hand as it is stated; an effect may change it.
+    """Correction (samples,) of predictions near a fitted model for the error of few segments and
+    long steps, and the errors that remain. The usual correction is computed for the hand as stated;
+    effects of the fitted model may change it.
     """
     segments = data.hand_segments or PRESS_SEGMENTS
     moved = _taken_off(data, segments, calibration, effects) - _taken_off(data, segments)

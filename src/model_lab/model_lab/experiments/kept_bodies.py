@@ -1,4 +1,4 @@
-"""A cache of the bodies of hands and of their shapes, for all models of sets that are driven alike.
+"""A cache of the bodies of hands and of their shapes, for all models of sets with the same inputs.
 
 The models that a search compares differ in few bodies: if one actuator is softer, all other chains
 are as before.
@@ -42,7 +42,7 @@ class Recent(Generic[Result]):
 
 
 class ShapesOverScales:
-    """Shapes of a body in motion as a function of the scale of its modulus, all else alike.
+    """Shapes of a moving body as a function of the scale of its modulus, with all else equal.
 
     Fits of many models ask for many scales. After SCALES shapes were asked for, polynomials through
     the shapes at SCALES Chebyshev points replace the calculation within USUAL_MODULUS_SCALES, if

@@ -1,1 +1,1 @@
-"""Fits of a model to a set, judged on held-out data, and the noise floor beside them."""
+"""Fits of a model to a set, evaluated on held-out data, and the noise floor."""

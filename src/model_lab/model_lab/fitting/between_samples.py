@@ -1,4 +1,4 @@
-"""What the input did between samples: whether it was held until it jumped, or went straight.
+"""The input between samples: constant until it jumps, or linear.
 
 Time constants near the time between samples depend on it. Both are tried with the model as it is,
 followed by lags of many time constants; the one that predicts held-out data better is kept.

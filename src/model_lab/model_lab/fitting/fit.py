@@ -1,7 +1,7 @@
 """Fitting of a forward model: bounded Levenberg-Marquardt on the likelihood of banded noise.
 
-The errors of a band (see `noise_floor`) are taken as Gaussian with a variance of their own that is
-fitted along; what is minimised is minus twice the log likelihood,
+The errors of a band (see `noise_floor`) are taken as Gaussian, each band with its own variance,
+which is fitted too; what is minimised is minus twice the log likelihood,
 
     sum over bands of n*log(variance) + calibration prior,  variance = (SS + nu*v0)/(n + nu),
 
@@ -35,7 +35,7 @@ DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the sam
 
 
 class Parameterised(Protocol):
-    """The interface of what can be fitted, see `forward.Forward`."""
+    """The interface of models that can be fitted, see `forward.Forward`."""
 
     @property
     def parameters(self) -> Sequence[Any]:
@@ -54,7 +54,7 @@ class Parameterised(Protocol):
 
 @dataclass(frozen=True)
 class Likelihood:
-    """A forward model with the noise by which it is judged.
+    """A forward model with the noise model for its errors.
 
     floor (bands,): variance v0 of the noise floor in each band (see the module). gain_known:
     whether repeats tell how much the gains of runs scatter. own: errors of the predictions

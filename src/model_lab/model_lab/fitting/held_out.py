@@ -1,4 +1,4 @@
-"""Held-out errors: every fold is predicted by parameters fitted to the others.
+"""Held-out errors: every fold is predicted with parameters fitted to the others.
 
 Around the fit of all data these follow from one Gauss-Newton step, shortened where the non-linear
 model says that it went too far. On request, which makes sense when folds are few and each is a

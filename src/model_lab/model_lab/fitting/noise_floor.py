@@ -1,4 +1,4 @@
-"""Noise of a set: errors in bands of frequency, and the floor below which no model can go.
+"""Noise of a set: errors in bands of frequency, and the lowest error that a model can reach.
 
 Errors of a measurement are not alike at all scales: a run as a whole is a little too large, a
 sensor drifts slowly, and only then comes white noise. An orthonormal transform of every series,
@@ -140,7 +140,8 @@ def _keys(part: Series, short: bool) -> IntArray:
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """The error below which no model can go, as a standard deviation in the SI unit of the outputs.
+    """The lowest error that a model can reach, as a standard deviation in the SI unit of the
+    outputs.
 
     total: root mean square over the samples. within, between: its parts within and between runs.
     upper: its 95 % upper bound. variance (bands,): mean square of a coefficient in each band. dof

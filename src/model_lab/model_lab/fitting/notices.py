@@ -2,7 +2,7 @@
 samples, a drift, jumps, gaps, and numbers that seem to be in another unit.
 
 Every difference between repeats raises the noise floor, and so hides errors of the model, even if a
-disturbance caused it. That is why anomalies are reported beside every verdict.
+disturbance caused it. Therefore anomalies are reported with every verdict.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
         return None
     size = float(np.sqrt(np.mean(residual**2) * mean[best]))
     shown = data.output_display.shown(size)
-    text = f"a line of {grid[best]:.3g} Hz runs through the error of most runs, {shown} (rms)"
+    text = f"the error of most runs oscillates at {grid[best]:.3g} Hz, {shown} (rms)"
     return Notice("line", float(grid[best]), size, text, grid, mean, np.array([best]))
 
 
@@ -184,8 +184,12 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     lies[replaced] = moved
     size = float(np.mean(np.abs(lies[found])))
     many = f"{len(found)} single sample{'s lie' if len(found) > 1 else ' lies'}"
-    text = f"{many} far from both neighbours, by {data.output_display.shown(size)}"
-    text += f" ({len(np.unique(replaced))} of them do not count)" if len(replaced) else ""
+    text = f"{many} far from both neighbouring samples, by {data.output_display.shown(size)}"
+    text += (
+        f" ({len(np.unique(replaced))} of them are replaced and do not count)"
+        if len(replaced)
+        else ""
+    )
     return Notice("wild_samples", float(len(found)), size, text, order, residual, found)
 
 
@@ -265,7 +269,10 @@ def _held_input(data: MeasurementSet) -> Notice | None:
         return None
     places = [jumps(data, run) for run in data.runs]
     run, marked = max(zip(data.runs, places, strict=True), key=lambda pair: len(pair[1]))
-    text = "the input is held until it jumps: so what was held out is predicted better"
+    text = (
+        "the input is taken as constant between its jumps, as held-out data are then predicted "
+        "better"
+    )
     count = float(sum(map(len, places)))
     x, y = run.columns["time"], data.driving(run) / float(np.max(np.abs(data.driving(run))))
     return Notice("held_input", count, 0.0, text, x, y, marked)
@@ -285,8 +292,8 @@ def _gaps(data: MeasurementSet) -> Notice | None:
     longest = max(float(step[at].max()) for step, at in zip(steps, gaps, strict=True) if len(at))
     text = (
         f"the time column has {count} gap{'s' if count > 1 else ''} of up to {longest:.2g} s: "
-        "memory is followed over them as if the input went straight, so its time constants are "
-        "less sure than their errors say"
+        "effects with memory are computed as if the input were interpolated linearly, so time "
+        "constants are less certain than their errors say"
     )
     return Notice("gaps", longest, 0.0, text, np.arange(len(found), dtype=float), found, marked)
 
@@ -300,8 +307,8 @@ def _size(data: MeasurementSet, residual: Array) -> Notice | None:
         return None
     shown = data.output_display.shown
     text = (
-        f"the model says {shown(said)} where {shown(read)} are read (rms): look at the units of "
-        "`columns`, and at the sizes and the modulus of the specimens"
+        f"the model says {shown(said)} where {shown(read)} are read (rms): check the units in "
+        "`columns`, and the sizes and the modulus of the specimens"
     )
     order, marked = np.arange(len(residual), dtype=float), np.zeros(0, np.int64)
     return Notice("size", said / max(read, 1e-300), said, text, order, residual, marked)
@@ -348,7 +355,7 @@ def _duration(data: MeasurementSet) -> Notice | None:
         return None
     unit = "milliseconds" if usual > RULES.durations[1] else "seconds"
     text = (
-        f"a run lasts {usual:.3g} s (median): if the times are {unit}, say so by the unit of the "
+        f"a run lasts {usual:.3g} s (median): if the times are {unit}, write that unit for the "
         "column time; time constants and rates depend on it"
     )
     order, marked = np.arange(len(lasting), dtype=float), np.zeros(0, np.int64)
@@ -369,7 +376,7 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
         return None
     names = ", ".join(data.runs[index].name for index in marked[:NAMED_RUNS])
     more = f" and {len(marked[NAMED_RUNS:])} more" if len(marked[NAMED_RUNS:]) else ""
-    text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
+    text = f"only a single sample was recorded of {names}{more}, as in a truncated recording"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)
 
@@ -385,5 +392,5 @@ def _left_out(data: MeasurementSet) -> Notice | None:
     follows = np.repeat([1.0, 0.0], [kept, gone])
     order = np.arange(kept + gone, dtype=float)
     marked = np.arange(kept, kept + gone)
-    text = f"left out is what the model cannot follow: {said}{more}"
+    text = f"left out, as the model cannot compute them: {said}{more}"
     return Notice("left_out", float(gone), 0.0, text, order, follows, marked)

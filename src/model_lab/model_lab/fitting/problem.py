@@ -162,8 +162,8 @@ def _without_runs(data: MeasurementSet, why: Mapping[int, str]) -> MeasurementSe
     if not runs:
         name, reason = next(iter(left_out.items()))
         raise ValueError(
-            f"{data.folder / DOCUMENT}: expected a run that the model can follow, got none: in "
-            f"{name}, {reason}"
+            f"{data.folder / DOCUMENT}: expected at least one run that the model can compute, "
+            f"got none: in {name}, {reason}"
         )
     return replace(data, runs=runs, left_out={**data.left_out, **left_out})
 
@@ -237,7 +237,7 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
-    """The fit, done again by predictions whose own error is known as it is at that fit; the same
+    """The fit, repeated with predictions whose numerical errors are evaluated at that fit; the same
     for experiments without such, and where closer predictions have no result.
     """
     closer, likelihood = CLOSER.get(problem.data.experiment), found.likelihood

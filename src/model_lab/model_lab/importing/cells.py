@@ -68,7 +68,7 @@ def read_cells(path: Path, sheet: str = "") -> tuple[list[Row], str]:
 
 
 def is_value(cell: str) -> bool:
-    """Whether a cell holds a number or a time."""
+    """Whether a cell contains a number or a time."""
     return is_number(cell) or is_time(cell)
 
 

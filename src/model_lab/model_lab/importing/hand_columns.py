@@ -159,7 +159,7 @@ def _groups_of(
 def _chosen(table: Table, name: str, groups: Sequence[tuple[str, ...]]) -> tuple[str, ...] | None:
     if len(groups) > 1:
         raise DocumentError(
-            f"{table.path}: {name}: expected the columns of one place, got "
+            f"{table.path}: {name}: expected the columns of one position, got "
             f"{listed(' '.join(one) for one in groups)}; say which: "
             f"--map '{name}={' '.join(groups[0])}'"
         )
@@ -170,7 +170,7 @@ def _of_place(table: Table, name: str, found: Mapping[str, Column], unit: str) -
     if not unit:
         raise DocumentError(
             f"{table.path}: expected the unit of {listed(one.name for one in found.values())}, got "
-            f"none; for all places at once: --map {ALL_PLACES}=:mm"
+            f"none; for all positions at once: --map {ALL_PLACES}=:mm"
         )
     try:
         column_unit(f"{name}.x", unit)

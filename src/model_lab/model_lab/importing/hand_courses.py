@@ -103,16 +103,19 @@ def markers_of(courses: Sequence[HandCourse]) -> list[str]:
 
 
 def _remarks(runs: int, protocols: int, segments: int | None) -> list[str]:
-    remarks = ["the hand must have touched nothing but air: what touched is not left out"]
+    remarks = ["the hand must have touched nothing: remove rows in which it touched something"]
     if segments:
         remarks.append(
             f"a simulated hand of {segments} rigid segments an actuator; it is predicted with as "
             "many (`segments` in experiment.yaml; a real hand has none)"
         )
     if protocols < 2:
-        remarks.append("all runs are of one protocol: record others, so that some can be held out")
+        remarks.append(
+            "all runs have the same protocol: record other protocols too, so that some can be "
+            "held out"
+        )
     if runs == protocols:
-        remarks.append("no protocol was repeated: repeats show how far the hand scatters by itself")
+        remarks.append("no protocol was repeated: repeats show how much the hand itself scatters")
     return remarks
 
 

@@ -125,7 +125,7 @@ def _course(
     if np.mean(~known) > LEAST_TOLD:
         remarks.append(
             f"{paths[0].name}: {int((~known).sum())} of {rows} samples are left out, as "
-            "something was not measured then"
+            "a value is missing in them"
         )
     if not known.any():
         raise DocumentError(
@@ -159,13 +159,15 @@ def _places_of(file: HandFile, hand: HandDescription) -> tuple[dict[str, Array],
         if place is None:
             continue
         if np.mean(np.isfinite(place).all(axis=1)) < LEAST_SEEN:
-            remarks.append(f"{file.table.path.name}: {name} is left out, as it was hardly seen")
+            remarks.append(
+                f"{file.table.path.name}: {name} is left out, as it was measured in too few samples"
+            )
             continue
         found[name] = place
     if not found:
         raise DocumentError(
             f"{file.table.path}: expected x, y and z of {listed(default_markers(hand))}, got none "
-            "that was seen in half of the samples"
+            "that is present in half of the samples"
         )
     at = _triple(file, WRIST)
     if at is None:
@@ -173,7 +175,7 @@ def _places_of(file: HandFile, hand: HandDescription) -> tuple[dict[str, Array],
     turn = _quaternions(file)
     if turn is None:
         raise DocumentError(
-            f"{file.table.path}: expected the attitude of the wrist beside its place "
+            f"{file.table.path}: expected the orientation of the wrist beside its position "
             f"({', '.join(WRIST_TURN)} or {', '.join(WRIST_ANGLES)}), got none"
         )
     remarks.append("places are turned from the world into the frame of the wrist, as measured")
@@ -198,7 +200,7 @@ def _attitude_of(file: HandFile, wrist: Mapping[str, Sequence[float]]) -> Array:
     held = wrist.get(name, wrist.get(""))
     if held is None:
         raise DocumentError(
-            f"{name}: expected how the wrist was held, as weight bends the fingers: columns "
+            f"{name}: expected the orientation of the wrist, as weight bends the fingers: columns "
             f"wrist.{', wrist.'.join(WRIST_TURN)} or wrist.{', wrist.'.join(WRIST_ANGLES)}, or "
             "--wrist ROLL,PITCH,YAW in degrees (0,0,0: fingers up), got neither"
         )
@@ -254,7 +256,7 @@ def _on_clock_of(
         raise DocumentError(f"{paths[-1]}: expected samples with all pressures, got none")
     check_time(paths[-1], {"time": driven - driven[0]}, lambda index: f"sample {index + 1}")
     if min(np.nanmax(time), driven[-1]) <= max(np.nanmin(time), driven[0]):
-        remarks.append("the clocks of the two files have nothing in common: both begin at 0")
+        remarks.append("the clocks of the two files cannot be compared: both begin at 0")
         time, driven = time - np.nanmin(time), driven - driven[0]
     offset = _offset(time, places, driven, pressures)
     if offset:

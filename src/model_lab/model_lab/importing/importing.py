@@ -54,7 +54,7 @@ DIGITS = 9  # of the numbers of a set
 
 @dataclass(frozen=True)
 class Proposal:
-    """What files hold, as found before anything is written.
+    """The content of files, as determined before anything is written.
 
     sources: files with the meaning of their columns. experiment: its name; None if the columns do
     not tell. unsure: what the user still has to say, each with the text to add to the command.
@@ -111,7 +111,7 @@ def propose(
     decimal: str = "",
     sheets: Mapping[str, str] | None = None,
 ) -> Proposal:
-    """Propose what measurement files hold, from names, units and numbers of their columns.
+    """Propose the meaning of the columns of measurement files, from their names, units and numbers.
 
     Args:
         paths: CSV or text files in any dialect, spreadsheets, MAT files, or bags.
@@ -360,7 +360,7 @@ def make_set(
     experiment = proposal.experiment
     if proposal.unsure or experiment is None:
         missing = "; ".join(f"{what} ({how})" for what, how in proposal.unsure.items())
-        raise DocumentError(f"expected to be told {missing}")
+        raise DocumentError(f"expected an answer to these questions: {missing}")
     needed = NEEDED[experiment]
     sources = [_shifted(source, shifts or {}) for source in proposal.sources]
     sources, converted = in_one_unit(sources)
@@ -423,7 +423,7 @@ def _pulled(
     if stretched_to and INPUT[experiment] != "stretch":
         raise DocumentError(
             f"--stretched-to: expected an experiment whose input is the stretch, got {experiment}; "
-            "import what was done to the specimen before as a run"
+            "import the earlier stretching of the specimen as a run"
         )
     _check_files("--stretched-to", stretched_to, files)
     every = {run.name: stretched_to[""] for run in runs} if "" in stretched_to else {}
@@ -437,8 +437,8 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
             call = derivation(meant.column)
             if call is not None:
                 of_angle = (
-                    "; 0 at the first sample, which should be at rest, and positive to the side "
-                    "where it goes farthest"
+                    "; 0 at the first sample, which should be at rest, and positive towards the "
+                    "side of the largest angle"
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"

@@ -121,7 +121,7 @@ class Meant:
 
 
 def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant, ...]:
-    """What the columns of a file mean; each quantity occurs at most once.
+    """Meanings of the columns of a file; each quantity occurs at most once.
 
     Args:
         table: the file.

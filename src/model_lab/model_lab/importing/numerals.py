@@ -38,7 +38,7 @@ def is_missing(cell: str) -> bool:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, with a decimal point or comma.
+    """Whether a cell contains a number, with a decimal point or comma.
 
     >>> is_number("-1.234,5e-3"), is_number("12 345,6"), is_number("A12"), is_number("1.3.2024")
     (True, True, False, False)
@@ -117,7 +117,7 @@ def _by_looks(cells: Sequence[str], own: Roles, point: bool) -> str:
     if OPEN not in own[","] and (point or len(with_point) == len(cells)):
         return "."
     example = next(cell for cell in cells if _GROUPED.match(_plain(cell).lstrip("+-")))
-    raise ValueError(f"{example}, whose sign may be a decimal sign or one between thousands")
+    raise ValueError(f"{example}, whose separator may be a decimal sign or a thousands separator")
 
 
 def _other(sign: str) -> str:

@@ -64,7 +64,7 @@ class Source:
             return []
         said, file = [], self.table.path.name
         if is_newest_first(time):
-            said, time = [f"{file}: its rows are newest first, and were turned round"], time[::-1]
+            said, time = [f"{file}: its rows begin with the newest, and were reversed"], time[::-1]
         same = len(time) - len(np.unique(time))
         if same and np.all(np.diff(spread(time)) > 0.0):
             said.append(
@@ -176,7 +176,7 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
         )
     remarks = [*of_input.remarks(driving), *of_output.remarks(output)]
     if min(time[-1], input_time[-1]) <= max(time[0], input_time[0]):
-        remarks.append("the clocks of the two files have nothing in common: both begin at 0")
+        remarks.append("the clocks of the two files cannot be compared: both begin at 0")
         time, input_time = time - time[0], input_time - input_time[0]
     inside = (time >= input_time[0]) & (time <= input_time[-1])
     if inside.sum() < 3:

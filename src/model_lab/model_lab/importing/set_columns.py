@@ -54,8 +54,8 @@ def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]
     for name, entry in columns.items():
         if AMBIENT in entry:
             yield (
-                f"{name} is absolute: the air's, {entry[AMBIENT]} {entry['unit']}, is taken off "
-                "(in experiment.yaml: ambient)"
+                f"{name} is absolute: ambient pressure, {entry[AMBIENT]} {entry['unit']}, is "
+                "subtracted (in experiment.yaml: ambient)"
             )
 
 

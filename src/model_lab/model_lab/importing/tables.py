@@ -320,7 +320,7 @@ def _unreadable(path: Path, body: Sequence[Row], names: Mapping[int, str]) -> li
             )
         if wrong:
             remarks.append(
-                f"{len(wrong)} cells of {name} are no numbers and are left out, the first is "
+                f"{len(wrong)} cells of {name} are not numbers and are left out; the first is "
                 f"{shortened(wrong[0])}"
             )
     return remarks

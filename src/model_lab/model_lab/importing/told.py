@@ -1,4 +1,4 @@
-"""What an import prints and asks: the columns with a small curve of each, what is open, and the
+"""Output and questions of an import: the columns with a small plot of each, open questions, and the
 command.
 """
 

@@ -1,1 +1,2 @@
-"""Learning of a curve where no known effect explains the error: where it acts, and against what."""
+"""Learning of a curve where no known effect explains the error: the stage in which it acts, and the
+axis on which it depends."""

@@ -1,4 +1,4 @@
-"""Course of a learned curve: where it bends, and how it changes small and large predictions."""
+"""Shape of a learned curve: where it bends, and how it changes small and large predictions."""
 
 from __future__ import annotations
 

@@ -3,8 +3,7 @@ and judged by held-out errors.
 
 A candidate is a curve at a stage of the model against an axis. Its few values are fitted together
 with the calibration and the model's effects by the lab's own fit. Real actuators differ from a
-model in more than one way, so further curves are learned beside the first while the error is well
-above the floor.
+model in more than one way, so further curves are learned while the error is well above the floor.
 """
 
 from __future__ import annotations
@@ -347,7 +346,7 @@ def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learni
     if material(problem, base) and helping:
         others = tuple(one for one in found if one is not helping[0])
         return Learning(problem, base, helping[0], others, "")
-    reason = "no curve takes off half of the mean square error on held-out data"
+    reason = "no curve removes half of the mean square error on held-out data"
     if not material(problem, base):
         most = problem.rules.material_error
         reason = f"the model is adequate: its held-out error is within {most:g} times the floor"

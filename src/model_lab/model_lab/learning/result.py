@@ -48,7 +48,7 @@ def learning_json(learning: Learning) -> dict[str, Any]:
     """The dictionary that `learn --json` writes.
 
     `rmse_after` is the held-out error with all learned curves; `further` has the curves besides the
-    first, each with the error that was left after it was added.
+    first, each with the remaining error after it was added.
     """
     problem = learning.problem
     common = {

@@ -1,1 +1,1 @@
-"""The model beside a running hand: predictions and residuals, sample by sample."""
+"""The model of a running hand: predictions and residuals, sample by sample."""

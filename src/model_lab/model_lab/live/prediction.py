@@ -34,7 +34,7 @@ SECOND = 1e9  # [ns]
 
 
 class PressureTrack:
-    """Pressures (channels,) [Pa] by rising time stamps [ns], linear between them."""
+    """Pressures (channels,) [Pa] at rising time stamps [ns], interpolated linearly."""
 
     def __init__(self) -> None:
         self.clear()

@@ -1,1 +1,1 @@
-"""Where a model fails: its residual against every axis of a set."""
+"""Where a model fails: its residual as a function of every axis of a set."""

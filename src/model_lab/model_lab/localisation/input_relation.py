@@ -1,4 +1,4 @@
-"""How a residual follows the course of the input: cross-correlation and loops."""
+"""Relation of a residual to the input over time: cross-correlation and loops."""
 
 from __future__ import annotations
 

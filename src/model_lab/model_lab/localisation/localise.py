@@ -204,8 +204,9 @@ class Localisation:
     @property
     def certain_failures(self) -> tuple[Dependence, ...]:
         """The axes that disprove a model even if its error is within the noise floor: the residual
-        varies with them by much, and far beyond chance by the exact test. The approximate test does
-        not suffice, as zeros and gains that scatter from run to run can look like a dependence.
+        varies with them strongly, and far beyond chance by the exact test. The approximate test
+        does not suffice, as zeros and gains that scatter from run to run can look like a
+        dependence.
         """
         return tuple(
             axis

@@ -66,7 +66,7 @@ def read_columns(
         raise TableError(
             str(path),
             "rows of numbers after the header",
-            "none; record the run again or take it out of `runs`",
+            "none; record the run again, or remove it from `runs`",
         )
     for name, values in zip(names, table.T, strict=True):
         if np.isnan(values[-1]):
@@ -112,7 +112,7 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
     except csv.Error as reason:
         raise TableError(
             f"{path}: line {reader.line_num}",
-            f"cells of at most {LONGEST_CELL} characters, in quotes where they hold line ends",
+            f"cells of at most {LONGEST_CELL} characters, in quotes if they contain line ends",
             str(reason),
         ) from reason
 
@@ -137,7 +137,7 @@ def _mend(text: str, header: list[str], name: str) -> str:
             return f"; where columns are separated by {called}, {IMPORT}"
     if all(_is_number(cell) for cell in header):
         return "; write the names of the columns into the first line"
-    return f"; name it so in the header, or take {name} out of `columns` if it is not needed"
+    return f"; name it so in the header, or remove {name} from `columns` if it is not needed"
 
 
 def _is_number(cell: str) -> bool:
@@ -200,7 +200,7 @@ def _cell(where: str, cell: str, reader: Reader) -> float:
         return reader(cell.strip())
     except ValueError as reason:
         shown = quoted(cell) if cell.strip() else "an empty cell"
-        raise TableError(where, str(reason), f"{shown}; mend it or take the row out") from None
+        raise TableError(where, str(reason), f"{shown}; correct it or remove the row") from None
 
 
 def _reader(words: Mapping[str, float] | None) -> Reader:

@@ -1,4 +1,4 @@
-"""The lead of a run: what its inputs did before the first output was measured.
+"""The lead of a run: its inputs before the first output was measured.
 
 If a camera starts some seconds late, or its clock is late, there are inputs without outputs.
 Effects with memory depend on these inputs, so a model is driven with them too, and its predictions

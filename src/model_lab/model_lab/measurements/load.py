@@ -93,7 +93,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
 
     Raises:
         DocumentError (a ValueError): the set is not valid; the message names file, row or key, what
-            was expected, what came, and the mend.
+            was expected, what came, and how to correct it.
     """
     document = document_of(Path(path))
     if not document.exists():
@@ -324,8 +324,8 @@ class _RunReader:
         if other != node.key:
             raise node.error(
                 "a file that no other run has",
-                f"{shortened(node.value)} as in {shortened(other)}; a run that is given twice "
-                "looks like a perfect repeat",
+                f"{shortened(node.value)} as in {shortened(other)}; the same run given twice "
+                "would count as a perfect repeat",
             )
         sources = {
             name: self._stated[name].source if name in self._stated else name for name in names
@@ -379,7 +379,9 @@ class _RunReader:
                     f"the column {name}, which {self._experiment} needs", listed(topics)
                 )
         if "time" in topics:
-            raise node.error("no time", "time; it is that of the messages, take it out")
+            raise node.error(
+                "no time", "time; bags use the times of their messages, so remove this column"
+            )
         entries = {
             name: known_fields(entry, ["topic", "field"], ["unit", "is", "from", AMBIENT])
             for name, entry in topics.items()

@@ -1,6 +1,4 @@
-"""What a column may hold in place of what the lab expects, and how one is computed from the
-other.
-"""
+"""Quantities that a column may contain instead of the expected one, and their conversion."""
 
 from __future__ import annotations
 

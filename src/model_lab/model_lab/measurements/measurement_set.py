@@ -173,7 +173,7 @@ class MeasurementSet:
     """A measurement set.
 
     noise: standard deviation of the noise of output columns, in SI units, as far as it was stated.
-    free_modulus: whether the shear modulus is what is measured, so that it is not limited to 15 %
+    free_modulus: whether the shear modulus itself is measured and therefore not limited to 15 %
     about the stated value; always true in the experiment `rubber`. jumps: whether the input is held
     between samples where it jumps (`measurements.held_input`); if not, it goes straight or bends as
     its neighbours say (`measurements.bent_input`). wild: readings that were replaced

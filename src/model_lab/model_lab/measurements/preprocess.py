@@ -36,8 +36,8 @@ def thinned(
     """The set with every k-th sample of its longer runs, so that a search takes a minute or two:
     about `largest` samples in all, and at least `shortest` in each run.
 
-    Valve pulses stay as they are, as each one counts, and grasps, as a simulation replays the whole
-    of each. So do motions, which need the whole course of the input; but with `largest` 1, the
+    Valve pulses are not thinned, as each one counts, nor are grasps, as a simulation replays each
+    completely, nor are motions, which need the whole course of the input; but with `largest` 1, the
     first half of each run is kept.
     """
     samples = sum(run.samples for run in data.runs) * len(data.outputs)

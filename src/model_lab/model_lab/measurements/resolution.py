@@ -1,4 +1,4 @@
-"""Steps in which coarse sensors read, and by how much the output is uncertain for them.
+"""Resolution of coarse sensors, and the resulting uncertainty of the output.
 
 While an actuator rests the rounding is the same in every sample, so neither scatter nor splines
 tell it.

@@ -137,7 +137,7 @@ def check_time(
         if same:
             mend = "keep one row for each time"
         elif time[index] == time[0]:
-            mend = "the clock begins anew: keep each run in a file of its own"
+            mend = "the clock restarts: write each run into its own file"
         elif (driving := _driving_in_order(columns)) is not None:
             mend = (
                 f"the rows are in order, as {driving} goes on smoothly: leave `time` out of "

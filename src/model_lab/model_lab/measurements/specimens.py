@@ -60,7 +60,7 @@ def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], 
 
 def _mend(key: str) -> str:
     add = f"add it, such as {key}: {KNOWN[key][1]}" if key in KNOWN else "add it"
-    other = "take --model linear for an actuator of another kind"
+    other = "for an actuator of another kind use --model linear"
     return add if key == "mass" else f"{add}, or {other}"
 
 

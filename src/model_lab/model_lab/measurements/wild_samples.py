@@ -1,4 +1,4 @@
-"""Wild samples: single readings far from those around them, as of a tracker that jumps.
+"""Outliers: single readings far from those around them, as from a tracker that jumps.
 
 A few of them outweigh all else in a sum of squares. They are found in the recording, without a
 model: a sample is wild if it is far from what its neighbours predict, which agree with each other
@@ -23,7 +23,7 @@ EXPERIMENTS_WITH_WILD_SAMPLES = ("free_bending", "blocked_tip", "uniaxial", "rub
 
 
 def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -> MeasurementSet:
-    """The set with wild readings replaced; its field `wild` lists them.
+    """The set with outliers replaced; its field `wild` lists them.
 
     predicted (samples,): predictions of a model. If they are given, wild samples are sought in the
     residual, as only there they show where readings change fast.

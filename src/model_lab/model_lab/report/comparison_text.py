@@ -35,7 +35,7 @@ MANY_TIMES = 10.0
 FLOOR_CELLS = {
     REPEATS: "from repeats",
     STATED: "as the set states it",
-    SPLINE: "what smoothing splines leave: no repeats, none stated",
+    SPLINE: "from the residual of smoothing splines, as there are no repeats and none is stated",
 }
 
 
@@ -141,9 +141,7 @@ def _before_all(found: Comparison) -> list[str]:
     """What is told before the model is compared: slips, data outside the model, bounds."""
     said = slip_sentences(found.slips, found.data.output_display, found.fits_mended)
     if not found.fits_mended:
-        said.append(
-            "That is not the whole: `model-lab diagnose` says whether an effect explains it."
-        )
+        said.append("`model-lab diagnose` finds out whether an effect explains this error.")
     if found.outside:
         said.append(f"No model can be judged by these data. {found.outside}.")
     bound = bound_sentence(found.errors.at_bound, found.errors.calibration)
@@ -178,7 +176,8 @@ def _judgement(found: Comparison) -> str:
         error = f"The held-out error is {shown} times the noise floor."
         if not (found.slips or found.outside) and times > RULES.explained_error:
             error += (
-                " No wrong unit or the like explains it alone; `diagnose` tries them with effects."
+                " No mistake in the description of the data, such as a wrong unit, explains it "
+                "alone; `diagnose` also tests such mistakes together with effects."
             )
     within, between, upper = (display.number(v) for v in (floor.within, floor.between, floor.upper))
     parts = (

@@ -32,7 +32,7 @@ def ladder(view: View) -> Drawing:
             f"{display.shown(last)}; the floor is {display.shown(diagnosis.noise_floor)}."
         )
     else:
-        caption += f"The model stands at {first / diagnosis.noise_floor:.3g} times the floor."
+        caption += f"The error of the model is {first / diagnosis.noise_floor:.3g} times the floor."
     steps = ", ".join(f"{step.label} {display.shown(step.rmse)}" for step in view.steps)
     alt = f"Held-out errors: {steps}; noise floor {display.shown(diagnosis.noise_floor)}"
     return Drawing("ladder", "Ladder of errors", caption, alt, (ladder_panel(view),), (FLOOR_KEY,))

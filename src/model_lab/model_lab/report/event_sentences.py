@@ -80,7 +80,7 @@ def _odd_sentence(event: Mapping[str, Any], slip: Slip | None, about: str, displ
             f"{text}: it fits as {slip.fits}, not {slip.said}; its error falls from "
             f"{shown(slip.rmse_before)} to {shown(slip.rmse_after)}."
         )
-    return f"{text}: its error is {shown(slip.rmse_before)}. Look at it, or measure it again."
+    return f"{text}: its error is {shown(slip.rmse_before)}. Check it, or measure it again."
 
 
 def change_words(event: Mapping[str, Any], display: Display) -> str:
@@ -89,12 +89,12 @@ def change_words(event: Mapping[str, Any], display: Display) -> str:
     >>> change_words({"quantity": "scale", "size": 5.9}, Display("deg"))
     '6.9 times as large'
     >>> change_words({"quantity": "load", "size": 0.12}, Display("deg"))
-    'pressure acts by 12 % more, as if the rubber grew softer'
+    'pressure has 12 % more effect, as if the rubber had become softer'
     """
     if event["quantity"] == LOAD_SCALE:
         more, softer = ("more", "softer") if event["size"] > 0.0 else ("less", "stiffer")
         change = f"{100.0 * abs(event['size']):.2g} % {more}"
-        return f"pressure acts by {change}, as if the rubber grew {softer}"
+        return f"pressure has {change} effect, as if the rubber had become {softer}"
     if event["quantity"] != OUTPUT_SCALE:
         sign = "+" if event["size"] > 0 else "-"
         return f"{sign}{display.shown(abs(event['size']))}"

@@ -22,7 +22,7 @@ def first_look_line(found: FirstLook, display: Display) -> str:
     """
     parts = [f"error {display.shown(found.rmse)}, noise floor {display.shown(found.noise_floor)}"]
     parts += [
-        f"{slip.column} looks like {slip.fits}, not {slip.said}, and is taken so"
+        f"{slip.column} looks like {slip.fits}, not {slip.said}, and is treated so"
         for slip in found.slips
     ]
     names = ", ".join(f"{name} ({100 * share:.0f} % of it)" for name, share in found.likeliest)

@@ -8,7 +8,7 @@ from model_lab.diagnosis.result import LOWERED, MENDED, THINNED, WITHOUT_EVENTS,
 WHY = {
     LOWERED: "repeats differ by what the better model explains",
     MENDED: "it takes the data as they are stated",
-    WITHOUT_EVENTS: "it leaves what happened in the series of runs in the data",
+    WITHOUT_EVENTS: "it does not correct the events in the series of runs",
     THINNED: "here long runs are thinned",
 }
 

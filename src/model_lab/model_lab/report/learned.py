@@ -33,8 +33,9 @@ def picture_of(learning: Learning) -> Drawing:
     """
     chosen = learning.chosen
     caption = (
-        "Residuals are measured less predicted, dots single samples, lines means over parts of the "
-        "axis. Errors are root mean squares, all of held-out data."
+        "Residuals are measured minus predicted; dots are samples, lines are means over parts of "
+        "the "
+        "axis. All errors are root mean squares on held-out data."
     )
     panels = (_residual_panel(learning), _error_panel(learning))
     if chosen is None:

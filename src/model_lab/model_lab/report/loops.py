@@ -36,7 +36,8 @@ def loops(data: MeasurementSet, residuals: Residuals) -> Drawing:
     part = "" if len(shown) == len(every) else f" {len(shown)} of {len(every)} panels are shown."
     predicted = ", lines are predicted for runs that were held out of the fit" if residuals else ""
     caption = (
-        f"Output over input; dots are measured, repeats lie on top of each other{predicted}.{part}"
+        "Output over input; dots are measured, repeats are drawn in the same panel"
+        f"{predicted}.{part}"
     )
     x = Scale(input_of(data)[0])
     panels = tuple(_loop(data, residuals, places, x) for places in shown)

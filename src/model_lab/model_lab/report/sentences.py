@@ -73,8 +73,8 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
     if diagnosis.beyond:
         guess = "That is a guess: how" if diagnosis.guess else "How"
         return (
-            f"{guess} often such verdicts are right is not known, for this set is unlike those on "
-            f"which it was counted ({listed(diagnosis.beyond)} in `evidence`)."
+            f"{guess} often such verdicts are right is not known, as this set is unlike those for "
+            f"which they were counted ({listed(diagnosis.beyond)} in `evidence`)."
         )
     return ""
 
@@ -139,7 +139,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         told = slip_sentences(stated, diagnosis.display, plain.verdict != UNEXPLAINED)
         if diagnosis.instead:
             instead = listed(diagnosis.instead, "or")
-            told.append(f"The data as stated would fit with {instead}, too.")
+            told.append(f"The data as described would also fit with {instead}.")
         told += event_sentences(diagnosis.events, diagnosis.slips, diagnosis.display)
         without = "taken out" if diagnosis.events else "mended"
         return "\n".join([*told, f"With that {without}: {_verdict(plain)}"])
@@ -183,7 +183,11 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 def _depends(diagnosis: Diagnosis) -> str:
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
-    return f"what is left varies with {listed(names)}" if names else "what is left follows no input"
+    return (
+        f"the remaining error varies with {listed(names)}"
+        if names
+        else "what is left follows no input"
+    )
 
 
 def _helps(diagnosis: Diagnosis) -> str:
@@ -197,9 +201,8 @@ def _helps(diagnosis: Diagnosis) -> str:
     ]
     one = len(falls) == 1
     if errors[-1] <= RULES.material_error * diagnosis.noise_floor:
-        return (
-            f"{listed(falls)}, which is all of it, but {'it is' if one else 'they are'} not proven"
-        )
+        proven = "it is" if one else "they are"
+        return f"{listed(falls)}, which explains the whole error, but {proven} not proven"
     return f"{listed(falls)} and {'is' if one else 'they are'} not the whole"
 
 
@@ -229,7 +232,7 @@ def _left_over(diagnosis: Diagnosis) -> str:
     rest = diagnosis.display.shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
-    return f"; {rest} of it nothing known explains{varies}"
+    return f"; {rest} of it are explained by no known effect{varies}"
 
 
 def preconditioning_sentence(data: MeasurementSet) -> str:

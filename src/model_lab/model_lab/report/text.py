@@ -178,7 +178,7 @@ def _added(addition: Addition) -> str:
     name = addition.effect.name
     if addition.problem.classes[name].physical:
         return effect_words(addition.effect)
-    return f"{name}, {NOT_PHYSICS}: it says how far the model is off, not why"
+    return f"{name}, {NOT_PHYSICS}: it describes the error of the model, not its cause"
 
 
 def addition_json(addition: Addition, path: str) -> dict[str, Any]:
@@ -292,8 +292,8 @@ def _nothing(answer: Mapping[str, Any]) -> str:
     if any(answer["tied"]):
         return "No experiment of the bank can be done with these specimens."
     if answer["verdict"] == ADEQUATE:
-        return "Nothing is tied: more of the same runs would only show smaller effects."
-    return "Nothing is tied: there is no experiment to propose."
+        return "No effects are tied: more runs of this kind would only show smaller effects."
+    return "No effects are tied: there is no experiment to propose."
 
 
 def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -332,9 +332,8 @@ def _promise(planned: Mapping[str, Any]) -> str:
     apart = f"It keeps {groups} {planned['separation']:.2g} sigma of the noise of a run apart"
     apart += f" ({planned['floors']:.2g} noise floors)"
     if planned["breaks"]:
-        return f"{apart}, and so breaks the tie. Do it twice."
+        return f"{apart}, and so tells them apart. Repeat this run once."
     return (
-        f"{apart}, which is too little to rely on ({RULES.separation_breaks:g} break a tie): "
-        "within these limits "
-        "they do not differ more."
+        f"{apart}, which is too little to tell them apart reliably ({RULES.separation_breaks:g} "
+        "break a tie): within these limits they do not differ more."
     )

@@ -1,7 +1,7 @@
 """Residual tests within a run, which need no repeats: is it white, and does it follow the input?
 
-Scale and zero of each run are taken off first: runs scatter in these. What is left is correlated
-with itself, and with the input of the run, at lags from 0 on.
+Scale and zero of each run are removed first: runs scatter in these. The rest is correlated with
+itself, and with the input of the run, at lags from 0 on.
 """
 
 from __future__ import annotations

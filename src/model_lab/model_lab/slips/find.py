@@ -75,7 +75,7 @@ class Score:
     @property
     def excess(self) -> float:
         """Excess error over the size of the outputs, where all that may be noise counts as left: a
-        mended set that is noise alone still has the error of its noise.
+        corrected set that contains only noise still has the error of this noise.
         """
         least = max(self.rmse, RULES.material_error * self.floor)
         return float(np.sqrt(least**2 - self.floor**2)) / self.size if self.size > 0.0 else np.inf

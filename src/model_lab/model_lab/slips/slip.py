@@ -14,10 +14,12 @@ class Slip:
     name: its kind, such as `unit`, `absolute`, `sign` or `odd_run`. column: the column, the key of
     the specimens, or the run that it is about. said, fits: what the set states, and what fits
     instead, such as `kPa` and `psi`. rmse_before, rmse_after: held-out error of the model on the
-    data as stated and mended, its calibration fitted to each, in the SI unit of the outputs (which
-    a mend may change). mend: text to paste into experiment.yaml in place of the present one.
-    beside: effect that the model needs besides the mend to reach rmse_after; "" if none. alike:
-    other slips that explain the data about as well, such as `pressure is inHg, not kPa`.
+    data as stated and as corrected, with the calibration fitted to each, in the SI unit of the
+    outputs (which the correction may change). mend: text to paste into experiment.yaml in place of
+    the present one.
+    beside: effect that the model needs, in addition to the correction, to reach rmse_after; "" if
+    none. alike: other slips that explain the data about as well, such as `pressure is inHg, not
+    kPa`.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""The commands of the package, one file each."""
+"""The commands of the package, one file for each."""

@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What an engine is built of: physics step [s], hand with its air and wrist, object and scene
-    with their friction; `weight_scale` [-], the share of gravity that acts on the hand (the object
-    always has its whole weight); the rest as in `SimulationConfig`.
+    """The parts from which an engine is built: physics step [s], hand with its air and wrist,
+    object and scene with their friction; `weight_scale` [-], the share of gravity that acts on the
+    hand (the object always has its whole weight); other fields as in `SimulationConfig`.
     """
 
     step: float
@@ -58,7 +58,8 @@ class Hand(Protocol):
     rotations: Array
 
     def reset(self, wrist: Wrist, joints: Array | None = None) -> None:
-        """Put the hand at the wrist, its joints at `joints` (n, 4) or at rest without pressure."""
+        """Place the hand at the wrist, with joint orientations `joints` (n, 4), by default those at
+        rest without pressure."""
 
 
 class Engine(Protocol):

@@ -1,4 +1,4 @@
-"""PyBullet behind the contract of `pneuflex_sim.engines.contract`."""
+"""The engine PyBullet, with the interface of `pneuflex_sim.engines.contract`."""
 
 from __future__ import annotations
 

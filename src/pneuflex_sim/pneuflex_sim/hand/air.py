@@ -1,5 +1,5 @@
-"""Coupling of air and hand: chamber volumes from the shape, rest shape and gas stiffness from the
-pressures.
+"""Coupling of air and hand: the shape determines the chamber volumes; the pressures determine rest
+shape and gas stiffness.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Collision shapes of a hand's links, and which parts of a hand meet which.
+"""Collision shapes of a hand's links, and which parts of a hand collide with each other.
 
 The collision shape of a link is a box, or a convex hull (`pieces`) of `softhand_model.chain.hulls`,
 which the engine dilates by its collision margin.

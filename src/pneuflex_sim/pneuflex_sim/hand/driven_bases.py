@@ -1,5 +1,5 @@
-"""The bases of a hand's bodies, driven along with the wrist. The velocity that they gain beyond the
-drive is the hand's load on the wrist.
+"""The bases of a hand's bodies, which follow the wrist. Their deviation from the commanded velocity
+gives the load of the hand on the wrist.
 
 Each base is a free body. (A base that is moved by resetting its pose has no velocity in the contact
 solver, and a held object would not follow it.) The bases of chains are so heavy that the chain does
@@ -107,9 +107,9 @@ def place_bases(wrist: WristState, bases: Bases, places: Array, orientations: Ar
 
 @compiled
 def feel_load(step: float, bases: Bases, weight: HandWeight, wrist: WristState) -> None:
-    """Store the wrench of the hand on the wrist, computed from the differences between the
-    velocities of the bases and those that the last push aimed at. The weight of the resting hand is
-    not included.
+    """Compute and store the wrench of the hand on the wrist, from the differences between the
+    actual and the commanded velocities of the bases. The weight of the resting hand is not
+    included.
     """
     down = (0.0, 0.0, -weight.force)
     about = cross(rotate(wrist.orientation, weight.center), down)
@@ -135,8 +135,8 @@ def _gained(step: float, velocity: Array, pushed: Array, resistance: float) -> V
 def push_bases(
     step: float, bases: Bases, gravity: float, next_places: Array, next_orientations: Array
 ) -> None:
-    """Fill the push that brings the bases to the next poses within a step and holds them against
-    gravity [m/s2]; `bases.pushed` becomes the velocity to reach.
+    """Compute the forces that move the bases to their next poses within a step and compensate
+    gravity [m/s2]; `bases.pushed` becomes the commanded velocity.
 
     A difference between the measured velocity and the one that the last push aimed at has displaced
     the bases; the push compensates this displacement.

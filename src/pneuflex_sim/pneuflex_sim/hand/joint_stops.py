@@ -1,4 +1,5 @@
-"""Warns when pressure would bend joints beyond their stops, where the simulator limits them."""
+"""Warning when pressure would bend joints beyond their stops, to which the simulator limits
+them."""
 
 from __future__ import annotations
 

@@ -52,8 +52,8 @@ class Pace:
         self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
 
     def wait(self, simulated: float) -> None:
-        """Sleep until wall time has caught up with this simulated time [s]. Lost time is not made
-        up for by going faster.
+        """Sleep until wall time has reached this simulated time [s]. A simulation that was late
+        does not run faster afterwards.
         """
         self._now = simulated
         if not self.limit:
@@ -71,7 +71,8 @@ class Pace:
 
 
 class SharedClock(Protocol):
-    """The part of a simulator's clock that differs between leader and follower."""
+    """The part of a simulator's clock that differs between the simulator that publishes /clock and
+    those that follow it."""
 
     follows: bool
 
@@ -199,8 +200,8 @@ class FollowingClock:
         return self._newest is not None and now < self._newest - 1e-9
 
     def jump(self, now: float) -> float:
-        """Time [s] from `now` to the newest tick if the tick is far ahead or the clock was set
-        back; else 0.
+        """Time [s] from `now` to the newest message of /clock if that is far ahead or the clock was
+        set back; else 0.
         """
         if self._newest is None:
             return 0.0

@@ -1,5 +1,5 @@
-"""Commands to a simulation besides its valves: the target pose of the wrist, and holding the object
-out to the hand.
+"""Commands to a simulation other than valve commands: the target pose of the wrist, and holding the
+object in front of the hand.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class CommandTopics:
         )
 
     def forget(self) -> None:
-        """Drop the commands whose time has not come."""
+        """Drop the commands that have not taken effect yet."""
         for topic in self._topics:
             topic.forget()
 
@@ -67,7 +67,9 @@ class CommandTopics:
         point = message.points[0]
         if len(point.transforms) > 1:
             count = len(point.transforms)
-            raise ValueError(f"points.transforms: expected one, or none to let go, got {count}")
+            raise ValueError(
+                f"points.transforms: expected one, or none to release the object, got {count}"
+            )
         for pose in point.transforms:
             self._simulation.hold_object(_vector(pose.translation), _quaternion(pose.rotation))
         if not point.transforms:

@@ -1,4 +1,5 @@
-"""The driver as the simulator sees it: it gets a sensor sample and answers with valves."""
+"""The driver as seen by the simulator: it receives a sensor sample and answers with valve
+commands."""
 
 from __future__ import annotations
 
@@ -31,13 +32,13 @@ class DriverLink(Protocol):
 
     def await_answer(self, wait: bool, commanded: bool) -> None:
         """Wait for the valve commands that answer the sample, and apply them; without `wait`, apply
-        only those that have come already.
+        only those that have already arrived.
 
         `commanded`: whether commands for the driver may have come since the last sample.
         """
 
     def look(self) -> None:
-        """Apply the valve commands that have come."""
+        """Apply the valve commands that have arrived."""
 
     def serve(self) -> None:
         """Do the other work of a driver that has no process of its own."""
@@ -97,7 +98,7 @@ class TopicLink:
         return bool(self._valves.publishers()) and has_subscribers(self._sensors)
 
     def look(self) -> None:
-        """Apply the valve commands that have come."""
+        """Apply the valve commands that have arrived."""
         self._take(0.0)
 
     def _take(self, timeout: float) -> None:

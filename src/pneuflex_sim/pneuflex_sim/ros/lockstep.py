@@ -1,5 +1,5 @@
 """Lockstep, which makes runs repeatable: commands take effect at stamps of simulated time, and the
-simulation does not pass the time until which it has been commanded.
+simulation waits at the time up to which it has received all commands.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ MAX_COMMANDS_AT_ONCE = 10  # commands that are taken at one look: more at a time
 
 
 class Commanders:
-    """The nodes that command the simulation. Each publishes the time before which it will command
-    nothing more.
+    """The nodes that command the simulation. Each publishes the time up to which it has sent all
+    its commands.
 
     They publish on `sim/commanded_until`: name and stamp, 0 when they stop commanding. The
     simulation stops at the earliest of these times until its commander goes on, falls silent or
@@ -52,9 +52,9 @@ class Commanders:
         return self._until > 0
 
     def hold(self, now: float, timeout: float = 0.0) -> bool:
-        """Whether the simulation must stand at its time `now` [s], after waiting up to `timeout`
-        [s] of wall time for messages of the commanders. While all have commanded beyond `now`,
-        messages are left unread: they take effect later.
+        """Whether the simulation must wait at its time `now` [s], after waiting up to `timeout` [s]
+        of wall time for messages of the commanders. While all commanders have sent their commands
+        beyond `now`, messages are not read, as they take effect later.
         """
         instant = round(now * SECOND_NS)
         if self._until > instant:
@@ -107,7 +107,7 @@ class StampedCommands:
         self._waiting: list[tuple[int, Any]] = []  # by time [ns]
 
     def forget(self) -> None:
-        """Drop the commands whose time has not come."""
+        """Drop the commands that have not taken effect yet."""
         self._waiting.clear()
 
     def obey(self, now: float, look: bool = True) -> None:

@@ -276,16 +276,14 @@ class HandSim(Node):
             self.publish_clock()
 
     def halt(self, reason: str) -> None:
-        """Stop the simulation, which has diverged, and its air flow until `sim/reset`; the reason
-        is logged.
-        """
+        """Stop the diverged simulation and its air flow until `sim/reset`; the reason is logged."""
         self.diverged = reason
         self.get_logger().error(f"{reason}: the simulation is stopped until sim/reset")
         self.publish_diagnostics()
 
     def stand(self) -> None:
-        """Serve messages and services while the simulation is stopped; a paused one still publishes
-        its time.
+        """Serve messages and services while the simulation is stopped; a paused simulation still
+        publishes its time.
         """
         if not self.diverged:
             self._publish_standing()

@@ -1,1 +1,1 @@
-"""What surrounds the hand: scenes, objects, their meshes, friction and contacts."""
+"""Surroundings of the hand: scenes, objects, their meshes, friction and contacts."""

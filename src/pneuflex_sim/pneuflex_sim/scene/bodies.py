@@ -1,4 +1,4 @@
-"""Bodies of a mesh: its connected parts, and the solid that they fill together."""
+"""Bodies of a mesh: its connected parts, and their union."""
 
 from __future__ import annotations
 

@@ -27,9 +27,7 @@ class BodyOfObject(Protocol):
         """Set the mass [kg], with the same distribution."""
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Set the mass [kg] and inertia [kg m2] of what holds the object, which are added to its
-        own.
-        """
+        """Set the mass [kg] and inertia [kg m2] of the holder of the object, added to its own."""
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
         """Put the object at rest at a position (3,) [m] with roll, pitch, yaw (3,) [rad], turned by

@@ -1,5 +1,5 @@
-"""A damped spring in six directions that holds the object out to the hand, as an experimenter does
-(section 8.2.2), and fades to release it.
+"""A damped spring in six directions that holds the object in front of the hand, as an experimenter
+does (section 8.2.2), and is released gradually.
 
 Stiffness and resistance are our choice. The engine's contacts see masses, but no springs. So mass
 and inertia of the holding hand, with which the spring is well damped, are added to the object. The
@@ -52,7 +52,7 @@ class ObjectSpring:
             )
 
     def fading(self, now: float, duration: float) -> ObjectSpring:
-        """A copy that fades from now on within a duration [s]."""
+        """A copy whose stiffness decreases to zero within a duration [s] from now."""
         return replace(self, let_go=now, fade=duration)
 
     def strength(self, now: float) -> float:
@@ -71,7 +71,7 @@ class ObjectSpring:
     def pull(
         self, body: BodyOfObject, wrist: tuple[Array, Array], now: float, step: float, weight: float
     ) -> None:
-        """Act on a body for one step [s].
+        """Apply the spring's force and torque to a body for one step [s].
 
         `wrist` is position [m] and quaternion of the wrist, `now` the time [s], `weight` [N] that
         of the body and of the holding mass.

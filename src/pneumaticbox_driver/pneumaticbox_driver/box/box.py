@@ -174,7 +174,7 @@ class PneumaticBox:
     def command(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
     ) -> None:
-        """Carry out a command from its `stamp`, or from `now` [s] when the stamp is 0.
+        """Execute a command from its `stamp` on, or from `now` [s] on if the stamp is 0.
 
         Raises:
             ValueError: the command is not valid, or the box accepts none in its present state;
@@ -185,7 +185,8 @@ class PneumaticBox:
     def schedule_valves(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
     ) -> None:
-        """Carry out a valve schedule of channels in mode time from its `stamp`, or `now` [s].
+        """Execute a valve schedule of channels in mode `time`, from its `stamp` on, or from `now`
+        [s] on if the stamp is 0.
 
         Positions are +1 inflate, -1 deflate, 0 closed; an event acts at the sample nearest to it.
 

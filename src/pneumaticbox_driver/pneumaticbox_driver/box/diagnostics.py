@@ -25,7 +25,7 @@ STALE_CLOCK = 5.0  # wall time after which a clock without progress causes a war
 
 
 class NoteThrottle:
-    """Lets each note through once in NOTE_PERIOD.
+    """Passes each note on at most once in NOTE_PERIOD.
 
     >>> throttle = NoteThrottle()
     >>> throttle.due(["tared", "tared"], 0.0), throttle.due(["tared"], 4.9)

@@ -15,7 +15,7 @@ PERSISTENCE = 1.0  # time for which an estimate must be wrong, longer than switc
 
 
 class EstimateCheck:
-    """Marks channels whose estimate would need an impossible volume.
+    """Marks channels whose estimated mass would need an impossible volume.
 
     The volume is `V = m R_s T/p_abs` of all the air in the channel, with a margin of four standard
     deviations of the estimate. `wrong` (n,) marks the channels.
@@ -91,7 +91,7 @@ def judge_estimates(
     since: Floats,
     wrong: Flags,
 ) -> bool:
-    """Bring `since` (n,) [s] and `wrong` (n,) of an `EstimateCheck` to a `time` [s], in place;
+    """Update `since` (n,) [s] and `wrong` (n,) of an `EstimateCheck` to a `time` [s], in place;
     returns whether a channel is wrong.
 
     `mass`, `drift`, absolute `pressures_abs` and `known` are those of `EstimateCheck.look`;

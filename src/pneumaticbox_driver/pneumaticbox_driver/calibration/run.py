@@ -309,7 +309,7 @@ class CalibrationSession:
 
     @property
     def under_way(self) -> bool:
-        """Whether a calibration commands the valves now."""
+        """Whether a calibration is commanding the valves."""
         return self.run is not None and self.run.under_way
 
     def start(self, run: CalibrationRun) -> str:

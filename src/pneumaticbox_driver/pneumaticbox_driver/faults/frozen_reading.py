@@ -1,4 +1,5 @@
-"""Sensors that stand still: their noise is learnt, and what repeats too often is marked."""
+"""Detection of frozen sensors: their noise is learned, and readings that repeat too often are
+marked."""
 
 import math
 

@@ -80,8 +80,8 @@ class _Sums(NamedTuple):  # all in [Pa]
 
 
 class PulseEffect:
-    """Sums the smallest change of pressure that pulses must cause: that in a channel of the largest
-    possible volume.
+    """Sums the smallest change of pressure that pulses must cause, which is that in a channel of
+    the largest possible volume.
 
     `idle` (n,) marks channels whose pressure was constant during pulses that must change it,
     `unvented` (n,) those whose pressure does not fall with the outlet commanded open. A change of

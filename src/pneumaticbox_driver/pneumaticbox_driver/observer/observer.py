@@ -1,4 +1,5 @@
-"""The observer of contained air mass: sums up the pulses of equation 4.1 (section 4.4.1)."""
+"""The observer of the air mass in the channels: sums the masses of the pulses by equation 4.1
+(section 4.4.1)."""
 
 from collections.abc import Iterable, Sequence
 
@@ -85,7 +86,7 @@ class MassObserver:
 
     @property
     def drift_bound(self) -> Floats:
-        """By how much each estimated mass may be wrong after the pulses since `set_mass` (n,) [kg].
+        """Possible error of each estimated mass after the pulses since `set_mass` (n,) [kg].
 
         Two standard deviations, from the scatter of the calibration; the pulse that is running does
         not count yet (see `DriftBound`).

@@ -1,4 +1,4 @@
-"""Regressors of equation 4.1 for the running pulses, from samples at any distance in time.
+"""Regressors of equation 4.1 for the running pulses, from samples at any time intervals.
 
 All computations at every sample are compiled: at 500 Hz the caches are cold, so that many small
 calls of numpy would take the most time. All arrays have the channels in order (n,).

@@ -104,8 +104,8 @@ class Zeroing:
 
     @property
     def drift_bound(self) -> Floats:
-        """By how much each estimated mass may be wrong (n,) [kg]: two standard deviations, of its
-        last zeroing and of the pulses since.
+        """Possible error (n,) [kg] of each estimated mass: two standard deviations, from its last
+        zeroing and the pulses since.
         """
         return 2.0 * np.sqrt(self._total_variance())
 

@@ -71,11 +71,11 @@ class ManagedNode(LifecycleNode):
         return self._do("configure", self.connect)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take commands from now on."""
+        """Accept commands from now on."""
         return self._do("activate", self.switch_on)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take no more commands."""
+        """Stop accepting commands."""
         return self._do("deactivate", self.switch_off)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -138,7 +138,7 @@ class PneumaticBoxNode(ManagedNode):
             self.board = open_board(self.backend, self.box.settings, self._value)
 
     def switch_on(self) -> str:
-        """Take commands from now on; returns a sentence that says so. Raises ValueError while
+        """Accept commands from now on; returns a sentence that says so. Raises ValueError while
         vented for another reason than `switch_off`.
         """
         if self.box.latch.reasons == [DEACTIVATED]:
@@ -146,7 +146,7 @@ class PneumaticBoxNode(ManagedNode):
         return self.box.enable(True)
 
     def switch_off(self) -> None:
-        """Take no more commands and vent."""
+        """Stop accepting commands, and vent."""
         self.box.enable(False)
         if self._vented_by_state:
             self.box.vent(DEACTIVATED)

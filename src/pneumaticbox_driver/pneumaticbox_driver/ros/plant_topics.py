@@ -66,7 +66,8 @@ class ValvesOut:
 
 
 class ClockPulse:
-    """Distinguishes a paused simulation, which still publishes /clock, from one that has ended.
+    """Distinguishes a paused simulation, which still publishes /clock, from a simulation that has
+    ended.
 
     Args:
         node: the node that follows /clock.

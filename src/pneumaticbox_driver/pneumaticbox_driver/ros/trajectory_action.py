@@ -33,9 +33,9 @@ GOAL_TOLERANCES = {"mass": 5e-6, "pressure": 5e3}  # [kg], [Pa]
 
 @dataclass
 class Following:
-    """A goal under way: its handle, the future of its result, its channels and control modes in the
+    """A running goal: its handle, the future of its result, its channels and control modes in the
     goal's order, its end [s] on the box's clock, tolerances (n,) in the modes' units (NaN for
-    none), and how long after the end it may take to be within them [s].
+    none), and the time [s] after the end within which the tolerances must be met.
     """
 
     handle: Any
@@ -50,7 +50,7 @@ class Following:
 
 
 class TrajectoryAction:
-    """One trajectory at a time; a new goal takes the place of the one before.
+    """Executes one trajectory at a time; a new goal replaces the running one.
 
     Args:
         node: the node that offers the action; its parameter cancel_action says what a cancel does.
@@ -128,9 +128,7 @@ class TrajectoryAction:
         return self._goal
 
     def displace(self, why: str) -> None:
-        """End a goal under way as aborted, for the reason `why`: the channels no longer follow
-        it.
-        """
+        """Abort a running goal for the reason `why`: the channels no longer follow it."""
         if self._goal is not None:
             self._end(self._type.Result.INVALID_GOAL, why)
 
@@ -165,7 +163,7 @@ class TrajectoryAction:
         self._end(self._type.Result.SUCCESSFUL, f"cancelled: {done}", handle.canceled)
 
     def look(self, stamp: Time) -> None:
-        """Publish feedback, with this stamp, on how far the goal under way is, and end the goal
+        """Publish feedback, with this stamp, on the progress of the running goal, and end the goal
         when it is reached or missed. Call it after each sample.
         """
         goal, box = self._goal, self._box

@@ -187,7 +187,7 @@ class Node:
         """The names in a list of one or more, none of them twice."""
         names = tuple(child.text() for child in self.items())
         if not names or len(set(names)) != len(names):
-            raise self.error("a list of one or more names, none of them twice")
+            raise self.error("a list of one or more names without duplicates")
         return names
 
 

@@ -1,4 +1,4 @@
-"""`softhand hand design`: an actuator from what it should do.
+"""`softhand hand design`: an actuator from its requirements.
 
 Options, table, warnings and errors are in mm, kPa and mN m2; files and JSON in SI units.
 """

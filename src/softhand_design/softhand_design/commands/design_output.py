@@ -45,8 +45,8 @@ def in_option_units(broken: BrokenRule) -> BrokenRule:
 
 # ---------------------------------------------------------------------- tables
 def table(design: Design, ranking: Ranking) -> str:
-    """Text with what was required and what is reached, the sizes, and how far the actuator bends,
-    with units; then the order of the rubbers, if there is a ranking.
+    """Text with required and reached values, sizes, and bending of the actuator, with units; then
+    the ranking of the rubbers, if there is one.
     """
     if design.requirements.base is not None:
         return _table_of_one_wall(design)

@@ -74,9 +74,9 @@ def _megapascal(modulus: float) -> str:
 
 
 def defect_table(widths: Iterable[float], modulus: float, energy: float | None) -> str:
-    """Largest stress that a rubber bears with threads of some widths [m] in it, as a ratio to that
-    with the widest thread; in kPa if the surface energy [J/m2] is given (eq. 3.4). `modulus` is
-    Young's modulus [Pa].
+    """Largest stress of a rubber that contains threads of some widths [m], as a ratio to that with
+    the widest thread; in kPa if the surface energy [J/m2] is given (eq. 3.4). `modulus` is Young's
+    modulus [Pa].
     """
     found = sorted(widths)
     rows = []

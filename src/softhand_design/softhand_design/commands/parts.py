@@ -1,4 +1,4 @@
-"""`softhand hand parts`: what a hand needs beside the moulds of its actuators."""
+"""`softhand hand parts`: all parts of a hand other than the moulds of its actuators."""
 
 from __future__ import annotations
 

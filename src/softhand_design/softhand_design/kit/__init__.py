@@ -1,1 +1,2 @@
-"""All parts of a hand beside the moulds of its actuators, placed in the hand and checked there."""
+"""All parts of a hand other than the moulds of its actuators, placed in the hand and checked
+there."""

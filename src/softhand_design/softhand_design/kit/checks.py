@@ -1,4 +1,5 @@
-"""Whether the parts of a hand can be printed, cast and put together: measured on their files."""
+"""Checks whether the parts of a hand can be printed, cast and assembled, measured on their
+files."""
 
 from __future__ import annotations
 

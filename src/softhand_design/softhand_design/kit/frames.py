@@ -1,4 +1,4 @@
-"""Where the chains of a hand begin at rest, and how parts lie in them; lengths in mm.
+"""Poses of the bases of a hand's chains at rest, and of parts on them; lengths in mm.
 
 A pose is a matrix (3, 4), rotation and place. In a chain's frame z runs along it, x out of the
 palm side and y across; a cast lies in its mould along x, with its back along z.
@@ -22,7 +22,7 @@ def pose(rotation: Array, place: Array) -> Array:
 
 
 def after(first: Array, second: Array) -> Array:
-    """The pose (3, 4) of what lies at `second` in a frame that lies at `first`."""
+    """Product of two poses (3, 4): the pose `second`, given in a frame with the pose `first`."""
     return pose(first[:, :3] @ second[:, :3], first[:, :3] @ second[:, 3] + first[:, 3])
 
 

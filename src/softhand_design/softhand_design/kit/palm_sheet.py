@@ -1,4 +1,4 @@
-"""The palm's sheet (7.2, 7.3): as it stands bent in the hand, and flat for its tray."""
+"""The palm's sheet (7.2, 7.3): bent as in the hand, and flat for its tray."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def bend(sheet: PalmSheet, below: Sequence[Solid]) -> Bent:
                 break
         else:
             raise ValueError(
-                f"sheet: expected a place at most {FARTHEST_LIFT:g} mm above that of the hand's "
+                f"sheet: expected a position at most {FARTHEST_LIFT:g} mm above that of the hand's "
                 "file, where it is clear of the actuators, got none"
             )
         first = max(0.0, float(lift) - step)

@@ -59,7 +59,8 @@ class Part:
         return {name: self.read.transform(pose) for name, pose in self.copies.items()}
 
     def room(self, gap: float = 0.0) -> dict[str, Solid]:
-        """The room that its copies take in the wrist frame, chambers filled, with a gap [mm]."""
+        """The space of its copies in the wrist frame, chambers filled, with a gap [mm] around
+        them."""
         solid = self.read if self.filled is None else self.filled
         wide = grown(solid, gap) if gap else solid
         return {name: wide.transform(pose) for name, pose in self.copies.items()}

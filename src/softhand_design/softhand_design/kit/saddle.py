@@ -1,4 +1,5 @@
-"""Saddles: what holds the base of a chain on the rounded end of the chain that it is mounted on."""
+"""Saddles, which hold the base of a chain on the rounded end of the chain on which it is
+mounted."""
 
 from __future__ import annotations
 

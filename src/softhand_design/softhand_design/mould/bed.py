@@ -1,8 +1,8 @@
 """All parts of several moulds laid out on a printing bed.
 
 Cores lie on their plates. Shells of straight actuators stand on their feet, where the nose over
-the foot needs support; those of arcs lie on their backs, where the rim does. One mould serves all
-actuators of its kind, as it is used again and again.
+the foot needs support; those of arcs lie on their backs, where the rim does. One mould is enough
+for all actuators of a kind, as it can be reused.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Whether a mould can be printed, filled and opened: each point measured on its finished files."""
+"""Checks whether a mould can be printed, filled and opened, measured on its finished files."""
 
 from __future__ import annotations
 

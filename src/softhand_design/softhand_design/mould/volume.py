@@ -1,4 +1,5 @@
-"""How the rubber in a mould differs from that of the model: each feature's share, from formulas."""
+"""Differences between the volumes of rubber in a mould and in the model: contribution of each
+feature, from formulas."""
 
 from __future__ import annotations
 

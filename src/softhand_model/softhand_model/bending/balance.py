@@ -41,7 +41,7 @@ START_STEPS = 60
 
 @dataclass(frozen=True)
 class Balanced:
-    """Sections in balance with a load.
+    """Sections in equilibrium with a load.
 
     stretch [-]: at which they balance it. slope [-]: derivative of the elastic stress, over the
     shear modulus, by the stretch. settled: whether the balance was found in all sections.
@@ -144,8 +144,9 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
 
 
 def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:
-    """Whether the elastic stress rises with the stretch up to a stretch of 4 at all sections, for
-    virgin rubber under sudden stretch: (lanes,), a single lane for effects with single values.
+    """Whether the elastic stress of virgin rubber under a sudden stretch increases with the
+    stretch, up to a stretch of 4, at all sections: (lanes,), a single lane for effects with single
+    values.
 
     shape: arrays (1, rows, sections). mode: mode of deformation, see `effects.stages.Strain`.
     """

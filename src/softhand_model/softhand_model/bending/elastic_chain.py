@@ -113,9 +113,7 @@ def rest(chain: ElasticChain) -> None:
 
 @compiled
 def carry_over(ends: Array, chain: ElasticChain) -> None:
-    """Copy the states that belong to the specimen from the states (m, lanes) with which a run
-    ended.
-    """
+    """Copy the states that stay with the specimen from the states (m, lanes) at a run's end."""
     for place in range(len(chain.kernels)):
         for row in range(chain.kernels[place, STATES], chain.kernels[place, KEPT_END]):
             chain.states[row] = ends[row]

@@ -72,7 +72,7 @@ class Weight:
     running: Array
 
     def of_rows(self, rows: Indices) -> Weight:
-        """The same for these rows, which may repeat."""
+        """The same for a selection of the rows, in which rows may repeat."""
         return Weight(
             self.per_length[:, rows], self.reach[:, rows], self.weights[:, rows], self.running[rows]
         )
@@ -160,7 +160,7 @@ class Blocked:
     compliance: Array | float
 
     def of_rows(self, rows: Indices) -> Blocked:
-        """The same for these rows, which may repeat."""
+        """The same for a selection of the rows, in which rows may repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
     def by_force(self, shape: SectionShape) -> tuple[Array, Array]:

@@ -37,8 +37,8 @@ from softhand_model.model_file import Model
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
-    """Rotation vectors (n, 3) [rad] of the rest from which unchanged springs cause the torques of
-    changed springs.
+    """Rotation vectors (n, 3) [rad] of the rest orientation at which the original springs have the
+    same torques as the changed springs.
 
     rest, actual (n, 3) [rad]: rotation vectors of the free and the actual joint. factor (n, 3) [-]:
     on the stiffness about each axis. coupling (n, 2) [-]: stiffness that couples lateral bending
@@ -136,8 +136,8 @@ class ChainModel:
 
     @property
     def rest_tables(self) -> tuple[RestTable, ...]:
-        """Tables, one per actuator, whose sum is what `step` returns; empty if effects with memory,
-        or effects on input or springs, act on the chain.
+        """Tables, one per actuator, that add up to the result of `step`; empty if effects with
+        memory, or effects on input or springs, act on the chain.
         """
         return () if self._responses else tuple(self._tables)
 
@@ -147,7 +147,8 @@ class ChainModel:
         return tuple(self._tables)
 
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
-        """Rotation (n, 3) [rad] by which pressures (actuators,) [Pa] turn the rest of each joint.
+        """Rotation (n, 3) [rad] of the rest orientation of each joint under pressures (actuators,)
+        [Pa].
 
         It is a rotation vector in the link's frame: the rest orientation of a joint under pressure
         is `segments.rest` followed by this rotation. Effects with memory, and effects that cannot

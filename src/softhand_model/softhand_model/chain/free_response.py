@@ -34,8 +34,8 @@ NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a differenc
 
 
 class NoEquilibriumError(RuntimeError):
-    """There is no equilibrium: nothing balances the load of the rubber's sections, or the weight of
-    a hand.
+    """There is no equilibrium: no stretch balances the load of a section, or no posture balances
+    the weight of a hand.
     """
 
 
@@ -219,9 +219,9 @@ def bends(model: Model) -> bool:
 
 
 def tabulates(model: Model) -> bool:
-    """Whether a table over the pressure can hold the actuator's free shape: True if that shape is
-    a smooth function of the pressure under the model's effects, and no effect changes the springs
-    of the base model. False for effects of the user's own, whose form is not known.
+    """Whether the actuator's free shape can be tabulated over the pressure. True if the shape is a
+    smooth function of the pressure under the model's effects, and no effect changes the springs of
+    the base model. False for a user's own effects, whose form is not known.
     """
     return all(_is_smooth(effect) for effect in model.effects if _acts(effect))
 

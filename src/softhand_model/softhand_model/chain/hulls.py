@@ -1,4 +1,4 @@
-"""Convex hulls of the links of a chain, with which it touches.
+"""Convex hulls of the links of a chain, used for contacts.
 
 A hull follows the outline, eroded by COLLISION_MARGIN; it touches at that distance, which rounds
 its edges off: the thesis shrinks its skin by 1 mm and lets it touch at a distance of 1 mm (5.1.4).

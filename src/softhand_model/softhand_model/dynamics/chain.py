@@ -129,9 +129,9 @@ def place_links(q: Array, links: Links, placed: Placed) -> None:
 def give_back(
     rate: Array, base_rate: Array, links: Links, placed: Placed, out: Array, reaction: Array
 ) -> None:
-    """Add to `out` (n, 3) the torques that turn the given inertia of the links at these rates of
-    the joints, (n, 3) in child axes, and of the chains' bases, (chains, 3) [rad/s2]; fill
-    `reaction` (chains, 3), what its links take from the base.
+    """Add to `out` (n, 3) the torques that accelerate the given inertia of the links at angular
+    accelerations of the joints, (n, 3) in child axes, and of the chains' bases, (chains, 3)
+    [rad/s2]; fill `reaction` (chains, 3) with the torques that the links take from their bases.
 
     Rates of absolute spin count: a link turns with its base and with all joints before it.
     """

@@ -88,8 +88,8 @@ class Springs(NamedTuple):
 
 class Joints(NamedTuple):
     """Joints after a step of the engine: orientations q (n, 4), velocities v (n, 3) [rad/s], and
-    whether each chain (chains,) moves with the inertia of the engine (`heavy`), because it touches
-    something or is fast, or was so a short time ago.
+    for each chain (chains,) whether its additional inertia is not compensated (`heavy`), because
+    the chain has contact or is fast, or was so a short time ago.
     """
 
     q: Array
@@ -127,7 +127,7 @@ class Before(NamedTuple):
 
 
 def nothing_before(joints: int, chains: int) -> Before:
-    """The state before the first step."""
+    """The initial `Before`."""
     turning, bases = np.zeros((3, joints, 3)), np.zeros((2, chains, 3))
     return Before(turning[0], turning[1], not_placed(joints), turning[2], bases[0], bases[1])
 

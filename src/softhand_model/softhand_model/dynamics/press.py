@@ -95,7 +95,7 @@ class Plate(NamedTuple):
 
 
 class PressDrive(NamedTuple):
-    """What drives a chain, at the end of each of its steps.
+    """Inputs of a chain at the end of each step.
 
     duration (steps,) [s]. bend (steps, n, 3) [rad]: rotation that pressure adds to the rest of the
     joints. place (steps, 3) [m], frame (steps, 3, 3): of the chain's base. wrist (steps, 3) [m]:

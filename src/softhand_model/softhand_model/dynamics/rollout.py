@@ -1,5 +1,5 @@
-"""Serial chains of spherical joints in time, on a base that moves as given: one implicit rule a
-step, of second order.
+"""Dynamics of serial chains of spherical joints on a base with prescribed motion, by an implicit
+rule of second order.
 
 A step h solves, for the accelerations a of the joints,
 
@@ -44,7 +44,7 @@ THETA = 0.52
 
 
 class Drive(NamedTuple):
-    """What drives a chain in each of its steps, at the share THETA of it.
+    """Inputs of a chain in each step, evaluated at the share THETA of the step.
 
     Attributes:
         duration: (steps,) [s].

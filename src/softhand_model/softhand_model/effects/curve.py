@@ -73,7 +73,7 @@ def levels(
 
 @dataclass(frozen=True)
 class Course:
-    """How a value has changed up to now.
+    """The change of a value up to now.
 
     rate [1/s]: smoothed rate. direction: from -1 (falls) over 0 (rests) to 1 (rises). since [s]:
     time since it last moved; 0 while it moves. time [s]: since the start of the run.

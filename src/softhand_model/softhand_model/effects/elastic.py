@@ -27,8 +27,8 @@ LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 @compiled
 def locking_factor(share: Any) -> Any:
-    """Gent's factor [-] 1/(1 - share), where share [-] is J1 over the J1 at which the rubber locks;
-    beyond a share of ALMOST it goes on as a straight line.
+    """Gent's factor [-] 1/(1 - share), where share [-] is J1 divided by the J1 at which the rubber
+    locks; above a share of ALMOST it is continued as a straight line.
     """
     below = 1.0 / (1.0 - np.minimum(share, ALMOST))
     return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2

@@ -1,4 +1,4 @@
-"""Effects of what carries and loads the fingers of a hand, and of how its markers were measured."""
+"""Effects of the mounts and loads of a hand's fingers, and of the measurement of its markers."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class PalmStiffness(HandEffect):
 
 
 class TipMass(HandEffect):
-    """A mass sits on a fingertip, such as a marker or a sensor: it pulls, and it swings."""
+    """A mass on a fingertip, such as a marker or a sensor, acts by its weight and its inertia."""
 
     name = "tip_mass"
     place_keys = ("chain",)

@@ -78,7 +78,7 @@ class StretchOffset(InputEffect):
     }
 
     def imposed_stretch(self, stretch: Array) -> Array:
-        """Stretch [-] of the rubber; a slack strip bears nothing."""
+        """Stretch [-] of the rubber; a slack strip carries no load."""
         return np.maximum(stretch - self.values["offset"], np.minimum(stretch, 1.0))
 
 

@@ -1,4 +1,4 @@
-"""Kernels of effects: what the compiled loops through whole runs call in place of the methods.
+"""Kernels of effects: compiled functions that replace the methods in loops through whole runs.
 
 An elastic effect, or one of the walls, may have a `Kernel` beside its methods. It does the same for
 arrays of one axis, `lanes`: all sections of a run with all trial values.
@@ -30,7 +30,7 @@ SIZES = 5
 
 
 class Trial(NamedTuple):
-    """A stretch that is tried as the one at the end of a time step.
+    """A trial value of the stretch at the end of a time step.
 
     stretch (lanes,) [-]. dt [s]: duration of the step; 0 at the first sample of a run. accepted:
     whether the step ends with this stretch, so that the state has to be updated. mode: PURE_SHEAR,

@@ -1,4 +1,4 @@
-"""Load effects: what changes the load of a section, or the shear modulus in it."""
+"""Load effects: changes of the load of a section, or of its shear modulus."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Output effects: what a sensor reads of the true value; and a generic term for what no effect
-explains.
+"""Output effects: the reading of a sensor as a function of the true value; and a generic term for
+an error that no effect explains.
 """
 
 from __future__ import annotations

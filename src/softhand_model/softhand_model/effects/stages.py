@@ -121,7 +121,7 @@ class Strain:
 
 
 class InputEffect(Effect):
-    """Effects on what drives: the pressure in the chamber, or the stretch of a strip."""
+    """Effects on the driving input: the pressure in the chamber, or the stretch of a strip."""
 
     stage: ClassVar[str] = "input"
 
@@ -196,7 +196,7 @@ class ElasticEffect(Effect):
 
 
 class StructureEffect(Effect):
-    """Effects of the structure around the balance: walls, joints, tip."""
+    """Effects of the structure: walls, joints, tip."""
 
     stage: ClassVar[str] = "structure"
     bases: ClassVar[frozenset[str]] = frozenset({"pneuflex"})
@@ -313,9 +313,7 @@ class FlowEffect(Effect):
         return np.where(pulse.inflating, inflate, deflate)
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
-        """The pulse as it really was. mass [kg]: moved by the pulse, as known so far in the
-        iteration.
-        """
+        """The true pulse. mass [kg]: moved air, as computed so far in the iteration."""
         return pulse
 
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
@@ -330,8 +328,8 @@ class FlowEffect(Effect):
 
 
 def decay(dt: Array | float, time_constant: Any) -> tuple[Array, Array]:
-    """(exp(-x), (1 - exp(-x))/x) [-] with x = dt/time_constant: what is left of an initial value
-    after dt [s], and of a ramp over dt at its end.
+    """(exp(-x), (1 - exp(-x))/x) [-] with x = dt/time_constant: the remaining shares of an initial
+    value after dt [s], and of a ramp over dt at its end.
 
     >>> left, share = decay(0.0, 1.0)
     >>> float(left), float(share)

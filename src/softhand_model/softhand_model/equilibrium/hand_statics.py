@@ -1,4 +1,4 @@
-"""Statics of a whole hand without contact: pressures and weight bend its chains.
+"""Statics of a whole hand without contact: equilibrium of its chains under pressures and weight.
 
 Chains in series (the thumb on the palm) are one body. A joint carries the weight of all links
 beyond it, and turns as its spring yields, which moves that weight. Joints are placed from the

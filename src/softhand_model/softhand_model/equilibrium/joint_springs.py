@@ -1,4 +1,5 @@
-"""Springs in the joints of a chain: as users state them, and as the compiled search needs them."""
+"""Springs in the joints of a chain: as stated by users, and in the form that the compiled solver
+needs."""
 
 from __future__ import annotations
 

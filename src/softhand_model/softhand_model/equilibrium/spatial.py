@@ -47,8 +47,8 @@ class Hold:
 
 @dataclass(frozen=True)
 class BaseLoad:
-    """What a chain exerts on its base at n points: wrench (6, n), force [N] and torque [N m] about
-    the base's origin.
+    """Wrench (6, n) of a chain on its base at n points: force [N] and torque [N m] about the base's
+    origin.
 
     settled (n,): whether the equilibrium was found; where it was not, the load is that of a softer
     clamp, if one was found with it. beyond (6, n): the wrench less a moment that would merely turn
@@ -78,7 +78,7 @@ class BaseLoad:
         )
 
     def put(self, chosen: Indices, loads: BaseLoad) -> None:
-        """Set the loads of some of the points."""
+        """Set the loads of a selection of the points."""
         self.wrench[:, chosen], self.settled[chosen] = loads.wrench, loads.settled
         self.beyond[:, chosen], self.chord[chosen] = loads.beyond, loads.chord
 

@@ -1,5 +1,5 @@
-"""Stiffness of a chain's joints: in bending as the thesis has it or by the curvature, sideways
-and in twist.
+"""Stiffness of a chain's joints in bending (by the rule of the thesis or dependent on the
+curvature), sideways and in twist.
 
 The section is that of chapter 3: height h, width z, a top wall of thickness d, two side walls, and
 below them the passive layer, a mesh in rubber.

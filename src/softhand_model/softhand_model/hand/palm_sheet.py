@@ -1,4 +1,4 @@
-"""The palm sheet: a sheet of silicone bent to an arch that yields to what presses on it (7.2, 7.3).
+"""The palm sheet: a sheet of silicone bent to an arch that deflects under load (7.2, 7.3).
 
 The arch stands on both clamped edges, a beam of the sheet's section bent to a circle. Pressed in
 the middle it keeps its length and the angles at its clamps; half of it carries the moment

@@ -1,4 +1,4 @@
-"""How a dimension of an actuator varies along its length."""
+"""Variation of a dimension along an actuator."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def gent_factor(stretch: ArrayLike, jm: float) -> Array:
 
 
 def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002) -> Array:
-    """Energy [-] that C01 and C20, both stated relative to C10, add to C10*J1, over C10*J1 (section
+    """Energy that C01 and C20 (relative to C10) add to C10*J1, divided by C10*J1 [-] (section
     3.4.6).
 
     ERRATUM: the text calls these 3.4 % at lambda = 3 the error of the stiffness; see
@@ -124,7 +124,8 @@ def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float
 def mooney_rivlin_stiffness_error(
     stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002
 ) -> Array:
-    """Gradient in J1 that C01 and C20 (relative to C10) add to the energy, over that of C10*J1 [-].
+    """Gradient in J1 of the energy that C01 and C20 (relative to C10) add, divided by the gradient
+    of C10*J1 [-].
 
     >>> round(float(mooney_rivlin_stiffness_error(3.0)), 3)
     0.048

@@ -256,8 +256,8 @@ def side_wall_share(
 def side_wall_term(
     curvature: ArrayLike, height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """What the side walls add to q(lambda) in p*h/(2*G*d) = q + term [-], integrated exactly over
-    their height.
+    """Contribution of the side walls, `term` in p*h/(2*G*d) = q(lambda) + term [-], integrated
+    exactly over their height.
 
     ERRATUM: 3.34 drops a factor y/h. With Y = h - d the integral of y*q(1 + kappa*y) dy is
     Y**2/2 + kappa*Y**3/3 - Y**2/(2*(1 + kappa*Y)**2).

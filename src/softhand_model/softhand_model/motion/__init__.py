@@ -1,1 +1,1 @@
-"""A hand in time without contact: pressures and a wrist that move it."""
+"""Motion of a hand without contact, driven by pressures and the wrist."""

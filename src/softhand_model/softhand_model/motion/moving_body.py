@@ -1,4 +1,4 @@
-"""Chains in series in time: pressures bend them, weight and the wrist's motion pull at them."""
+"""Motion of chains in series under pressures, weight and the motion of the wrist."""
 
 from __future__ import annotations
 

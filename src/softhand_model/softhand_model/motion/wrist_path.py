@@ -73,8 +73,9 @@ def moved_wrist(time: Array, place: Array, quaternion: Array, step: float) -> Wr
 
 
 def steps_between(time: Array, step: float) -> tuple[Indices, Array, Array]:
-    """(number of steps before each of the rising times (samples,) [s], durations (steps,) [s] of at
-    most `step` [s], times (steps,) [s] at the share THETA of each step).
+    """Divide the time between samples into steps: (number of steps before each of the rising times
+    (samples,) [s], durations (steps,) [s] of at most `step` [s], times (steps,) [s] at the share
+    THETA of each step).
     """
     gaps = np.diff(time)
     if not (gaps > 0.0).all():

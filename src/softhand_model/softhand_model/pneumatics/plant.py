@@ -171,7 +171,7 @@ class PneumaticPlant:
 
     @property
     def inflow(self) -> Array:
-        """Air that has come from the supply since the start (n,) [kg]."""
+        """Air that has flowed in from the supply since the start (n,) [kg]."""
         return self._contents.inflow.copy()
 
     @property

@@ -1,4 +1,4 @@
-"""A step of a plant without faults in one compiled call, which serves for nearly all steps."""
+"""A step of a plant without faults in one compiled call, used for nearly all steps."""
 
 from typing import Any
 

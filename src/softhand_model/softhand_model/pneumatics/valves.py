@@ -109,7 +109,7 @@ class Valves:
 
 
 class CommandWatch:
-    """Holds the last valve command and opens every outlet after a time without commands.
+    """Stores the last valve command, and opens every outlet after a time without commands.
 
     Valves without a driver must not stay as they are: a driver that died with an inlet open
     would burst the hand. Every command counts as a sign of life, also one that changes nothing.
@@ -154,7 +154,7 @@ class CommandWatch:
         self._last = time
 
     def silent(self, time: float) -> bool:
-        """Whether at `time` [s] there was no command for longer than the limit."""
+        """Whether at `time` [s] the last command is longer ago than the limit."""
         return time - self._last > self.silence_limit + 1e-9
 
     def valves(self, time: float) -> Spools:

@@ -1,4 +1,4 @@
-"""Searches: values of some variables with the least cost, within a fixed number of evaluations."""
+"""Searches: values of variables that minimise a cost, within a fixed number of evaluations."""
 
 from softhand_trials.search.again import Tried, try_again
 from softhand_trials.search.objective import objective

@@ -1,4 +1,5 @@
-"""The best evaluations of a search, run again with jitter: a least cost may be due to chance."""
+"""Repetition of the best evaluations of a search with jitter, as the lowest cost may be due to
+chance."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ def try_again(
     jitter.
 
     The first round has the best evaluation of each generation, since the best ones of the last
-    generation are nearly alike. Those with the lowest worst cost so far go into the next round.
+    generation are nearly equal. Those with the lowest worst cost so far go into the next round.
 
     Args:
         workers: workers that run the evaluations.
@@ -52,7 +53,7 @@ def try_again(
         result: result of the search.
         draws: seeds `draw` of each round, by the text that ends the keys of the round.
         candidates: number of evaluations in each round, never more than in the round before.
-        folder: folder of the results, from which a stopped run goes on.
+        folder: folder of the results, from which an interrupted run continues.
 
     Returns:
         All evaluations of the first round: those that came furthest first, and among these those
@@ -64,7 +65,7 @@ def try_again(
     rounds = list(draws.items())
 
     def tasks(k: int, number: int) -> list[Evaluation]:
-        """The try of a candidate in a round."""
+        """The repetition of a candidate in a round."""
         return [_try(problem, first[k], *rounds[number])]
 
     def rank(k: int, records: Sequence[Record]) -> tuple[float, float]:

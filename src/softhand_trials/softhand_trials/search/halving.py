@@ -24,7 +24,7 @@ def successive_halving(
 
     Args:
         workers: workers that run the trials.
-        results: results of the trials, from which a stopped run goes on.
+        results: results of the trials, from which an interrupted run continues.
         candidates: number of candidates in each round; the first has all of them.
         tasks: returns the trials of a candidate in a round, given the numbers of both, counted from
             0.

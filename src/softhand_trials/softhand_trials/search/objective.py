@@ -1,4 +1,4 @@
-"""Objectives of searches: marked functions, found by their names.
+"""Objectives of searches: functions with the decorator `objective`, found by their names.
 
 An objective takes values by variable and the settings of its problem, both plain data, and returns
 plain data for JSON with the key `cost`, a finite number; the record keeps whatever else it returns.
@@ -22,7 +22,7 @@ Objective = Callable[[Mapping[str, float], Mapping[str, Any]], dict[str, Any]]
 
 
 def objective(function: Objective) -> Objective:
-    """Mark a function as an objective: a problem can name marked functions only."""
+    """Decorator that marks a function as an objective; a problem can only name such functions."""
     setattr(function, MARK, True)
     return function
 
@@ -39,8 +39,8 @@ def check_name(name: str, allow_any: bool) -> None:
         raise ValueError(f"objective: expected module:function, got {name!r}")
     if not allow_any and name not in {point.value for point in entry_points(group=GROUP)}:
         raise ValueError(
-            f"objective: expected one that an installed package registers, got {name}, whose code "
-            f"would be run; if you trust it: {ALLOW}"
+            f"objective: expected one that an installed package registers, got {name}; its code "
+            f"would be run, so only if you trust it: {ALLOW}"
         )
 
 
@@ -64,7 +64,7 @@ def find_objective(name: str, allow_any: bool = False) -> Objective:
 def evaluate(
     name: str, values: Mapping[str, float], settings: Mapping[str, Any], allow_any: bool = False
 ) -> dict[str, Any]:
-    """What an objective returns for these values.
+    """The result of an objective for these values.
 
     Raises ValueError when the key `cost` of the result is not a finite number.
     """

@@ -1,4 +1,4 @@
-"""What is searched: a problem in YAML, and its evaluations as tasks.
+"""The problem of a search, read from YAML, and its evaluations as tasks.
 
 The file has the keys
 
@@ -90,12 +90,12 @@ class SearchProblem:
 
     @property
     def starts(self) -> tuple[Mapping[str, float], ...]:
-        """What is tried first, in this order."""
+        """Values that are evaluated first, in this order."""
         given = (self.start,) if isinstance(self.start, Mapping) else self.start
         return tuple(start for start in given if start)
 
     def is_enough(self, records: Sequence[Record]) -> bool:
-        """Whether one of a generation's evaluations is so good that the search may end."""
+        """Whether an evaluation of a generation is good enough to end the search."""
         costs = [record[COST] for record in records if COST in record]
         return self.enough is not None and min(costs, default=math.inf) <= self.enough
 
@@ -119,7 +119,7 @@ class Evaluation:
 
     @property
     def settings(self) -> SearchProblem:
-        """What its worker needs: the problem, which all its evaluations share."""
+        """The problem, which all evaluations share and a worker loads once."""
         return self.problem
 
     @property
@@ -131,7 +131,8 @@ class Evaluation:
         return hashlib.sha256("".join(texts).encode()).hexdigest()[:DIGEST_DIGITS]
 
     def describe(self) -> Record:
-        """What its record says of the evaluation: key, digest, objective, values and settings."""
+        """Description of the evaluation in its record: key, digest, objective, values and
+        settings."""
         return {
             "key": self.key,
             "digest": self.digest,

@@ -98,7 +98,8 @@ def run_search(
 
 
 def search_with(workers: Workers, problem: SearchProblem, folder: Path) -> SearchResult:
-    """As `run_search`, on started workers, which several searches can use one after the other."""
+    """As `run_search`, on workers that are already started; several searches can use them one after
+    the other."""
     study, found = Study(problem), []
     with Results(folder, None, COST, ("values",)) as results, _Watch(problem, results) as watch:
         while generation := study.ask():

@@ -1,4 +1,4 @@
-"""What a sweep runs: a plan in YAML, and the list of trials that it stands for.
+"""The plan of a sweep, read from YAML, and its list of trials.
 
 The file has the keys
 
@@ -16,8 +16,8 @@ The file has the keys
 * `vary: {setting: [value, ...]}`: all of it again with each value.
 
 The jitter of a trial follows from seed, object, cell and replicate alone: trials of other settings
-see the same places. One factor on the modulus serves all cells of a replicate, as the hand is built
-anew for another.
+see the same places. All cells of a replicate have the same factor on the modulus, as each factor
+needs a newly built hand.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def _cells(document: Node, top: Mapping[str, Node]) -> tuple[Cell, ...]:
         return ((0.0, 0.0),)
     cells = tuple(map(_pair, top["cells"].items()))
     if not cells or len({in_mm(cell) for cell in cells}) < len(cells):
-        raise top["cells"].error("cells, none of them twice")
+        raise top["cells"].error("cells without duplicates")
     return cells
 
 

@@ -1,4 +1,5 @@
-"""The file of results: one line of JSON each, appended and flushed as soon as it is done."""
+"""The file of results: one line of JSON for each result, appended and flushed as soon as it is
+finished."""
 
 from __future__ import annotations
 
@@ -65,8 +66,8 @@ class Results:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise ValueError(
-                f"{self.path}: expected a file that no other run writes, got that of a run that "
-                "still runs"
+                f"{self.path}: expected results that no other run writes, got those of a run that "
+                "has not ended yet; wait until it ends"
             ) from None
 
     def _drop_torn_line(self) -> None:

@@ -1,4 +1,4 @@
-"""A task: what a trial of a sweep and an evaluation of a search have in common.
+"""A task: the common interface of a trial of a sweep and an evaluation of a search.
 
 A task is plain data, so that it can be sent to processes and machines. Its result depends on the
 task alone, and is one record in the file of results.
@@ -22,7 +22,7 @@ Record = dict[str, Any]
 
 
 class Task(Protocol):
-    """Work with a key. What tasks of equal settings share, a worker builds only once."""
+    """Work with a key. A worker builds the settings once for all tasks that share them."""
 
     @property
     def key(self) -> str:
@@ -37,7 +37,7 @@ class Task(Protocol):
         """Hash of all that the result depends on, without the code."""
 
     def describe(self) -> Record:
-        """What the record says of the task: key, digest and more."""
+        """Description of the task in its record: key, digest and more."""
 
     def result(self) -> Record:
         """Do the work and return its result as plain data for JSON."""

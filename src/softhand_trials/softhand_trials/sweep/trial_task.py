@@ -57,7 +57,7 @@ class TrialTask:
         return {name: value for name, value in given.items() if value != usual[name]}
 
     def describe(self) -> Record:
-        """What the record says of the trial; only settings that differ from the defaults are
+        """Description of the trial in its record; only settings that differ from the defaults are
         listed.
         """
         return {

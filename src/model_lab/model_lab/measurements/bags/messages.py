@@ -60,8 +60,8 @@ def opened(folder: Path, messages: Path | None = None) -> Iterator[AnyReader]:
     if not is_ros1 and not (folder / "metadata.yaml").is_file():
         files = listed(sorted(path.name for path in folder.iterdir()))
         raise DocumentError(
-            f"{expected} with metadata.yaml, got {files}; `repair_bag` or `ros2 bag reindex` mends "
-            "a recording that was cut off"
+            f"{expected} with metadata.yaml, got {files}; `repair_bag` or `ros2 bag reindex` "
+            "repairs a truncated recording"
         )
     types = _types(messages)
     try:

@@ -1,4 +1,4 @@
-"""MuJoCo behind the contract of `pneuflex_sim.engines.contract`."""
+"""The engine MuJoCo, with the interface of `pneuflex_sim.engines.contract`."""
 
 from __future__ import annotations
 
@@ -76,7 +76,8 @@ class MujocoHand:
         self.read()
 
     def read(self) -> float:
-        """Take orientations and velocities; the greatest speed [rad/s] of a joint."""
+        """Read orientations and velocities from MuJoCo; returns the highest speed [rad/s] of a
+        joint."""
         read_joints(self.rest, self.places, self.state, self.q, self.v)
         return look_at_joints(self.rest, self.q, self.v, self.rotations)
 
@@ -130,7 +131,8 @@ class MujocoEngine:
         )
 
     def drive(self, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist) -> None:
-        """Springs of the joints at absolute pressures [Pa], and push of the arm."""
+        """Apply the springs of the joints at absolute pressures [Pa], and the force of the arm on
+        the wrist."""
         air, layout, hand = self._air, self._layout, self.bodies
         set_springs(
             air.by_tables,

@@ -38,18 +38,18 @@ def _text(value: Any) -> str:
 
 
 def wxyz(quaternion: ArrayLike) -> Array:
-    """MuJoCo's order of a quaternion x, y, z, w."""
+    """A quaternion x, y, z, w in MuJoCo's order w, x, y, z."""
     return np.roll(quaternion, 1)
 
 
 def xyzw(quaternion: ArrayLike) -> Array:
-    """The quaternion x, y, z, w of one in MuJoCo's order."""
+    """A quaternion in MuJoCo's order w, x, y, z as x, y, z, w."""
     return np.roll(quaternion, -1)
 
 
 def touching(geom: Element, friction: float, group: int, others: int) -> None:
-    """Sliding friction of a geom with the hand, whose skin resists twisting by its patch; the
-    geom's collision group, and the groups it meets.
+    """Set the sliding friction of a geom with the hand (whose contact patch also resists twisting),
+    the collision group of the geom, and the groups with which it collides.
     """
     put(
         geom,

@@ -58,7 +58,7 @@ class State(NamedTuple):
 
 @compiled
 def turned(joint: int, places: Places, qpos: Array) -> tuple[float, float, float, float]:
-    """Quaternion x, y, z, w of a joint against its rest without pressure."""
+    """Rotation of a joint from its rest without pressure, as a quaternion x, y, z, w."""
     at = places.position[joint]
     if places.is_ball[joint]:
         return qpos[at + 1], qpos[at + 2], qpos[at + 3], qpos[at]

@@ -44,7 +44,7 @@ class MujocoObject:
         return self.description.shape == "sheet"
 
     def set_mass(self, mass: float) -> None:
-        """Set the mass [kg], with the same distribution, and end what `resist` added."""
+        """Set the mass [kg], with the same distribution, and remove what `resist` added."""
         model, data = self._model, self._data
         self.resist(0.0, 0.0)
         if mass == self.mass:
@@ -64,8 +64,8 @@ class MujocoObject:
         return np.array(self._model.dof_M0[self._speed : self._speed + 6])
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Set the mass [kg] and inertia [kg m2] of what holds the object, which are added to its
-        own; the weight of that mass acts for one step."""
+        """Set the mass [kg] and inertia [kg m2] of the holder of the object, which are added to its
+        own; the weight of the added mass acts for one step."""
         model, at = self._model, slice(self._speed, self._speed + 6)
         model.dof_armature[at] = np.repeat([mass, inertia], 3)
         # of a body that moves alone MuJoCo takes the diagonal of the mass matrix from dof_M0

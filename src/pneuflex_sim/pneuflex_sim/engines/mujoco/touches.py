@@ -1,4 +1,5 @@
-"""Contacts, distances and boxes of MuJoCo's geoms under the names of the hand, object and scene."""
+"""Contacts, distances and bounding boxes of MuJoCo's geoms, with the names of hand, object and
+scene."""
 
 from __future__ import annotations
 
@@ -76,7 +77,7 @@ class Touches:
         return found
 
     def touching_object(self) -> frozenset[str]:
-        """Names of what presses on the object."""
+        """Names of the bodies that press on the object."""
         data = self._data
         if not data.ncon:
             return frozenset()

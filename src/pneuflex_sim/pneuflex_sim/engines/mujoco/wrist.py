@@ -1,5 +1,5 @@
-"""The wrist in MuJoCo: a free body of the arm's mass and inertia, pushed by the arm's own law. What
-it gains beyond that push is the hand's load on it.
+"""The wrist in MuJoCo: a free body with the arm's mass and inertia, driven by the control law of
+the arm. Any further change of its velocity is attributed to the load of the hand.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ CONSUMER = "pneumaticbox"  # shown by gpioinfo as the user of the lines
 
 
 class LinesError(HardwareError):
-    """Lines that could not be set; `lines` are their indices."""
+    """GPIO lines that could not be set; `lines` are their indices."""
 
     def __init__(self, message: str, lines: Sequence[int]) -> None:
         super().__init__(message)
