@@ -424,6 +424,11 @@ class Rules:
         STANDARD,
         unit="Pa",
     )
+    largest_strain: float = _rule(
+        10.0,
+        "strain above which one without a unit is in percent: the softest silicones break at 9.8",
+        STANDARD,
+    )
     softest: float = _rule(4.0, "how much softer rubber may become at large stretch", STANDARD)
     pressure_ends: float = _rule(0.05, "share of the range of pressures at its ends", BY_HAND)
     durations: tuple[float, float] = _rule(
