@@ -434,6 +434,12 @@ class Rules:
     durations: tuple[float, float] = _rule(
         (0.05, 2000.0), "plausible durations of a run", BY_HAND, unit="s"
     )
+    pulse_shares: tuple[float, float] = _rule(
+        (0.05, 1.5),
+        "integral of p_in - p_out over its first value and the duration: 1 at first, and falls as "
+        "the pressures near each other",
+        STANDARD,
+    )
     time_gap: float = _rule(5.0, "time between samples over the usual one, of a gap", BY_HAND)
     # ------------------------------------------------------------------ readings that do not count
     frequent_wild: float = _rule(0.002, "share of wild samples from which more are sought", BY_HAND)
