@@ -427,10 +427,21 @@ class Rules:
         STANDARD,
         unit="Pa",
     )
+    largest_strain: float = _rule(
+        10.0,
+        "strain above which one without a unit is in percent: the softest silicones break at 9.8",
+        STANDARD,
+    )
     softest: float = _rule(4.0, "how much softer rubber may become at large stretch", STANDARD)
     pressure_ends: float = _rule(0.05, "share of the range of pressures at its ends", BY_HAND)
     durations: tuple[float, float] = _rule(
         (0.05, 2000.0), "plausible durations of a run", BY_HAND, unit="s"
+    )
+    pulse_shares: tuple[float, float] = _rule(
+        (0.05, 1.5),
+        "integral of p_in - p_out over its first value and the duration: 1 at first, and falls as "
+        "the pressures near each other",
+        STANDARD,
     )
     time_gap: float = _rule(5.0, "time between samples over the usual one, of a gap", BY_HAND)
     # ------------------------------------------------------------------ readings that do not count

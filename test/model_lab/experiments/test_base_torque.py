@@ -12,6 +12,7 @@ from model_lab.experiments.base_torque import (
     BaseTorque,
     lane_values,
     neutral_lane,
+    torque_errors,
     waves,
 )
 from model_lab.experiments.forward import Forward
@@ -21,6 +22,7 @@ from softhand_model.effects import StructureEffect, effect_classes
 from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.hand.section import free_curvature, rule_stiffness, side_wall_ratio
+from softhand_model.model_file import load_model
 
 EFFECTS = effect_classes()
 SIZE = {
@@ -365,3 +367,19 @@ def test_values_and_what_does_nothing_stand_side_by_side():
     assert plain == pytest.approx(np.array([[1.0, 1.0, 3.0]]))
     given = neutral_lane(values, {"modulus_scale[A]": 0.9}, effects, {"ratio": 0.5})
     assert given == pytest.approx(np.array([[1.0, 0.5, 3.0]]))
+
+
+def test_stated_noise_of_the_pose_is_an_error_of_the_predictions():
+    """Its size is that by which predictions scatter where poses scatter by that noise."""
+    data, sigma = measured(straight(np.full(60, 5e3))), 2e-5
+    assert torque_errors(data, load_model("base")) == 0.0
+    rows = torque_errors(replace(data, noise={"tip_x": sigma}), load_model("base")).rows
+    random, stated = np.random.default_rng(1), torques(data)
+    scatter = []
+    for _ in range(6):
+        place = np.array([0.0, 0.0, 0.09]) + sigma * random.normal(size=(60, 1)) * [1.0, 0.0, 0.0]
+        run = run_of(np.full(60, 5e3), place, Rotation.identity())
+        scatter.append(torques(measured(run)) - stated)
+    expected = np.sqrt(np.mean(np.square(scatter)))
+    assert np.sqrt(np.mean(np.sum(rows**2, axis=0))) == pytest.approx(expected, rel=0.2)
+    assert expected > 1e-5  # [N m]

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from toy_forward import toy_set
 
+from bench.hidden import make_set
+from model_lab.comparison.compare import compare
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
 from model_lab.fitting.notices import notices
+from model_lab.measurements.load import load_measurements
+from softhand_model.model_file import load_model
 
 LEVEL = 0.02  # of the noise
 
@@ -123,6 +127,19 @@ def test_times_that_look_like_another_unit_are_said(factor, other):
     found = noticed(data=data)["duration"]
     assert found.value == pytest.approx(9.9 * factor)
     assert f"times are {other}" in found.text
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3, 1e-3])
+def test_pulses_whose_integrals_are_of_another_unit_of_time_are_said(factor, tmp_path):
+    make_set(tmp_path, "valve_pulse", [], seed=1)
+    data = load_measurements(tmp_path)
+    for run in data.runs:
+        run.columns["duration"] = factor * run.columns["duration"]
+    found = [one for one in compare(data, load_model("base")).notices if one.kind == "pulses"]
+    assert len(found) == (factor != 1.0)
+    if found:
+        assert 0.3 < found[0].value * factor <= 1.0
+        assert "units of duration and of the integrals" in found[0].text
 
 
 def test_a_run_of_a_single_sample_is_said_by_its_name():

@@ -218,3 +218,19 @@ def test_of_several_sheets_the_one_that_is_said_is_read(tmp_path, capsys):
     for wrong, words in (("half", "Raw data, Half, Notes"), ("r2.xlsx=Half", "r1.xlsx")):
         assert main([*command, "--sheet", wrong, "--force"]) == 2
         assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [("Dehnung in %", 100.0), ("Dehnung [%]", 100.0), ("Dehnung", 100.0), ("Dehnung", 1.0)],
+)
+def test_a_strain_is_in_percent_where_its_header_says_so_or_it_would_be_too_large(
+    header, factor, tmp_path
+):
+    strain = 0.8 * np.sin(np.pi * TIME / 6.0) ** 2
+    file = write(
+        tmp_path / "pull.csv", f"Zeit in s,{header},Spannung in kPa", TIME, factor * strain, strain
+    )
+    assert main(["import", str(file), "-o", str(tmp_path / "set"), "--yes"]) == 0
+    found = load_measurements(tmp_path / "set").runs[0].columns["stretch"]
+    np.testing.assert_allclose(found, 1.0 + strain, atol=1e-5)

@@ -11,6 +11,7 @@ from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 from model_lab.comparison.compare import compare
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.uniaxial import Uniaxial
+from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set as save_set
@@ -340,7 +341,7 @@ def test_a_missing_set_is_named(tmp_path):
 WRONG_VALUES = {
     "below -90 %": ("uniaxial", {"stretch": -95.0, "stress": 0.0}, "stretch", "strain + 1"),
     "beyond percent": ("uniaxial", {"stretch": 6e3, "stress": 0.0}, "stretch", "strain + 1"),
-    "gauge": ("valve_pulse", {"p_in": 200.0, "p_out": 0.0}, "column p_out", "absolute"),
+    "below nothing": ("valve_pulse", {"p_out": -120e3}, "column p_out", "absolute"),
     "duration": ("valve_pulse", {"duration": -1.0}, "column duration", "above 0"),
     "direction": ("valve_pulse", {"direction": 2.0}, "column direction", "inflate"),
 }
@@ -363,6 +364,21 @@ def test_values_that_cannot_be_are_located(tmp_path, experiment, values, place, 
     assert place in message
     assert part in message
     assert "row 2 (line 3 of the file)" in message
+
+
+@pytest.mark.parametrize("value", [0.0, -300.0], ids="{:g}".format)
+def test_gauge_pressures_of_pulses_are_kept_but_drive_no_model(tmp_path, value):
+    units = {"direction": "", "duration": "s", "p_in": "Pa", "p_out": "Pa", "mass": "kg"}
+    columns = {name: {"unit": unit} for name, unit in units.items()}
+    usual = {name: [1.0, 1.0] for name in units}
+    rows = csv_text(usual | {"p_in": [200.0, 200.0], "p_out": [1.0, value]})
+    content = document(experiment="valve_pulse", columns=columns)
+    data = load_measurements(write_set(tmp_path, content, {"r1.csv": rows}))
+    (doubt,) = data.doubts
+    for part in ("r1.csv: row 2 (line 3 of the file), column p_out", "is: gauge", f"{value:g}"):
+        assert part in doubt
+    with pytest.raises(DocumentError, match="row 2.*absolute"):
+        ValvePulse(data)
 
 
 @pytest.mark.parametrize("value", [0.0, 0.05, -0.3, 150.0], ids="{:g}".format)

@@ -440,3 +440,75 @@ def test_stretches_that_cannot_be_are_told_as_a_slip(change, name, tmp_path):
     for one in (checked.data, again):
         for run, expected in zip(one.runs, true.runs, strict=True):
             np.testing.assert_allclose(run.columns["stretch"], expected.columns["stretch"], 1e-4)
+
+
+TORQUES = ("torque_x", "torque_y", "torque_z")
+POSE = ("tip_qx", "tip_qy", "tip_qz", "tip_qw")
+MODES_SAID = {"pure_shear": "equibiaxial", "equibiaxial": "pure_shear", "uniaxial": "uniaxial"}
+
+
+def in_newton_centimetres(run):
+    return replace(run, columns=run.columns | {name: 0.1 * run.columns[name] for name in TORQUES})
+
+
+def scalar_first(run):
+    """As written w, x, y, z under the names of x, y, z, w."""
+    written = zip(POSE, (POSE[3], *POSE[:3]), strict=True)
+    return replace(run, columns=run.columns | {name: run.columns[own] for name, own in written})
+
+
+def in_another_mode(run):
+    return replace(run, mode=MODES_SAID[run.mode])
+
+
+@pytest.mark.parametrize(
+    ("experiment", "change", "name", "column"),
+    [
+        ("base_torque", in_newton_centimetres, "unit", "torque_x, torque_y, torque_z"),
+        ("base_torque", scalar_first, "exchanged", "tip_qx, tip_qy, tip_qz, tip_qw"),
+        ("rubber", in_another_mode, "exchanged", "mode"),
+    ],
+)
+def test_slips_of_a_whole_sensor_and_of_modes(experiment, change, name, column, tmp_path):
+    make_set(tmp_path / "true", experiment, [], seed=1)
+    true = load_measurements(tmp_path / "true")
+    noise = {
+        key: 0.1 * sigma if change is in_newton_centimetres else sigma
+        for key, sigma in true.noise.items()
+    }
+    stated = replace(true, runs=tuple(change(run) for run in true.runs), noise=noise)
+    write_files(set_files(stated, tmp_path / "said"))
+    checked = find_slips(load_measurements(tmp_path / "said"), BASE)
+    assert [(slip.name, slip.column) for slip in checked.slips] == [(name, column)]
+    again = mended(tmp_path / "said", checked.slips)
+    for one in (checked.data, again):
+        found = {run.name: run for run in one.runs}
+        for expected in true.runs:
+            run = found[expected.name]
+            assert run.mode == expected.mode
+            for key in (*true.inputs, *true.outputs):
+                np.testing.assert_allclose(run.columns[key], expected.columns[key], 1e-4, 1e-9)
+
+
+def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp_path):
+    make_set(tmp_path / "true", "valve_pulse", [("injector_flow", {})], seed=1)
+    true = load_measurements(tmp_path / "true")
+    air = min(float(run.columns["p_out"].min()) for run in true.runs)
+    runs = (
+        replace(
+            run, columns=run.columns | {key: run.columns[key] - air for key in ("p_in", "p_out")}
+        )
+        for run in true.runs
+    )
+    write_files(set_files(replace(true, runs=tuple(runs)), tmp_path / "said"))
+    said = load_measurements(tmp_path / "said")
+    assert said.doubts and "is: gauge" in said.doubts[0]
+    (slip,) = find_slips(said, BASE).slips
+    assert (slip.name, slip.column) == ("absolute", "p_in, p_out")
+    again = mended(tmp_path / "said", [slip])
+    assert again.doubts == ()
+    for run in again.runs:
+        expected = next(one for one in true.runs if one.name == run.name)
+        assert run.columns["p_in"] == pytest.approx(expected.columns["p_in"], abs=200.0)
+    with pytest.raises(ValueError, match="is: gauge"):
+        compare(said, BASE)

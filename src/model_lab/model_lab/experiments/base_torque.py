@@ -12,9 +12,10 @@ from functools import partial
 import numpy as np
 
 from model_lab.aliases import Array, Indices, Mask
+from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
-from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
+from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet, Run
 from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_common.numerics.rotations import matrices
 from softhand_model.bending.balance import SteppedBalance, free_curvature
@@ -27,6 +28,7 @@ from softhand_model.effects.stages import SectionShape, StructureEffect
 from softhand_model.equilibrium.joint_springs import Factor, JointSprings, springs_of
 from softhand_model.equilibrium.spatial import BaseLoad, HeldChain, Hold
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
+from softhand_model.model_file import Model
 
 FINGER_SEGMENTS = 10
 GRAVITY_DIRECTION = {
@@ -35,6 +37,7 @@ GRAVITY_DIRECTION = {
     "base_down": (0.0, 0.0, -1.0),
 }  # in the frame of the base: z along the actuator, x to the bending side
 FULL_GRAVITY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
+POSE_DRAWS = 4  # of the noise of the poses
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
@@ -188,6 +191,44 @@ class BaseTorque:
                 f"run {self._data.runs[run].name}: {columns}: expected "
                 f"{expected.format(wanted[row])}, got {got[row]:.3g} in sample {sample}"
             )
+
+
+# ---------------------------------------------------------------------- noise of the poses
+def torque_errors(data: MeasurementSet, model: Model) -> float | OwnErrors:
+    """Errors [N m] that the stated noise of the measured poses makes of the predictions, as several
+    draws; 0 if no noise of a pose is stated.
+
+    A chain that is nearly straight is so stiff along its axis that they can exceed the noise of the
+    torques by far. Repeats hardly show it, as those that scatter most are left out of the floor.
+    """
+    sigma = {name: data.noise[name] for name in TIP_POSE if data.noise.get(name)}
+    if not sigma:
+        return 0.0
+    acting = [effect for effect in model.effects if data.experiment in effect.experiments]
+
+    def predicted(data: MeasurementSet) -> Array:
+        torque = BaseTorque(data, joints=model.springs)
+        start = {name: np.array([value]) for name, value in torque.calibration().items()}
+        return torque.predict(start, acting)[0]
+
+    stated, rng = predicted(data), np.random.default_rng(0)
+    draws = [predicted(_with_noise(data, sigma, rng)) - stated for _ in range(POSE_DRAWS)]
+    return OwnErrors(np.stack(draws) / np.sqrt(POSE_DRAWS))
+
+
+def _with_noise(
+    data: MeasurementSet, sigma: Mapping[str, float], rng: np.random.Generator
+) -> MeasurementSet:
+    """The set with white noise of standard deviations sigma (SI units) added to columns."""
+
+    def noisy(run: Run) -> Run:
+        added = {
+            name: run.columns[name] + rng.normal(0.0, size, run.samples)
+            for name, size in sigma.items()
+        }
+        return replace(run, columns={**run.columns, **added})
+
+    return replace(data, runs=tuple(noisy(run) for run in data.runs))
 
 
 # ---------------------------------------------------------------------- springs of the chain

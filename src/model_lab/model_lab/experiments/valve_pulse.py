@@ -8,6 +8,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, INPUTS, MeasurementSet
+from model_lab.measurements.rows import require_possible
 from model_lab.measurements.specimens import require_columns
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import in_order, moved_mass
@@ -31,6 +32,7 @@ class ValvePulse:
 
     def __init__(self, data: MeasurementSet) -> None:
         require_columns(data, INPUTS["valve_pulse"], "the model of valve_pulse")
+        require_possible(data)
         for run in data.runs:
             _check(run.name, run.columns)
         direction, duration, p_in, p_out = (data.column(name) for name in INPUTS["valve_pulse"])

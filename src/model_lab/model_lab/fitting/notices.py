@@ -34,12 +34,13 @@ class Notice:
     """An anomaly of a set.
 
     kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`, `size`,
-    `absolute`, `duration`, `single_sample` or `left_out`. value: by kind, in this order: ratio to
-    the stated noise; frequency [Hz]; number of samples; change over the session, largest difference
-    of repeats, both in the SI unit of the outputs; number of jumps; longest gap [s]; ratio to the
-    readings; smallest pressure [Pa]; median duration [s]; number of runs, for the last two. size:
-    root mean square, or mean of absolute values, in the SI unit of the outputs. text: a clause that
-    says it. x, y: the points that show it. marked: indices of points that stand out.
+    `absolute`, `duration`, `pulses`, `single_sample` or `left_out`. value: by kind, in this order:
+    ratio to the stated noise; frequency [Hz]; number of samples; change over the session, largest
+    difference of repeats, both in the SI unit of the outputs; number of jumps; longest gap [s];
+    ratio to the readings; smallest pressure [Pa]; median duration [s]; median of the integrals over
+    what is expected; number of runs, for the last two. size: root mean square, or mean of absolute
+    values, in the SI unit of the outputs. text: a clause that says it. x, y: the points that show
+    it. marked: indices of points that stand out.
     """
 
     kind: str
@@ -68,6 +69,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _size(data, residual),
         _absolute(data),
         _duration(data),
+        _pulses(data),
         _single_sample(data),
         _left_out(data),
     )
@@ -360,6 +362,27 @@ def _duration(data: MeasurementSet) -> Notice | None:
     )
     order, marked = np.arange(len(lasting), dtype=float), np.zeros(0, np.int64)
     return Notice("duration", usual, 0.0, text, order, np.array(lasting), marked)
+
+
+def _pulses(data: MeasurementSet) -> Notice | None:
+    """Pulses whose integral of p_in - p_out is not about the duration times what it was first."""
+    needed = ("friction_integral", "p_in", "p_out", "duration")
+    runs = [run.columns for run in data.runs if all(name in run.columns for name in needed)]
+    if data.experiment != "valve_pulse" or not runs:
+        return None
+    integral, before, after, lasting = (np.concatenate([r[name] for r in runs]) for name in needed)
+    flows = before > after
+    shares = integral[flows] / ((before - after) * lasting)[flows]
+    share = float(np.median(shares)) if len(shares) else 1.0
+    low, high = RULES.pulse_shares
+    if low <= share <= high:
+        return None
+    text = (
+        f"friction_integral is {share:.3g} times (p_in - p_out)*duration (median), expected "
+        f"{low:g} to {high:g}: look at the units of duration and of the integrals"
+    )
+    order, marked = np.arange(len(shares), dtype=float), np.zeros(0, np.int64)
+    return Notice("pulses", share, 0.0, text, order, shares, marked)
 
 
 def _timed(run: Run) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.experiments.base_torque import torque_errors
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_grasp import grasp_errors, within_simulated
 from model_lab.experiments.hand_motion import own_errors
@@ -33,6 +34,7 @@ from softhand_model.model_file import Model
 SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
 
 OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | OwnErrors]] = {
+    "base_torque": torque_errors,
     HAND_MOTION: own_errors,
     PRESS: press_errors,
     GRASP: grasp_errors,

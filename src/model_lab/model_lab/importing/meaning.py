@@ -269,6 +269,8 @@ def _meant(column: Column, quantity: str) -> Meant:
     if quantity == "time":
         return _time(column)
     unit, kind = unit_for(quantity, column.unit), _kind(quantity, column.name, column.unit)
+    if quantity == "strain" and not column.unit:
+        unit = "percent" if np.nanmax(np.abs(column.values)) > RULES.largest_strain else ""
     return Meant(column.name, quantity, unit, kind=kind)
 
 

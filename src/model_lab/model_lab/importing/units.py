@@ -105,8 +105,8 @@ def unit_in_header(cell: str) -> tuple[str, str]:
 
     >>> unit_in_header("Druck [mbar]"), unit_in_header("p_kPa"), unit_in_header("tip angle")
     (('Druck', 'mbar'), ('p', 'kPa'), ('tip angle', ''))
-    >>> unit_in_header("p_abs/hPa"), unit_in_header("gyro_deg/s")
-    (('p_abs', 'hPa'), ('gyro_deg/s', ''))
+    >>> unit_in_header("p_abs/hPa"), unit_in_header("gyro_deg/s"), unit_in_header("Dehnung in %")
+    (('p_abs', 'hPa'), ('gyro_deg/s', ''), ('Dehnung', '%'))
     """
     found = _BRACKETS.match(cell)
     if found:
@@ -123,7 +123,7 @@ def unit_in_header(cell: str) -> tuple[str, str]:
 def _stands_alone(written: str) -> bool:
     """Whether a word at the end of a header is a unit: one letter may be part of the name."""
     unit = kind_of_pressure(written)[0]
-    return written in ("s", "N", "°") or bool(len(unit) > 1 and usual_unit(unit))
+    return written in ("s", "N", "°", "%") or bool(len(unit) > 1 and usual_unit(unit))
 
 
 def unit_for(quantity: str, written: str) -> str | None:

@@ -1,7 +1,8 @@
 """Impossible values in a run: refused, or kept with a doubt where a slip may explain them.
 
-A strain or a stretch in percent in the place of a stretch is a slip in how the set is stated. It is
-kept as it was read, so that `slips` can find it; no model is driven with it.
+A strain or a stretch in percent in the place of a stretch, or the gauge pressure of a pulse in the
+place of an absolute one, is a slip in how the set is stated. It is kept as it was read, so that
+`slips` can find it; no model is driven with it.
 """
 
 from __future__ import annotations
@@ -25,12 +26,17 @@ _NOT_STRETCHES = (
     "stretch is 1 at rest, that is strain + 1; if it is strain, write columns: {stretch: "
     "{unit: '', is: strain}}, with unit: percent if it is in percent",
 )
-_PULSES = ("a number above 0", "pulses need absolute pressures")
+VACUUM = -110e3  # [Pa], below which not even a gauge pressure lies
+_PULSES = (
+    "a number above 0",
+    "pulses need absolute pressures; if p_in and p_out are gauge pressures, write is: gauge beside "
+    "the unit of each under columns",
+)
 # by column: which values (in SI units) are wrong, what was expected, the mend
 _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
     "stretch": (lambda values: ~_within(values, STRETCH_NUMBERS), *_NOT_STRETCHES),
-    "p_in": (lambda values: values <= 0.0, *_PULSES),
-    "p_out": (lambda values: values <= 0.0, *_PULSES),
+    "p_in": (lambda values: values <= VACUUM, *_PULSES),
+    "p_out": (lambda values: values <= VACUUM, *_PULSES),
     "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
     "direction": (
         lambda values: np.abs(values) != 1.0,
@@ -38,7 +44,11 @@ _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
         "take the row out",
     ),
 }
-_DOUBTS = {"stretch": (lambda values: ~_within(values, STRETCHES), *_NOT_STRETCHES)}
+_DOUBTS = {
+    "stretch": (lambda values: ~_within(values, STRETCHES), *_NOT_STRETCHES),
+    "p_in": (lambda values: values <= 0.0, *_PULSES),
+    "p_out": (lambda values: values <= 0.0, *_PULSES),
+}
 
 
 def _within(values: Array, ends: tuple[float, float]) -> Mask:
@@ -78,13 +88,13 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> list[str]:
 
 
 def require_possible(data: MeasurementSet) -> None:
-    """Raise DocumentError if a run has values that were kept although no stretch can have them."""
+    """Raise DocumentError if a run has values that were kept although they are impossible."""
     wrong = _impossible(data)
     _refuse(wrong and next(iter(data.doubts), wrong))  # as it was told of the file
 
 
 def is_possible(data: MeasurementSet) -> bool:
-    """Whether no run has values that no stretch can have."""
+    """Whether no run has values that their column cannot have."""
     return _impossible(data) is None
 
 

@@ -36,6 +36,7 @@ ODD_TITLES = {
     "size": "Readings of another size than the model's",
     "absolute": "Smallest pressure of each run",
     "duration": "Duration of each run",
+    "pulses": "Integral over duration and first difference of pressures",
     "single_sample": "Samples of each run",
     "left_out": "Runs that the model follows",
 }
@@ -49,6 +50,7 @@ ODD_ABSCISSAS = {
     "size": "sample",
     "absolute": "run",
     "duration": "run",
+    "pulses": "pulse",
     "single_sample": "run",
     "left_out": "run, those left out last",
 }
@@ -58,6 +60,7 @@ ODD_ORDINATES = {  # the others are errors
     "gaps": "time [s]",
     "absolute": "pressure [Pa]",
     "duration": "time [s]",
+    "pulses": "ratio [-]",
     "single_sample": "samples [-]",
     "left_out": "followed [-]",
 }

@@ -12,8 +12,14 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.meanings import AMBIENT, MEANINGS, OF_LENGTH, air_pressure
-from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, OF_LENGTH, air_pressure
+from model_lab.measurements.measurement_set import (
+    OUTPUTS,
+    TIP_POSE,
+    MeasurementSet,
+    Run,
+    Specimen,
+)
 from model_lab.measurements.units import COLUMN_UNITS, column_unit
 from model_lab.slips.columns import (
     WITHOUT_UNIT,
@@ -25,6 +31,7 @@ from model_lab.slips.columns import (
     stated_unit,
     with_columns,
     with_meaning,
+    with_renamed,
     with_units,
 )
 from model_lab.slips.of_hand import candidates_of_hand
@@ -40,7 +47,12 @@ PLAUSIBLE_SIZES = {
     "gauge_length": (2e-3, 1.0),
 }  # [m]
 SPECIMEN_SIZES = tuple(PLAUSIBLE_SIZES)
-DOUBTED = ("stretch",)  # columns of which impossible values are kept (`measurements.rows`)
+TOGETHER = (("p_in", "p_out"), TIP_POSE[:3], OUTPUTS["base_torque"])
+"""Columns of one sensor, or of one kind of sensor, which are mistaken together."""
+OF_ONE_SENSOR = TOGETHER[1:]  # which have one unit
+QUATERNION = TIP_POSE[3:]
+DOUBTED = ("stretch", "p_in", "p_out")
+"""Columns of which impossible values are kept (`measurements.rows`)."""
 MOST_SPECIMENS = 6  # of which any two may have been exchanged
 SHEAR_OF_YOUNG = 1.0 / 3.0  # of an incompressible material
 MEANING_WORDS = {
@@ -75,62 +87,78 @@ def candidates(data: MeasurementSet) -> Iterator[Candidate]:
     if data.of_hand:
         yield from candidates_of_hand(data)
         return
-    for column in dict.fromkeys((*data.inputs, *data.outputs)):
-        if data.doubts and column not in DOUBTED:
+    for columns in _mistaken_together(data):
+        if data.doubts and columns[0] not in DOUBTED:
             continue
-        yield from _units(data, column)
-        yield from _meanings(data, column)
+        if columns not in [(name,) for group in OF_ONE_SENSOR for name in group]:
+            yield from _units(data, columns)
+        yield from _meanings(data, columns)
     if data.doubts:
         return
     yield from _exchanged_columns(data)
+    yield from _scalar_first(data)
+    yield from _exchanged_modes(data)
     yield from _moduli(data)
     yield from _sizes(data)
     yield from _exchanged_specimens(data)
 
 
 # ---------------------------------------------------------------------- columns
-def _units(data: MeasurementSet, column: str) -> Iterator[Candidate]:
-    """A column in each other usual unit of its quantity."""
-    said = stated_unit(data, column)
-    for unit, factor in factors_of(data, column):
+def _mistaken_together(data: MeasurementSet) -> list[tuple[str, ...]]:
+    """Each column alone, and those that may be stated wrongly together."""
+    names = dict.fromkeys((*data.inputs, *data.outputs))
+    groups = [
+        group
+        for group in TOGETHER
+        if names.keys() >= set(group) and len({stated_unit(data, name) for name in group}) == 1
+    ]
+    return [*((name,) for name in names), *groups]
+
+
+def _units(data: MeasurementSet, columns: tuple[str, ...]) -> Iterator[Candidate]:
+    """Columns in each other usual unit of their quantity."""
+    said = stated_unit(data, columns[0])
+    for unit, factor in factors_of(data, columns[0]):
         yield Candidate(
             "percent" if unit == "percent" else "unit",
-            column,
+            ", ".join(columns),
             said,
             unit,
-            column_mend(data, {column: {"unit": unit}}),
-            with_units(data, (column,), unit, factor),
-            rare=is_rare(column, unit),
+            column_mend(data, {column: {"unit": unit} for column in columns}),
+            with_units(data, columns, unit, factor),
+            rare=is_rare(columns[0], unit),
         )
 
 
-def _meanings(data: MeasurementSet, column: str) -> Iterator[Candidate]:
-    """A column that holds something else than is expected, in its own unit or another one."""
-    said = stated_unit(data, column)
-    for word in MEANINGS.get(column, ()):
+def _meanings(data: MeasurementSet, columns: tuple[str, ...]) -> Iterator[Candidate]:
+    """Columns that hold something else than is expected, in their own unit or another one."""
+    first = columns[0]
+    said = stated_unit(data, first)
+    for word in MEANINGS.get(first, ()):
         units = [(said, 1.0)]
         if word in ("absolute", "strain"):  # which come in any unit
-            units += factors_of(data, column)
+            units += factors_of(data, first)
         if word == "curvature":
             known = all(OF_LENGTH in specimen.values for specimen in _used(data).values())
-            every = [*units, *factors_of(data, column)] if known else []
+            every = [*units, *factors_of(data, first)] if known else []
             units = [(unit, factor) for unit, factor in every if unit == "rad"]
         for unit, factor in units:
-            scaled = with_units(data, (column,), unit, factor)
-            ambient = _ambient(scaled, column)
-            mended = with_meaning(scaled, (column,), word, ambient)
-            if not _possible(mended, column) or _same(mended, scaled, column):
+            scaled = with_units(data, columns, unit, factor)
+            ambient = ATMOSPHERE if word == "gauge" else _ambient(scaled, first)
+            mended = with_meaning(scaled, columns, word, ambient)
+            if not _possible(mended, first) or _same(mended, scaled, first):
                 continue
             entry: dict[str, Any] = {"unit": unit, "is": word}
             if word in ("absolute", "gauge"):
-                entry[AMBIENT] = _written(ambient / column_unit(column, unit).scale)
+                entry[AMBIENT] = _written(ambient / column_unit(first, unit).scale)
+            named = ", ".join(columns)
             yield Candidate(
                 NAMES.get(word, word),
-                column,
-                EXPECTED.get(word, "the tip angle").format(column=column),
-                MEANING_WORDS[word].format(column=column) + (f" in {unit}" if unit != said else ""),
-                column_mend(data, {column: entry}),
-                replace(mended, units={**data.units, column: unit}),
+                named,
+                EXPECTED.get(word, "the tip angle").format(column=named),
+                MEANING_WORDS[word].format(column=named) + (f" in {unit}" if unit != said else ""),
+                column_mend(data, {column: dict(entry) for column in columns}),
+                replace(mended, units={**data.units, **dict.fromkeys(columns, unit)}),
                 rare=word == "curvature",
             )
 
@@ -180,6 +208,41 @@ def _exchanged_columns(data: MeasurementSet) -> Iterator[Candidate]:
                 column_mend(data, entries),
                 mended,
             )
+
+
+def _scalar_first(data: MeasurementSet) -> Iterator[Candidate]:
+    """A quaternion written as w, x, y, z: the column of x holds w, and so on."""
+    if set(QUATERNION) <= set(data.inputs):
+        sources = dict(zip(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), strict=True))
+        entries = {name: {"unit": "", "from": source} for name, source in sources.items()}
+        yield Candidate(
+            "exchanged",
+            ", ".join(QUATERNION),
+            "x, y, z, w",
+            "w, x, y, z, the scalar first",
+            column_mend(data, entries),
+            with_renamed(data, sources),
+        )
+
+
+def _exchanged_modes(data: MeasurementSet) -> Iterator[Candidate]:
+    """Any two modes of tests of the rubber exchanged."""
+    modes = dict.fromkeys(run.mode for run in data.runs if run.mode)
+    for first, second in combinations(modes, 2):
+        other = {first: second, second: first}
+        runs = tuple(
+            replace(run, mode=other.get(run.mode, run.mode)) if run.mode else run
+            for run in data.runs
+        )
+        entries = {run.name: {"mode": other[run.mode]} for run in data.runs if run.mode in other}
+        yield Candidate(
+            "exchanged",
+            "mode",
+            f"{first} and {second}",
+            f"{second} and {first}, exchanged",
+            one_line({"runs": entries}),
+            replace(data, runs=runs),
+        )
 
 
 # ---------------------------------------------------------------------- specimens

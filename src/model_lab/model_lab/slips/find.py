@@ -20,6 +20,7 @@ from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import base_starts, pose_problem
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
+from model_lab.measurements.rows import is_possible
 from model_lab.measurements.specimens import made_of
 from model_lab.rules import RULES
 from model_lab.slips.candidates import candidates
@@ -244,7 +245,7 @@ def nearest(data: MeasurementSet, model: Model) -> list[Candidate]:
     """The slips (mistakes in units, signs or names) with the least error before any fit, at most
     `FITTED` of them, in the order of `candidates`.
     """
-    tried = list(candidates(data))
+    tried = [one for one in candidates(data) if not data.doubts or is_possible(one.mended)]
     errors = [_predicted_error(candidate.mended, model) for candidate in tried]
     chosen = sorted(np.argsort(errors, kind="stable")[:FITTED].tolist())
     return [tried[n] for n in chosen if np.isfinite(errors[n])]
