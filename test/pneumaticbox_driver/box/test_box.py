@@ -187,7 +187,7 @@ def test_a_sensor_that_gives_no_number_vents_at_once_and_latches(entry):
 def test_a_box_whose_first_sample_is_no_number_vents_and_can_still_be_reset():
     rig = BottleRig(channels=1)
     rig.answer(np.array([np.nan, 4e5]))
-    with pytest.raises(ValueError, match="no usable sensor sample"):
+    with pytest.raises(ValueError, match="expected a sensor sample with a number"):
         rig.box.reset()
     rig.run(1.5)
     rig.box.reset()

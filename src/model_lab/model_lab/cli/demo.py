@@ -34,10 +34,11 @@ class StepFailed(Exception):
 
 @dataclass(frozen=True)
 class Demonstration:
-    """The demonstration.
+    """The steps of `make lab-demo`: hide an effect in simulated measurements, diagnose the model,
+    add the effect, and show that the error falls.
 
-    folder: where its files are written. seed: seed of all random draws. force: whether results of
-    an earlier demonstration are overwritten.
+    folder: where the files are written. seed: seed of all random draws. force: whether files of an
+    earlier run are overwritten.
     """
 
     folder: Path

@@ -44,19 +44,21 @@ _KEPT: dict[Hashable, tuple[HandDescription, Array]] = {}
 
 
 class HandPress(HandPose):
-    """Force [N] and torque [N m over TORQUE_ARM] at the wrist (lanes, samples), in the axes of the
-    world, of hands that are pressed on a level plate, run after run.
+    """Wrench at the wrist (lanes, samples) of hands that are pressed on a level plate: a lane is
+    one set of parameters, samples are those of all runs in turn.
 
-    Chains are cut into a few segments and follow the path of the wrist, with inertia as if the
-    whole hand accelerated as the wrist does (`softhand_model.motion.pressed_body`). Contacts
-    between parts of the hand, and contacts of the palm's plate and sheet, are left out. The error
-    of few segments and long steps is computed once, for the hand as stated, and subtracted from all
-    predictions. Pressures that no hand can bear give NaN, and so do runs in which a joint does not
-    come to rest, in smaller steps either.
+    Forces are in N, torques are divided by TORQUE_ARM and in N, too; both in the axes of the world.
+    The model (`softhand_model.motion.pressed_body`) divides each finger into a few rigid segments
+    that follow the path of the wrist, and takes the whole hand to accelerate as the wrist does. It
+    has no contacts between parts of the hand, and none of the palm. For the hand as the set states
+    it, the wrench is also computed with more segments and shorter steps; the difference is added to
+    all predictions. A prediction is NaN where a pressure is too high for any hand, or where a joint
+    does not come to rest even in smaller steps.
 
     segments: number of segments per actuator; None: PRESS_SEGMENTS, or that of the simulated hand.
-    step: time step [s], with which no error is subtracted; None: PRESS_STEP, with the subtraction.
-    unsettled: runs of the last prediction that are NaN, by index, with the joint, in words.
+    step: time step [s], without that correction; None: PRESS_STEP, with it.
+    unsettled: by index of a run that is NaN in the last prediction, the joint that did not come to
+    rest, as text.
 
     Raises DocumentError for a missing column or plate, for too few samples or samples too far apart
     in time, and for a palm that would touch the plate.

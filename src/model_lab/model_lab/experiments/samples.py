@@ -147,7 +147,9 @@ class SampleRows:
         return found
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
-        """What the sensor of an output reads, (lanes, rows), for true values (lanes, rows, 1)."""
+        """Readings (lanes, rows) of the sensor of an output, with the effects of `staged` that act
+        on sensors. values (lanes, rows, 1): the true values; a lane is one set of parameters.
+        """
         acting = [effect for effect in staged.output if effect.shows(output)]
         return self.through(staged, acting, "reading", values)[:, :, 0]
 

@@ -105,7 +105,10 @@ def _columns(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
     """Values (k, names) of a topic."""
     missing = [name for name in names if name not in topic.columns]
     if missing:
-        raise DocumentError(f"{bag}: {topic.topic}: expected {listed(names)}, got no {missing[0]}")
+        raise DocumentError(
+            f"{bag}, topic {topic.topic}: expected the fields {listed(names)}, "
+            f"lacks {listed(missing)}"
+        )
     return np.stack([topic.columns[name] for name in names], axis=1)
 
 

@@ -127,8 +127,8 @@ def _stands_alone(written: str) -> bool:
 
 
 def unit_for(quantity: str, written: str) -> str | None:
-    """The unit that a column of this quantity gets in a set, from the unit in the file; None if
-    that does not fit the quantity.
+    """How experiment.yaml spells a unit that a file has written for a column of this quantity, such
+    as percent for %; None if it is not a unit of the quantity.
     """
     if quantity in ("stretch", "strain"):
         return "" if written in (*DIMENSIONLESS, "") else usual_unit(written) or None

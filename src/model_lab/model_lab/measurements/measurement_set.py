@@ -107,7 +107,8 @@ class Specimen:
 
     @property
     def mean_wall(self) -> float:
-        """Mean wall thickness [m] along the specimen; NaN if none is stated.
+        """Wall thickness [m] averaged over the length of the specimen; NaN if no wall is stated.
+        A tapered wall is given by points (position, thickness).
 
         >>> Specimen("a", {"wall": np.array([[0.0, 0.002], [0.09, 0.004]])}).mean_wall
         0.003

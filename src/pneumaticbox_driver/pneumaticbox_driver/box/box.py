@@ -417,7 +417,10 @@ class PneumaticBox:
             ValueError: there was no usable sensor sample; the box stays vented.
         """
         if not self.sensors_sound:
-            raise ValueError("no usable sensor sample: still vented")
+            raise ValueError(
+                "reset: expected a sensor sample with a number for every channel, got none; "
+                "the box stays vented"
+            )
         self.latch.release()
         self.control.restart()
         self.guard.restart()

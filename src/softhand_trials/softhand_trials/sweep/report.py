@@ -136,8 +136,8 @@ def codes_of(records: Iterable[Record]) -> list[str]:
 
 
 def summary(records: Iterable[Record]) -> str:
-    """Text with the successes and their interval by object and variant, and with the commonest
-    failures.
+    """Text that says how many trials gripped the object, for each object and variant of the
+    strategy, with the 95 % confidence interval of the rate, and the most frequent failures.
     """
     records, lines = list(records), []
     for group in groups_of(records):

@@ -142,7 +142,7 @@ def _value(source: Source, read: Callable[[Any], float], message: Any, index: in
     except LookupError as reason:
         raise DocumentError(
             f"{source.place}.field: expected a number in every message of {source.topic}, got "
-            f"{source.field.text} ({reason}) in message {index + 1}; it holds "
+            f"{source.field.text} ({reason}) in message {index + 1}; fields with numbers: "
             f"{', '.join(number_fields(message)) or 'no numbers'}"
         ) from reason
     if not np.isfinite(value):

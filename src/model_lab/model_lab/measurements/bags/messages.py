@@ -69,7 +69,9 @@ def opened(folder: Path, messages: Path | None = None) -> Iterator[AnyReader]:
         reader.open()
     # besides its own errors rosbags raises those of the database or decompression below it
     except Exception as reason:
-        raise DocumentError(f"{expected}, got one that cannot be read: {_said(reason)}") from reason
+        raise DocumentError(
+            f"{expected}, but its bytes cannot be decoded: {_said(reason)}"
+        ) from reason
     try:
         yield reader
     finally:
