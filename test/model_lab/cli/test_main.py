@@ -121,7 +121,7 @@ def test_plan_says_what_it_proposes_or_that_nothing_is_tied(pulls, tmp_path, cap
     assert content["format"] == "softhand-plan/1"
     assert any(content["tied"]) == (content["next_experiment"] is not None)
     if content["next_experiment"] is None:
-        assert "Nothing is tied" in shown
+        assert "No effects are tied" in shown
         assert content["files"] == [] and not out.exists()
     else:
         assert "next experiment" in shown

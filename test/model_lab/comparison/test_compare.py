@@ -48,7 +48,7 @@ def test_an_error_at_large_stretch_is_located():
     text = comparison_text(found, "base")
     assert "pressure (stretch)" in text
     assert "times the noise floor" in text
-    assert "`diagnose` tries them with effects" in text
+    assert "`diagnose` also tests such mistakes together with effects" in text
 
 
 def test_noise_is_said_to_be_noise():

@@ -101,9 +101,9 @@ def test_air_flows_in_the_active_state_alone(start_on_board, peer, board):
     peer.wait(lambda: activates(peer), "an active box")
     assert state(peer) == "active"
     peer.wait(lambda: inflates(peer, board), "an inlet that opens")
-    begun = time.monotonic()
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
-    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
+    # not since then: a missed sample may have vented the box since it inflated
+    peer.wait(lambda: board.opened is not None, "open outlets")
     vented = "safety", "vented until pneumaticbox/reset", "deactivated"  # beside missed samples
     peer.diagnosis(*vented, keep_going=False)
     # the vent was that of the state alone
@@ -125,10 +125,9 @@ def test_after_cleanup_the_board_is_free_and_configure_connects_again(start_on_b
     peer.wait(lambda: peer.states, "a state of the box")
     assert state(peer) == "active"
     peer.wait(lambda: inflates(peer, board), "an inlet that opens")
-    begun = time.monotonic()
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     assert change(peer, Transition.TRANSITION_CLEANUP)
-    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
+    peer.wait(lambda: board.opened is not None, "open outlets")
     assert state(peer) == "unconfigured"
     refused = peer.call(SetBool, "pneumaticbox/enable", data=True)
     assert not refused.success and "unconfigured" in refused.message

@@ -70,16 +70,16 @@ def inflate(peer, board):
 def test_a_board_that_fails_is_told_to_open_and_is_used_again(on_board, peer, link, fault, said):
     board, process = on_board(link)
     inflate(peer, board)
-    begun = board.switch(fault)
+    board.switch(fault)
     peer.diagnosis("safety", said, keep_going=False)
-    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
+    peer.wait(lambda: board.opened is not None, "open outlets")
     assert peer.call(Trigger, "pneumaticbox/vent").success
     board.switch("none")
     peer.spin(1.0)
     assert board.opened is not None  # until the reset
     inflate(peer, board)
-    begun = board.switch("hang")
+    board.switch("hang")
     process.send(signal.SIGTERM)
     assert process.wait(10.0) == 0, process.output()
-    peer.wait(lambda: board.opened is not None and board.opened > begun, "open outlets")
+    peer.wait(lambda: board.opened is not None, "open outlets")
     assert "Traceback" not in process.output()
