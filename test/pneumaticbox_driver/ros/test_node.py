@@ -118,8 +118,12 @@ def test_without_samples_it_vents_and_latches_until_reset(start, peer):
     peer.run(0.2)
     peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], "open outlets", 1.0)
     peer.diagnosis("safety", "no sensor sample for 250 ms", keep_going=False)
-    refused = peer.call(Trigger, "pneumaticbox/reset")
-    assert not refused.success and "expected a sensor sample" in refused.message
+
+    def refused():  # a driver that was held up may have taken the last sample after the vent
+        answer = peer.call(Trigger, "pneumaticbox/reset")
+        return answer if not answer.success else None
+
+    assert "expected a sensor sample" in peer.wait(refused, "a reset that is refused").message
     peer.run(0.02)
     assert list(peer.valves[-1].position) == [-1.0, -1.0]
     assert peer.call(Trigger, "pneumaticbox/reset").success
