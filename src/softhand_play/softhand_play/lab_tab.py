@@ -25,8 +25,9 @@ from model_lab.cli.options import (
     stretch_before,
 )
 from model_lab.importing.cells import Ambiguous
+from model_lab.importing.derived_columns import Maps
 from model_lab.importing.hand_sets import set_of_hand
-from model_lab.importing.importing import ImportedSet, Maps, Proposal, make_set, propose
+from model_lab.importing.importing import ImportedSet, Proposal, make_set, propose
 from model_lab.importing.tables import read_tables
 from model_lab.importing.told import table_rows
 from model_lab.measurements.hands import HAND_POSE

@@ -96,6 +96,14 @@ def test_sheets_with_other_columns_are_asked_for_and_named_once(tmp_path, capsys
     assert "--sheet: expected all files once, got it twice" in capsys.readouterr().err
 
 
+def test_whole_numbers_that_repeat_are_readings_where_the_name_says_more(tmp_path):
+    steps = np.repeat([0.0, 10.0, 20.0, 30.0], 5)
+    header = "t (s),finger pressure (kPa),test angle (deg)"
+    path = table(tmp_path / "steps.csv", header, np.arange(20.0) / 7.0, steps, 2.0 * steps)
+    (run,) = make_set(propose([path])).runs
+    np.testing.assert_allclose(run.columns["pressure"], steps)
+
+
 def test_a_number_of_each_sample_and_words_of_a_phase_part_nothing(tmp_path):
     path = tmp_path / "one.csv"
     rows = [

@@ -12,39 +12,27 @@ import numpy as np
 import yaml
 
 from model_lab.importing.derived import (
-    DERIVATIONS,
     OPEN_AREA,
     OPEN_LENGTH,
-    Derivation,
-    argument_names,
-    calibrated,
     derivation,
     displacements,
     suggestion,
 )
+from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
+from model_lab.importing.runs_apart import runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.strips import strip_modulus
-from model_lab.importing.tables import (
-    Column,
-    Table,
-    by_labels,
-    read_tables,
-    repeats_apart,
-    side_by_side,
-)
+from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
-
-Maps = Mapping[str, tuple[str, str]]
-"""Column and unit ("" for that of the file) by quantity."""
 
 SPECIMEN = "finger"  # where no hand says what was measured
 STRIP = "strip"  # likewise of a tensile test
@@ -136,13 +124,9 @@ def propose(
     for path in paths:
         sheet = sheet_of.get(path.name, sheet_of.get("", ""))
         read = read_tables(path, messages, decimal, sheet)
-        runs = [run for table in read for run in by_labels(table)]
-        apart = [
-            repeat for run in runs for part in side_by_side(run) for repeat in repeats_apart(part)
-        ]
-        tables += [_with_all_derived(table, given) for table in apart]
+        tables += [with_derived(run, given) for table in read for run in runs_apart(table)]
     _check_maps(tables, given)
-    given = {quantity: _as_derived(name, unit) for quantity, (name, unit) in given.items()}
+    given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     every = tuple(Source(table, meanings(table, given)) for table in tables)
     sources = tuple(source for source in every if source.quantities) or every
     found = experiment or experiment_of(
@@ -195,88 +179,6 @@ def _check_files(option: str, given: Mapping[str, object], files: Iterable[str])
         raise DocumentError(
             f"{option}: expected one of the files {listed(known)}, got {shortened(unknown[0])}"
         )
-
-
-def _with_all_derived(table: Table, maps: Maps) -> Table:
-    """The table with the derived columns that the user asks for."""
-    for quantity, (name, unit) in maps.items():
-        table = _with_derived(table, quantity, name, unit)
-    return table
-
-
-def _with_derived(table: Table, quantity: str, text: str, unit: str) -> Table:
-    """The table with the column that a function of its columns is, if it has them."""
-    call = derivation(text)
-    if call is None:
-        return table
-    known = {column.name: column for column in table.columns}
-    if call[0] is DERIVATIONS["linear"]:
-        return _with_calibrated(table, f"--map {quantity}={text}", unit, call[1])
-    if call[0].sized:
-        return _with_sized(table, f"--map {quantity}={text}", unit, call)
-    names = argument_names(call[1], call[0].parts, list(known))
-    if not known.keys() >= set(names):
-        return table
-    if len(names) not in call[0].sizes:
-        raise DocumentError(
-            f"--map {quantity}={text}: expected {' or '.join(map(str, call[0].sizes))} columns, "
-            f"got {len(names)}"
-        )
-    values = np.stack([known[name].values for name in names])
-    seen = np.isfinite(values).all(axis=0) & values.any(axis=0)
-    angle = np.full(values.shape[1], np.nan)
-    if seen.any():
-        angle[seen] = call[0].values(values[:, seen])
-    unit = (unit or known[names[0]].unit) if len(names) == 1 else "rad"
-    return table.with_column(Column(text, unit, angle))
-
-
-def _as_derived(name: str, unit: str) -> tuple[str, str]:
-    """Column and unit that the user says; a function with a size has used the unit of its column,
-    and its values have their own.
-    """
-    call = derivation(name)
-    return (name, "") if call is not None and call[0].sized else (name, unit)
-
-
-def _with_calibrated(table: Table, said: str, unit: str, arguments: Sequence[str]) -> Table:
-    """The table with a column times a slope, plus an offset, as the option `said` asks for it."""
-    name, *constants = arguments
-    column, text = table.column(name), said.partition("=")[2]
-    if column is None:
-        return table
-    values = calibrated(column.values, constants)
-    if values is None:
-        raise DocumentError(
-            f"{said}: expected a column, a slope and an offset, as in linear({name},50,-25), "
-            f"got {shortened(text)}"
-        )
-    return table.with_column(Column(text, unit, values))
-
-
-def _with_sized(table: Table, said: str, unit: str, call: tuple[Derivation, list[str]]) -> Table:
-    """The table with a function of one column and a size of the specimen, as the option `said`
-    asks for it.
-    """
-    (function, (name, *rest)), sized, text = call, call[0].sized, said.partition("=")[2]
-    column = table.column(name)
-    if column is None or sized is None:
-        return table
-    try:
-        scale = column_unit(sized.of, unit or column.unit).scale
-    except ValueError as error:
-        raise DocumentError(f"{said}: unit of {name}: {error} (--map ...:UNIT)") from None
-    ratio = sized.combined(column.values * scale, rest[0]) if len(rest) == 1 else None
-    if ratio is None:
-        written = f"{text.partition('(')[0]}({name},{sized.example})"
-        raise DocumentError(
-            f"{said}: expected a column and the {sized.size}, as in {written}, "
-            f"got {shortened(text)}"
-        )
-    values, seen = np.full(len(ratio), np.nan), np.isfinite(ratio)
-    if seen.any():
-        values[seen] = function.values(ratio[None, seen])
-    return table.with_column(Column(text, function.unit, values))
 
 
 def _check_maps(tables: Sequence[Table], maps: Maps) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from model_lab.importing.runs import ImportedRun
 from model_lab.measurements.units import column_unit
 
-EARLY = 0.3  # of the largest elongation: where rubber is about neo-Hookean
-MODULUS_DIGITS = 3  # of a modulus that is only a start
+EARLY = 0.3  # of the largest elongation, by hand: the modulus is only a start of the fit
+MODULUS_DIGITS = 3
 
 
 def strip_modulus(

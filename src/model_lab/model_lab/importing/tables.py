@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.importing.cells import (
@@ -39,15 +38,11 @@ LABEL_WORDS = (
     *("specimen", "sample", "finger", "actuator", "prototype", "trial", "run", "test", "rep"),
     *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
     *("protokoll", "essai", "echantillon", "ensayo", "prova"),
-)  # in the name of a column that says to which run its rows belong
+    *("id", "no", "nr", "num", "number", "name", "nummer"),
+)  # of which the name of a column consists that says to which run its rows belong
 LABEL_SIGN = re.compile(r"\W+")  # what a label of a run cannot have in the name of a file
 WHOLE_NUMBER = re.compile(r"\d+(?:[.,]0*)?")
-LEAST_ROWS_OF_RUN = 3  # of a run
-REPEAT = re.compile(
-    r"(?:^|[\s_(-])(?:trial|run|test|rep|repeat|repetition|cycle|versuch|messung|lauf|zyklus|essai|"
-    r"ensayo|prova)[\s_#]*(?P<number>\d+)(?=$|[\s_)-])",
-    re.I,
-)  # in the name of a column: which repeat of a measurement it is
+LEAST_ROWS_OF_RUN = 3  # fewer are no run, by hand
 
 
 @dataclass(frozen=True)
@@ -118,13 +113,13 @@ def read_tables(
         tables = [read_table(path, decimal, name) for name in sheets]
         if len({tuple((one.name, one.unit) for one in table.columns) for table in tables}) == 1:
             return tuple(
-                replace(table, path=_labelled(path, name))
+                replace(table, path=labelled(path, name))
                 for table, name in zip(tables, sheets, strict=True)
             )
     return (read_table(path, decimal, sheet),)
 
 
-def _labelled(path: Path, label: str) -> Path:
+def labelled(path: Path, label: str) -> Path:
     """Path that stands for the part of a file with that label."""
     return path.with_name(f"{path.stem}_{LABEL_SIGN.sub('-', label.strip())}{path.suffix}")
 
@@ -173,15 +168,20 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
 
 
 def _is_label(name: str, cells: Sequence[str]) -> bool:
-    """Whether a column says which specimen or repeat its rows belong to: by its name, and because
-    it has few different words or whole numbers, each in several rows.
+    """Whether a column says which specimen or repeat its rows belong to: its name consists of such
+    words alone, and it has few different words or whole numbers, each in several rows.
+
+    >>> _is_label("Trial no", 3 * ["1"] + 3 * ["2"])
+    True
+    >>> _is_label("test pressure", 3 * ["1"] + 3 * ["2"])
+    False
     """
-    words = re.split(r"[^a-z]+", name.casefold())
-    if not set(LABEL_WORDS).intersection(words):
+    words = re.findall(r"[a-z]+", name.casefold())
+    if not words or not set(words) <= set(LABEL_WORDS):
         return False
-    rows = [cells.count(cell) for cell in dict.fromkeys(cells)]
-    whole = all(not is_number(cell) or WHOLE_NUMBER.fullmatch(cell.strip()) for cell in set(cells))
-    return whole and len(rows) > 1 and min(rows) >= LEAST_ROWS_OF_RUN and all(cells)
+    rows = Counter(cells)
+    whole = all(not is_number(cell) or WHOLE_NUMBER.fullmatch(cell.strip()) for cell in rows)
+    return whole and len(rows) > 1 and min(rows.values()) >= LEAST_ROWS_OF_RUN and "" not in rows
 
 
 def _labels(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
@@ -193,72 +193,6 @@ def _labels(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
     ordered = sorted(columns, key=lambda cells: all(map(is_number, cells)))
     plain = [[LABEL_SIGN.sub("-", cell.strip()) for cell in cells] for cells in ordered]
     return tuple("_".join(row) for row in zip(*plain, strict=True)) if plain else ()
-
-
-def by_labels(table: Table) -> tuple[Table, ...]:
-    """The tables of the runs that a file has one below the other, each with the name of its label;
-    without labels, the table itself.
-    """
-    path = table.path
-    parts: list[Table] = []
-    for label in dict.fromkeys(table.labels):
-        rows = np.array([one == label for one in table.labels])
-        columns = tuple(replace(one, values=one.values[rows]) for one in table.columns)
-        parts.append(Table(_labelled(path, label), columns, () if parts else table.remarks))
-    return tuple(parts) or (table,)
-
-
-def side_by_side(table: Table) -> tuple[Table, ...]:
-    """The tables that stand side by side in a file, each of which begins with a column of the same
-    name, such as Time, Pressure, Time, Angle. If there is only one, the table itself.
-    """
-    first = table.columns[0].name
-    starts = [
-        place
-        for place, column in enumerate(table.columns)
-        if column.name in (first, f"{first} ({place + 1})")
-    ]
-    ends = [*starts[1:], len(table.columns)]
-    if len(starts) < 2 or any(end - start < 2 for start, end in zip(starts, ends, strict=True)):
-        return (table,)
-    parts = (table.columns[start:end] for start, end in zip(starts, ends, strict=True))
-    return tuple(
-        replace(table, columns=(replace(of_part[0], name=first), *of_part[1:])) for of_part in parts
-    )
-
-
-def repeats_apart(table: Table) -> tuple[Table, ...]:
-    """The tables of the repeats that a file has side by side, such as Pressure, Trial 1, Trial 2:
-    one for each number, with the columns that have no number. Without such columns, or with a
-    single number, the table itself.
-    """
-    found = [REPEAT.search(column.name) for column in table.columns]
-    numbers = dict.fromkeys(one["number"] for one in found if one)
-    if len(numbers) < 2:
-        return (table,)
-    named = [column.name for column, one in zip(table.columns, found, strict=True) if one]
-    remark = f"{listed(named)} are taken as {len(numbers)} runs"
-    return tuple(
-        replace(
-            table,
-            columns=tuple(
-                replace(column, name=_without_repeat(column.name)) if one else column
-                for column, one in zip(table.columns, found, strict=True)
-                if one is None or one["number"] == number
-            ),
-            remarks=(*table.remarks, remark),
-        )
-        for number in numbers
-    )
-
-
-def _without_repeat(name: str) -> str:
-    """The name of a column without the number of the repeat.
-
-    >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2")
-    ('Angle', 'Trial')
-    """
-    return REPEAT.sub("", name).strip(" _-()") or name.strip(" _-()0123456789#")
 
 
 def _first_below_header(rows: Sequence[Row], good: int, width: int) -> int:

@@ -13,7 +13,8 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.importing.derived import OPEN_AREA, OPEN_LENGTH
-from model_lab.importing.importing import Maps, Proposal
+from model_lab.importing.derived_columns import Maps
+from model_lab.importing.importing import Proposal
 
 LEVELS = "▁▂▃▄▅▆▇█"
 CURVE_WIDTH = 16  # characters

@@ -1,0 +1,91 @@
+"""Runs that share a table: one below the other, or side by side."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from model_lab.importing.tables import Table, labelled
+from softhand_common.documents.quoted import listed
+
+REPEAT = re.compile(
+    r"(?:^|[\s_(-])(?:trial|run|test|rep|repeat|repetition|cycle|versuch|messung|lauf|zyklus|essai|"
+    r"ensayo|prova)[\s_#]*(?P<number>\d+)(?=$|[\s_)-])",
+    re.I,
+)  # in the name of a column: which repeat of a measurement it is
+
+
+def runs_apart(table: Table) -> Iterator[Table]:
+    """The tables of the runs that share a table; the table itself if it holds a single run."""
+    for run in _by_labels(table):
+        for part in _side_by_side(run):
+            yield from _repeats_apart(part)
+
+
+def _by_labels(table: Table) -> tuple[Table, ...]:
+    """The tables of the runs that a file has one below the other, each with the name of its label;
+    without labels, the table itself.
+    """
+    path = table.path
+    parts: list[Table] = []
+    for label in dict.fromkeys(table.labels):
+        rows = np.array([one == label for one in table.labels])
+        columns = tuple(replace(one, values=one.values[rows]) for one in table.columns)
+        parts.append(Table(labelled(path, label), columns, () if parts else table.remarks))
+    return tuple(parts) or (table,)
+
+
+def _side_by_side(table: Table) -> tuple[Table, ...]:
+    """The tables that stand side by side in a file, each of which begins with a column of the same
+    name, such as Time, Pressure, Time, Angle. If there is only one, the table itself.
+    """
+    first = table.columns[0].name
+    starts = [
+        place
+        for place, column in enumerate(table.columns)
+        if column.name in (first, f"{first} ({place + 1})")
+    ]
+    ends = [*starts[1:], len(table.columns)]
+    if len(starts) < 2 or any(end - start < 2 for start, end in zip(starts, ends, strict=True)):
+        return (table,)
+    parts = (table.columns[start:end] for start, end in zip(starts, ends, strict=True))
+    return tuple(
+        replace(table, columns=(replace(of_part[0], name=first), *of_part[1:])) for of_part in parts
+    )
+
+
+def _repeats_apart(table: Table) -> tuple[Table, ...]:
+    """The tables of the repeats that a file has side by side, such as Pressure, Trial 1, Trial 2:
+    one for each number, with the columns that have no number. Without such columns, or with a
+    single number, the table itself.
+    """
+    found = [REPEAT.search(column.name) for column in table.columns]
+    numbers = dict.fromkeys(one["number"] for one in found if one)
+    if len(numbers) < 2:
+        return (table,)
+    named = [column.name for column, one in zip(table.columns, found, strict=True) if one]
+    remark = f"{listed(named)} are taken as {len(numbers)} runs"
+    return tuple(
+        replace(
+            table,
+            columns=tuple(
+                replace(column, name=_without_repeat(column.name)) if one else column
+                for column, one in zip(table.columns, found, strict=True)
+                if one is None or one["number"] == number
+            ),
+            remarks=(*table.remarks, remark),
+        )
+        for number in numbers
+    )
+
+
+def _without_repeat(name: str) -> str:
+    """The name of a column without the number of the repeat.
+
+    >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2")
+    ('Angle', 'Trial')
+    """
+    return REPEAT.sub("", name).strip(" _-()") or name.strip(" _-()0123456789#")
