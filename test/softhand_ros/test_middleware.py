@@ -55,7 +55,7 @@ def test_a_node_starts_where_a_killed_process_left_an_unfinished_port(domain, tm
     left = [middleware.SHARED_MEMORY / f"fastrtps_port{first + 2 * k}" for k in range(3)]
     for path in left:
         path.write_bytes((1).to_bytes(4, "little") + bytes(52396))
-        os.utime(path, (time.time() - 60, time.time() - 60))
+        _age(path)
     environment = node_environment(tmp_path, domain)
     try:
         subprocess.run([sys.executable, "-c", START], env=environment, timeout=30, check=True)
@@ -85,6 +85,8 @@ def test_writers_of_a_killed_readers_port_are_told_and_those_of_a_living_one_are
             assert ports[-1]
         nodes[0].kill()
         nodes[0].wait()
+        for path in ports[0]:
+            _age(path.with_name(f"{path.name}_el"))
         middleware.remove_ports_without_reader()
         assert not any(path.exists() for path in ports[0])
         assert all(path.exists() for path in ports[1])
@@ -95,6 +97,36 @@ def test_writers_of_a_killed_readers_port_are_told_and_those_of_a_living_one_are
             node.kill()
             node.communicate()
         middleware.remove_ports_without_reader()
+
+
+def _age(path, seconds=60.0):
+    os.utime(path, (time.time() - seconds, time.time() - seconds))
+
+
+@pytest.mark.parametrize(
+    ("how", "kept"), [("left", False), ("taken again meanwhile", True), ("just made", True)]
+)
+def test_a_port_whose_number_another_process_just_takes_is_left_alone(
+    how, kept, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(middleware, "SHARED_MEMORY", tmp_path)
+    port, lock = tmp_path / "fastrtps_port8011", tmp_path / "fastrtps_port8011_el"
+    content = bytes(16) + middleware.NODE_OF_PORT + bytes(16) + (8011).to_bytes(4, "little")
+    port.write_bytes(content + bytes(20) + bytes([7]) + bytes(64))
+    lock.touch()
+    if how != "just made":
+        _age(lock)
+
+    def locked(file, operation):
+        if how == "taken again meanwhile":  # between opening and locking
+            lock.unlink()
+            lock.touch()
+
+    monkeypatch.setattr(middleware.fcntl, "flock", locked)
+    before = port.read_bytes()
+    middleware.remove_ports_without_reader()
+    assert port.exists() == lock.exists() == kept
+    assert not kept or port.read_bytes() == before
 
 
 def _read_by(process):

@@ -24,6 +24,7 @@ READER_LOCKS = "fastrtps_port*_el"  # locked by the process that reads the port,
 NODE_OF_PORT = b"port_node_abi5"  # name of the structure in which the two below are
 NUMBER_TO_FLAGS = 24  # bytes from the port's number to its flags
 PORT_OK, ALL_FLAGS = 1, 7  # who writes to the port looks for a new one when PORT_OK is not set
+LOCKING_LIMIT = 2.0  # between making a file and locking it [s]
 INITIALIZATION_LIMIT = 5.0  # a living process is done in less than a millisecond [s]
 
 
@@ -77,10 +78,19 @@ def remove_ports_without_reader() -> None:
             lock.open("rb") as file,
         ):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_of_a_living_reader(lock, os.fstat(file.fileno())):
+                continue
             port = lock.with_name(lock.name.removesuffix("_el"))
             if _mark_as_not_ok(port):
                 port.unlink()
                 lock.unlink()
+
+
+def _is_of_a_living_reader(lock: Path, held: os.stat_result) -> bool:
+    """Whether the file at `lock` is no longer the one that is `held`, as a reader has taken the
+    number of the port again, or is so young that its reader may not have locked it yet.
+    """
+    return lock.stat().st_ino != held.st_ino or time.time() - held.st_mtime < LOCKING_LIMIT
 
 
 def _mark_as_not_ok(port: Path) -> bool:

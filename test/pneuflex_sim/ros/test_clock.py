@@ -15,6 +15,7 @@ from pneuflex_sim.ros.clock import (
     FOLLOWER_MEMORY,
     FOLLOWER_TIMEOUT,
     FOLLOWERS,
+    JOIN_TIMEOUT,
     MAX_FOLLOWER_LAG,
     NO_CLOCK_WARNING,
     shared_clock,
@@ -67,7 +68,14 @@ def until(condition):
 def tick(leading, following, now):
     """A tick that has reached the one that follows."""
     leading.publish_time(now)
-    until(lambda: following.wait(0.05) or following.allows(now - 1e-6))
+    until(lambda: following.wait(0.05) or following.newest == now)
+
+
+def join(leading, following, now):
+    """Who follows begins at this tick, which the leader has published."""
+    tick(leading, following, now)
+    until(lambda: following.publish_time(0.0) or following.jump(0.0))
+    assert not following.allows(now)
 
 
 def duration(call, *arguments):
@@ -76,21 +84,36 @@ def duration(call, *arguments):
     return time.monotonic() - begin
 
 
-def test_who_follows_waits_for_a_tick_and_never_goes_beyond_the_newest(pair):
+def test_who_follows_begins_where_the_clock_is_and_never_goes_beyond_the_newest_tick(pair):
     leading, following = pair
     assert not following.allows(0.0)
     assert following.warning() == NO_CLOCK_WARNING
-    tick(leading, following, 7.0)
+    tick(leading, following, 0.4)
     assert following.warning() == ""
-    assert following.jump(0.0) == 7.0  # it begins where the clock is
-    assert following.jump(6.99) == 0.0
-    assert following.allows(6.99)
-    assert not following.allows(7.0)
+    assert not following.allows(0.0)
+    assert following.jump(0.0) == 0.0  # the leader does not know of it
+    until(lambda: following.publish_time(0.0) or following.jump(0.0) == 0.4)
+    leading.wait(0.0)
+    assert leading.followers.names() == ["right/hand_sim"]
+    assert following.jump(0.39) == 0.0
+    assert following.allows(0.39)
+    assert not following.allows(0.4)
+
+
+def test_a_clock_whose_publisher_waits_for_nobody_is_followed_a_little_later(node):
+    ticks, follower = node("left").create_publisher(Clock, "/clock", RELIABLE), node("right")
+    following = shared_clock(follower, publish=False)
+    until(ticks.get_subscription_count)
+    ticks.publish(Clock(clock=stamp_of_seconds(0.4)))
+    until(lambda: following.wait(0.05) or following.newest)
+    begin = time.monotonic()
+    until(lambda: following.publish_time(0.0) or following.jump(0.0))
+    assert JOIN_TIMEOUT <= time.monotonic() - begin < 2 * JOIN_TIMEOUT
 
 
 def test_a_clock_that_was_set_back_takes_who_follows_along(pair):
     leading, following = pair
-    tick(leading, following, 7.0)
+    join(leading, following, 7.0)
     leading.publish_time(0.5)
     until(lambda: following.wait(0.05) or following.jump(7.0))
     assert following.jump(7.0) == -6.5
@@ -99,7 +122,7 @@ def test_a_clock_that_was_set_back_takes_who_follows_along(pair):
 @pytest.mark.parametrize("sec", [-1, -(2**31), 2**31 - 1])
 def test_a_tick_that_no_simulation_can_have_is_left_alone(pair, node, sec):
     leading, following = pair
-    tick(leading, following, 7.0)
+    join(leading, following, 7.0)
     hostile = node("stranger").create_publisher(Clock, "/clock", RELIABLE)
     until(lambda: hostile.get_subscription_count())
     message = Clock()

@@ -1,16 +1,20 @@
 """Pace and clock of the simulators: one simulator publishes /clock, the others follow it.
 
-A follower never goes beyond the newest tick, and publishes its own time on /clock_followers. The
-leader waits for the slowest follower: the sequencers command both hands by the one clock, so a hand
-that fell behind would be moved faster than it is simulated.
+A follower begins at the newest tick once the leader knows it, never goes beyond the newest tick,
+and publishes its own time on /clock_followers. The leader waits for the slowest follower: the
+sequencers command both hands by the one clock, so a hand that fell behind would be moved faster
+than it is simulated.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Protocol
 
+from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
@@ -26,11 +30,15 @@ from softhand_ros.topics import (
 )
 
 FOLLOWERS = "/clock_followers"
+# a message that fills the history of its publisher is acknowledged at once
+PROGRESS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 MAX_FOLLOWER_LAG = 0.02  # simulated time by which a follower may lag behind the leader [s]
 FOLLOWER_TIMEOUT = 0.5  # wall time that the leader waits for followers after a tick [s]
 # wall time after which a silent follower is forgotten [s]: it may wait for its driver
 # (ANSWER_TIMEOUT) and then for its strategy (COMMANDER_MEMORY), each for 5 s
 FOLLOWER_MEMORY = 12.0
+JOIN_TIMEOUT = 5.0  # wall time that a follower waits until the leader knows it [s]
+ACKNOWLEDGE_TIMEOUT = 0.05  # of it, for one message [s]
 JUMP_LAG = 1.0  # a follower with a larger lag jumps to the newest tick [s]
 MAX_CLOCK_SECONDS = 2**30  # [s], half of the range of a stamp
 NO_CLOCK_WARNING = (
@@ -173,44 +181,65 @@ class LeadingClock:
 class FollowingClock:
     """The `SharedClock` of a simulator that keeps to /clock of another one, and publishes on
     /clock_followers how far it has come.
+
+    It stands until the leader has received its time. A leader that did not know of it would run
+    ahead; the jump that then makes up for the lag is, for the driver, a lack of samples. A /clock
+    whose publisher waits for nobody is followed after JOIN_TIMEOUT.
     """
 
     follows = True
 
     def __init__(self, node: Node) -> None:
         self._inbox = Inbox(node, Clock, "/clock", NEWEST)
-        self._progress = node.create_publisher(Header, FOLLOWERS, RELIABLE)
+        self._progress = node.create_publisher(Header, FOLLOWERS, PROGRESS)
         self._message = Header(frame_id=full_name(node, node.get_name()))
-        self._newest: float | None = None
+        self._node = node
+        self.newest: float | None = None  # tick [s]
+        self._join_by = math.inf  # wall time [s]
+        self._joined = self._began = False
 
     def publish_time(self, now: float) -> None:
         """Publish the time of this simulation for the leader, once a tick was received."""
-        if self._newest is not None:
-            self._message.stamp = stamp_of_seconds(now)
-            self._progress.publish(self._message)
+        if self.newest is None:
+            return
+        self._message.stamp = stamp_of_seconds(now)
+        self._progress.publish(self._message)
+        if not self._joined:
+            self._join_by = min(self._join_by, time.monotonic() + JOIN_TIMEOUT)
+            self._joined = self._known() or time.monotonic() > self._join_by
+
+    def _known(self) -> bool:
+        """Whether all who subscribe to the followers' times, the leader too, have received this."""
+        subscribed = self._node.count_subscribers(FOLLOWERS)
+        return 0 < subscribed <= self._progress.get_subscription_count() and bool(
+            self._progress.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
+        )
 
     def wait(self, timeout: float) -> None:
         """Wait for the next tick; a tick with an impossible time is ignored."""
         tick = self._inbox.take(timeout)
         if tick is not None and 0 <= tick.clock.sec < MAX_CLOCK_SECONDS:
-            self._newest = nanoseconds(tick.clock) / SECOND_NS
+            self.newest = nanoseconds(tick.clock) / SECOND_NS
 
     def allows(self, now: float) -> bool:
-        """Whether the newest tick lies ahead."""
-        return self._newest is not None and now < self._newest - 1e-9
+        """Whether the leader knows of this simulation, and the newest tick lies ahead."""
+        return self._began and self.newest is not None and now < self.newest - 1e-9
 
     def jump(self, now: float) -> float:
-        """Time [s] from `now` to the newest message of /clock if that is far ahead or the clock was
-        set back; else 0.
+        """Time [s] from `now` to the newest message of /clock when the simulation begins, if that
+        is far ahead, or if the clock was set back; else 0.
         """
-        if self._newest is None:
+        if self.newest is None or not self._joined:
             return 0.0
-        ahead = self._newest - now
+        ahead = self.newest - now
+        if not self._began:
+            self._began = True
+            return ahead
         return ahead if ahead > JUMP_LAG or ahead < -MAX_FOLLOWER_LAG else 0.0
 
     def warning(self) -> str:
         """A warning while no /clock has been received."""
-        return NO_CLOCK_WARNING if self._newest is None else ""
+        return NO_CLOCK_WARNING if self.newest is None else ""
 
 
 def shared_clock(node: Node, publish: bool) -> SharedClock:
