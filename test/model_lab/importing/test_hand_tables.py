@@ -9,7 +9,7 @@ from hand_csvs import CHANNELS, HAND, TIPS, WRISTS, motion_capture, one_row_a_po
 from scipy.spatial.transform import Rotation
 
 from model_lab.api.data import import_files
-from model_lab.importing.hand_columns import words
+from model_lab.importing.cell_words import words
 from model_lab.importing.hand_sets import set_of_hand
 from softhand_common.documents.yaml_document import DocumentError
 

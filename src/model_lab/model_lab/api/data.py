@@ -198,14 +198,16 @@ def import_files(
     specimen: str | None = None,
     stretched_to: float | Mapping[str, float] | None = None,
     wrist: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
+    modes: str | Mapping[str, str] = "",
+    split_restarts: bool = False,
 ) -> Data:
     """A measurement set made of files as test rigs write them. Several files may hold one run,
     sampled at different rates.
 
     Args:
         paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip, uniaxial, hand_pose or hand_motion; None: found out
-            from the columns, of a hand its poses.
+        experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, hand_pose
+            or hand_motion; None: found out from the columns, of a hand its poses.
         columns: for each quantity, the name of its column and the unit, such as {"pressure":
             ("P_reg", "psi")}; a unit of "" stands for the one in the header.
         hand: name of the hand, or HAND:ACTUATOR, to which the tested finger belongs; for files with
@@ -219,6 +221,9 @@ def import_files(
             all files, or one for each by the name of the file; None: not known.
         wrist: how the wrist of a hand was held, as roll, pitch and yaw [rad]: one triple for all
             files, or one for each by the name of the file; None: not stated.
+        modes: how the rubber was stretched, uniaxial, pure_shear or equibiaxial: one mode for all
+            files, or one for each by the name of the file; "": as the names of the files say.
+        split_restarts: whether a new run begins where the clock of a file begins anew.
 
     Raises ValueError if the files leave something open; the message says what, and how to state it.
     """
@@ -233,7 +238,7 @@ def import_files(
     if of_hand:
         found = of_hand[0]
     else:
-        proposal = propose(files, experiment, columns, *given)
+        proposal = propose(files, experiment, columns, *given, _by_file(modes), split_restarts)
         before = _by_file(stretched_to)
         found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
     with tempfile.TemporaryDirectory() as folder:

@@ -58,8 +58,8 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--experiment",
                 metavar="E",
-                help="free_bending, blocked_tip, uniaxial, hand_pose or hand_motion (default: as "
-                "columns say; of a hand, poses)",
+                help="free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, "
+                "hand_pose or hand_motion (default: as columns say; of a hand, poses)",
             ),
             argument(
                 "--map",
@@ -67,8 +67,9 @@ COMMANDS: Mapping[str, Command] = {
                 action="append",
                 default=[],
                 metavar="NAME=COLUMN[:UNIT]",
-                help="which column is time, pressure, tip_angle, tip_force, stretch, strain or "
-                "stress, and its unit (of time also a rate, 30Hz); may be given again. The "
+                help="which column is time, pressure, tip_angle, tip_force, stretch, strain, "
+                "stress or another one of the experiment (p_in, tip_qw, torque_x, ...), and its "
+                "unit (of time also a rate, 30Hz); may be given again. The "
                 "tip angle may be made of what was tracked: quaternion(X,Y,Z,W), "
                 "plane_markers(X1,Y1,X2,Y2), markers(...) in space, tip(X,Y) from the base, or "
                 "chord(ANGLE). Of a testing machine stretch=elongation(DISPLACEMENT,50mm) and "
@@ -132,6 +133,20 @@ COMMANDS: Mapping[str, Command] = {
                 metavar="[FILE=]STRETCH",
                 help="largest stretch of the specimen before the run, 1 for none, of a file or of "
                 "all; may be given again",
+            ),
+            argument(
+                "--mode",
+                type=options.mode_of,
+                action="append",
+                default=[],
+                metavar="[FILE=]MODE",
+                help="uniaxial, pure_shear or equibiaxial: how the rubber was stretched in a file "
+                "or in all (default: as the names of the files say); may be given again",
+            ),
+            argument(
+                "--split-restarts",
+                action="store_true",
+                help="begin a new run where the clock of a file begins anew",
             ),
             argument("--yes", action="store_true", help="ask nothing; take what is certain"),
             argument("--force", action="store_true", help="overwrite files that exist"),

@@ -39,10 +39,11 @@ def import_files(arguments: argparse.Namespace) -> None:
         _once(f"--{name}", getattr(arguments, name)) for name in ("map", "shift", "sheet")
     )
     given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
-    stretched_to, held = (
+    stretched_to, held, modes = (
         _once(f"--{name}", getattr(arguments, name.replace("-", "_")))
-        for name in ("stretched-to", "wrist")
+        for name in ("stretched-to", "wrist", "mode")
     )
+    parting = (modes, arguments.split_restarts)
     files, experiment, hand = arguments.files, arguments.experiment, arguments.hand
     said = told.Said(
         experiment,
@@ -55,11 +56,14 @@ def import_files(arguments: argparse.Namespace) -> None:
         stretched_to,
         sheets,
         held,
+        *parting,
     )
     with Progress("reading") as progress:
         progress("the files", 0, 0)
         of_hand = set_of_hand(files, hand, experiment, maps, shifts, *given, held)
-        proposal = of_hand[1] if of_hand else propose(files, experiment, maps, *given)
+        proposal = of_hand[1] if of_hand else propose(files, experiment, maps, *given, *parting)
+    if of_hand and any(parting):
+        raise DocumentError("--mode, --split-restarts: expected no whole hand, got --hand " + hand)
     if proposal.sources:
         print(text_table(told.table_rows(proposal)))
     if of_hand:
@@ -67,7 +71,7 @@ def import_files(arguments: argparse.Namespace) -> None:
         return
     if proposal.unsure and not arguments.yes and sys.stdin.isatty():
         maps = told.asked(proposal, maps, input)
-        proposal = propose(arguments.files, arguments.experiment, maps, *given)
+        proposal = propose(arguments.files, arguments.experiment, maps, *given, *parting)
     found = make_set(proposal, hand, shifts, "", arguments.specimen, stretched_to)
     said = replace(said, maps=maps)
     _write_imported(found, str(proposal.experiment), arguments, said)

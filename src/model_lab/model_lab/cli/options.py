@@ -27,6 +27,9 @@ MAPPED = (
     "stretch",
     "strain",
     "stress",
+    *("direction", "duration", "p_in", "p_out", "mass", "friction_integral", "injector_integral"),
+    *("tip_x", "tip_y", "tip_z", "tip_qx", "tip_qy", "tip_qz", "tip_qw"),
+    *("torque_x", "torque_y", "torque_z"),
     "temperature",
 )  # quantities of columns of an imported file
 OF_HAND = re.compile(r"wrist|places|pressure\.\w+|\w+_tip")
@@ -121,6 +124,20 @@ def stretch_before(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(
             f"expected STRETCH or FILE=STRETCH, such as 1.5, got {text}"
         ) from None
+
+
+def mode_of(text: str) -> tuple[str, str]:
+    """(file name, mode of a test of rubber) from the text [FILE=]MODE; without FILE, the name is
+    "", which stands for all files.
+    """
+    from model_lab.measurements.measurement_set import MODES
+
+    file, _, mode = text.rpartition("=")
+    if mode not in MODES:
+        raise argparse.ArgumentTypeError(
+            f"expected MODE or FILE=MODE with one of {', '.join(MODES)}, got {text}"
+        )
+    return file, mode
 
 
 def sheet_of(text: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from model_lab.aliases import Array
+from model_lab.aliases import Array, Indices
 from model_lab.importing.numerals import is_missing
 
 _CLOCK = r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
@@ -17,6 +17,7 @@ _ZONE = r"\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?"
 _DAY_PATTERN = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
 _TEXT = re.compile(f"(?:{_DAY_PATTERN})?{_CLOCK}{_HALF}{_ZONE}$")
 HOUR, HALF_DAY, DAY = 3600.0, 43200.0, 86400.0  # [s]
+RESTART_STEPS = 5.0  # usual steps of a clock, by more than which it goes back, by hand
 ORDERS = ("day first", "month first")
 
 
@@ -80,6 +81,22 @@ def spread(time: Array) -> Array:
     steps = np.append(steps, np.median(steps))
     within = np.arange(len(time)) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(stamps, counts) + within * np.repeat(steps, counts)
+
+
+def restarts(time: Array) -> Indices:
+    """Indices (n,) of the rows at which a clock (rows,) [s] begins anew: it goes back to where it
+    began, or to before.
+
+    >>> restarts(np.array([*range(9), *range(9)])).tolist(), restarts(np.arange(9.0)).tolist()
+    ([9], [])
+    """
+    if len(time) < 2 or is_newest_first(time):
+        return np.zeros(0, np.intp)
+    steps = np.diff(time)
+    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
+    short = RESTART_STEPS * usual
+    begins = (steps < -short) & (time[1:] <= time[0] + short)
+    return np.flatnonzero(begins) + 1
 
 
 def _span(days: Array) -> float:

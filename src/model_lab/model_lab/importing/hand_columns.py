@@ -5,12 +5,12 @@ the wrist.
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from model_lab.importing.cell_words import words
 from model_lab.importing.headers import LENGTHS
 from model_lab.importing.meaning import WORDS, Meant, is_setpoint, meanings
 from model_lab.importing.tables import Column, Table
@@ -75,18 +75,6 @@ def _may_be_time(column: Column) -> bool:
     return (
         column.is_clock or not usual_unit(column.unit) or unit_for(OF_TIME, column.unit) is not None
     )
-
-
-def words(name: str) -> list[str]:
-    """The words and numbers in a name, in lower case; capitals begin a word too.
-
-    >>> words("IndexTip_x [mm]"), words("p1")
-    (['index', 'tip', 'x', 'mm'], ['p', '1'])
-    """
-    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
-    plain = unicodedata.normalize("NFKD", parted.casefold())
-    letters = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    return re.findall(r"[a-z]+|\d+", letters)
 
 
 # ---------------------------------------------------------------------- places

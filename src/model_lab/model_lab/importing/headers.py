@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from model_lab.importing.cells import Row
 from model_lab.importing.numerals import is_number
-from model_lab.importing.units import kind_of_pressure, unit_in_header, usual_unit
+from model_lab.importing.units import is_unit, unit_in_header
 
 LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
 LENGTHS = ("m", "cm", "mm")  # units of places; elsewhere such words may be part of a name
@@ -76,9 +76,7 @@ def _filled(row: Row, width: int) -> Row | None:
 def _is_row_of_units(cells: Row) -> bool:
     """Whether each cell is a unit, in brackets or not, or empty; one at least is one."""
     texts = [cell.strip("[]() ") for cell in cells]
-    return any(texts) and all(
-        text in ("", "-", *LENGTHS) or usual_unit(kind_of_pressure(text)[0]) != "" for text in texts
-    )
+    return any(texts) and all(text in ("", "-", *LENGTHS) or is_unit(text) for text in texts)
 
 
 def _tells_apart(names: Sequence[str], level: Row) -> bool:

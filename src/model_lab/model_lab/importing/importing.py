@@ -4,13 +4,15 @@ open, and the set.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import yaml
 
+from model_lab.importing.cell_words import mode_in
 from model_lab.importing.derived import (
     OPEN_AREA,
     OPEN_LENGTH,
@@ -20,9 +22,25 @@ from model_lab.importing.derived import (
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
-from model_lab.importing.meaning import INPUT, NEEDED, Meant, experiment_of, meanings
+from model_lab.importing.many_columns import (
+    has_many_columns,
+    meanings_of_many,
+    open_absolutes,
+    run_of_many,
+)
+from model_lab.importing.meaning import (
+    BASE_TORQUE,
+    BY_COLUMNS,
+    INPUT,
+    NEEDED,
+    RUBBER_TEST,
+    VALVE_PULSE,
+    Meant,
+    experiment_of,
+    meanings,
+)
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
-from model_lab.importing.runs_apart import runs_apart
+from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
 from model_lab.importing.strips import strip_modulus
@@ -35,7 +53,11 @@ from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
 SPECIMEN = "finger"  # where no hand says what was measured
-STRIP = "strip"  # likewise of a tensile test
+STRIPS = {
+    "uniaxial": "strip",
+    RUBBER_TEST: "sheet",
+    VALVE_PULSE: "channel",
+}  # likewise, by experiment
 UNKNOWN_EXPERIMENT = "what was measured"
 DIGITS = 9  # of the numbers of a set
 
@@ -46,11 +68,13 @@ class Proposal:
 
     sources: files with the meaning of their columns. experiment: its name; None if the columns do
     not tell. unsure: what the user still has to say, each with the text to add to the command.
+    modes: of a test of rubber, the mode of each file by its name.
     """
 
     sources: tuple[Source, ...]
     experiment: str | None
     unsure: Mapping[str, str]
+    modes: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rows(self) -> list[tuple[str, str, str, str, str]]:
@@ -98,18 +122,24 @@ def propose(
     messages: Path | None = None,
     decimal: str = "",
     sheets: Mapping[str, str] | None = None,
+    modes: Mapping[str, str] | None = None,
+    split_restarts: bool = False,
 ) -> Proposal:
     """Propose the meaning of the columns of measurement files, from their names, units and numbers.
 
     Args:
         paths: CSV or text files in any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip or uniaxial; None: found out from the columns.
+        experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse or base_torque; None:
+            found out from the columns.
         maps: (column, unit) that the user states, by quantity; for the tip angle, a function of
             columns may take the place of the column, see `derived`.
         messages: folder of definitions of message types that a bag does not define; None: no
             folder.
         decimal: decimal sign in text files; "": found out from their numbers.
         sheets: name of the sheet of a spreadsheet, by the name of its file; "" for all others.
+        modes: uniaxial, pure_shear or equibiaxial, by the name of the file of a test of rubber; ""
+            for all others. Files without are taken as their names say.
+        split_restarts: whether a new run begins where the clock of a file begins anew.
 
     Raises DocumentError for a file that cannot be read or is ambiguous, and for a unit that does
     not fit its quantity.
@@ -127,16 +157,40 @@ def propose(
         tables += [with_derived(run, given) for table in read for run in runs_apart(table)]
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
-    every = tuple(Source(table, meanings(table, given)) for table in tables)
-    sources = tuple(source for source in every if source.quantities) or every
-    found = experiment or experiment_of(
-        set().union(*(one.quantities for one in sources)), stated=given
+    many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
+    many = many or (None if experiment else next(filter(None, _many(tables, given)), None))
+    every = tuple(
+        Source(table, meanings_of_many(table, many, given) if many else meanings(table, given))
+        for table in tables
     )
+    if split_restarts:
+        every = tuple(part for source in every for part in parted_at_restarts(source))
+    sources = tuple(source for source in every if source.quantities) or every
+    found = (
+        experiment
+        or many
+        or experiment_of(set().union(*(one.quantities for one in sources)), stated=given)
+    )
+    known = _modes(sources, modes or {})
+    if found == "uniaxial" and not experiment and set(known.values()) - {"", "uniaxial"}:
+        found = RUBBER_TEST
+    if modes and found not in (None, RUBBER_TEST):
+        raise DocumentError(
+            f"--mode: expected a test of rubber (--experiment {RUBBER_TEST}), got the columns of "
+            f"{found}"
+        )
     unsure = _unsure(sources, found)
-    if found in (None, "uniaxial"):
+    if found == RUBBER_TEST:
+        unsure |= {
+            f"the mode of {name}": f"--mode {shlex.quote(f'{name}=uniaxial')}, or pure_shear or "
+            "equibiaxial"
+            for name, mode in known.items()
+            if not mode
+        }
+    if found in (None, "uniaxial", RUBBER_TEST):
         pulled = next(filter(None, map(_of_machine, sources)), None)
         if pulled and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of stretch"}:
-            return Proposal(every, "uniaxial", pulled)
+            return Proposal(every, found or "uniaxial", pulled)
     tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
     if any(tracked) and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of tip_angle"}:
         call = next(text for text in tracked if text)
@@ -147,7 +201,23 @@ def propose(
         if call.startswith("tip("):
             how += ", if the coordinates are 0 at the base of the finger"
         unsure = {"the tip angle": how} | kept
-    return Proposal(every if unsure else sources, found, unsure)
+    return Proposal(
+        every if unsure else sources, found, unsure, known if found == RUBBER_TEST else {}
+    )
+
+
+def _many(tables: Sequence[Table], given: Maps) -> Iterable[str | None]:
+    return (has_many_columns(table, given) for table in tables)
+
+
+def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, str]:
+    """The mode of a test of rubber, by the name of each file: as stated, or as its name says; "" if
+    neither says it.
+    """
+    names = [source.table.path.name for source in sources]
+    _check_files("--mode", stated, names)
+    said = stated.get("", "")
+    return {name: stated.get(name) or mode_in(Path(name).stem) or said for name in names}
 
 
 def _of_machine(source: Source) -> dict[str, str] | None:
@@ -197,7 +267,7 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
     unsure = {}
     have: set[str] = set().union(*(one.quantities for one in sources))
     if experiment is None:
-        likely = [name for name in NEEDED if have & set(NEEDED[name])]
+        likely = [name for name in BY_COLUMNS if have & set(NEEDED[name])]
         lacking = dict.fromkeys(one for name in likely for one in NEEDED[name] if one not in have)
         unsure[UNKNOWN_EXPERIMENT] = (
             " or ".join(f"--map {one}=COLUMN:UNIT" for one in lacking)
@@ -210,7 +280,7 @@ def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]
         for meant in source.meanings:
             if not meant.is_sure and _matters(meant, experiment):
                 unsure[_what(source.table, meant)] = _how(source.table, meant)
-    return unsure
+    return unsure | (open_absolutes(sources) if experiment == VALVE_PULSE else {})
 
 
 def _what(table: Table, meant: Meant) -> str:
@@ -266,13 +336,20 @@ def make_set(
     needed = NEEDED[experiment]
     sources = [_shifted(source, shifts or {}) for source in proposal.sources]
     sources, converted = in_one_unit(sources)
-    runs = tuple(joined(members, experiment, needed) for members in paired(sources, needed))
-    runs = _with_own_names(runs)
+    many = experiment in (VALVE_PULSE, BASE_TORQUE)
+    runs = _with_own_names(
+        [
+            run_of_many(members, experiment) if many else joined(members, experiment, needed)
+            for members in paired(sources, needed)
+        ]
+    )
+    if experiment == RUBBER_TEST:  # which is not driven before its first stress
+        runs = tuple(replace(run, lead={}) for run in runs)
+    modes = {run.name: proposal.modes[run.files[0].name] for run in runs if proposal.modes}
     name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
-    if experiment == "uniaxial" and not hand:
-        name = STRIP
+    name = name if hand else STRIPS.get(experiment, SPECIMEN)
     names = [run.name for run in runs]
-    found = assigned(names)
+    found = assigned(names, telling_mode=experiment == RUBBER_TEST)
     if specimen or len(found.names) < 2:
         protocols = {run: protocol_of(run) for run in names}
         found = replace(
@@ -280,7 +357,8 @@ def make_set(
         )
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
-    modulus = strip_modulus(runs, columns) if experiment == "uniaxial" and not hand else None
+    strips = INPUT.get(experiment) == "stretch" and not hand
+    modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
     document = {
@@ -289,8 +367,16 @@ def make_set(
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
         "specimens": {one: dict(entry) for one in found.names},
         "columns": columns,
-        **({"calibration": {"modulus": FREE_VALUE}} if modulus is not None else {}),
-        "runs": {run.name: _run_entry(run.name, found, pulled) for run in runs},
+        **(
+            {"calibration": {"modulus": FREE_VALUE}}
+            if modulus and experiment != RUBBER_TEST
+            else {}
+        ),
+        "runs": {
+            run.name: _run_entry(run.name, found, pulled)
+            | ({"mode": modes[run.name]} if modes else {})
+            for run in runs
+        },
     }
     remarks = [remark for run in runs for remark in run.remarks]
     remarks += [
@@ -302,10 +388,15 @@ def make_set(
     if modulus is not None:
         remarks.append(
             f"the shear modulus is not stated: {modulus:g} Pa, from the first part of the pull, is "
-            "a start, and the modulus is fitted freely (in experiment.yaml: shear_modulus, and "
-            "calibration, which goes if the modulus is known)"
+            "a start, and the modulus is fitted freely (in experiment.yaml: shear_modulus"
+            + (
+                ")"
+                if experiment == RUBBER_TEST
+                else ", and calibration, which goes if it is known)"
+            )
         )
-    return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), bool(entry))
+    sized = bool(entry) or experiment == VALVE_PULSE
+    return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
 
 
 def _run_entry(name: str, found: Assigned, pulled: Mapping[str, float]) -> dict[str, object]:
@@ -322,7 +413,7 @@ def _pulled(
 ) -> dict[str, float]:
     """Largest stretch before each run, by its name. Raises DocumentError for a file of no run."""
     files = {path.name: run.name for run in runs for path in run.files}
-    if stretched_to and INPUT[experiment] != "stretch":
+    if stretched_to and INPUT.get(experiment) != "stretch":
         raise DocumentError(
             f"--stretched-to: expected an experiment whose input is the stretch, got {experiment}; "
             "import the earlier stretching of the specimen as a run"
@@ -364,15 +455,15 @@ def _remarks_on_specimens(
             f"though {' and '.join(found.unsure)} may name another; give it an entry of its own "
             "under specimens in experiment.yaml and name it in its runs"
         )
-    if entry and len(names) > 1 and experiment != "uniaxial":
+    if entry and len(names) > 1 and INPUT.get(experiment) != "stretch":
         yield (
             f"{every} have the same dimensions, those of --hand: write those in which they differ "
             "into experiment.yaml"
         )
-    if not entry:
+    if not entry and experiment != VALVE_PULSE:
         sizes = (
             "shear_modulus [Pa] and gauge_length [m]"
-            if experiment == "uniaxial"
+            if INPUT.get(experiment) == "stretch"
             else "length, height, width, wall, side_wall [m] and shear_modulus [Pa]"
         )
         has = "the specimen has" if len(names) == 1 else "the specimens have"
@@ -399,7 +490,7 @@ def _shifted(source: Source, shifts: Mapping[str, float]) -> Source:
     return replace(source, table=replace(source.table, columns=tuple(columns)))
 
 
-def _with_own_names(runs: Sequence[ImportedRun]) -> tuple[ImportedRun, ...]:
+def _with_own_names(runs: Iterable[ImportedRun]) -> tuple[ImportedRun, ...]:
     """The runs, each with a name of its own."""
     seen: dict[str, int] = {}
     found = []

@@ -15,15 +15,18 @@ from model_lab.importing.clocks import DAY
 from model_lab.importing.tables import SHORT_CLOCK, Column, Table
 from model_lab.importing.units import (
     ABSOLUTE,
+    PRESSURE_QUANTITIES,
     is_length,
     kind_of_pressure,
     unit_for,
     usual_unit,
 )
+from model_lab.measurements.measurement_set import INPUTS, OUTPUTS
 from model_lab.rules import RULES
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
+RUBBER_TEST, VALVE_PULSE, BASE_TORQUE = "rubber", "valve_pulse", "base_torque"
 WORDS = {
     "time": "time zeit temps tiempo tempo t millis micros stamp timestamp zeitstempel uhrzeit "
     "heure hora sec seconds elapsed clock datetime",
@@ -87,12 +90,20 @@ EPOCH_UNITS = (1.0, 1e-3, 1e-6, 1e-9)  # [s] of 1 in numbers since 1970
 SERIAL_DAYS = (2e4, 8e4)  # [days] since 1900 as spreadsheets count them: 1954 to 2119
 EPOCH_SECONDS = (9e8, 4e9)  # [s] between which a number since 1970 is believed: 1998 to 2096
 WHOLE_STEP = 5.0  # between whole numbers, from which on they may as well be milliseconds
-NEEDED = {
+BY_COLUMNS = {
     "free_bending": ("pressure", "tip_angle"),
     "blocked_tip": ("pressure", "tip_force"),
     "uniaxial": ("stretch", "stress"),
 }  # beside time; stretch may be given as a strain
-INPUT = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
+INPUT = {"free_bending": "pressure", "blocked_tip": "pressure"} | dict.fromkeys(
+    ("uniaxial", RUBBER_TEST), "stretch"
+)
+NEEDED = {
+    **BY_COLUMNS,
+    RUBBER_TEST: ("stretch", "stress"),
+    VALVE_PULSE: (*INPUTS[VALVE_PULSE], *OUTPUTS[VALVE_PULSE]),
+    BASE_TORQUE: (*INPUTS[BASE_TORQUE][1:], *OUTPUTS[BASE_TORQUE]),
+}  # beside time, of each experiment that is imported
 
 
 CLOCK_SCALES = {"h": 60.0, "min": 1.0}  # by unit of the first part of a clock of two parts
@@ -133,13 +144,13 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
     quantity.
     """
     found: dict[str, Meant] = {}
-    stated = {name.casefold() for name, _ in given.values()}
+    taken = {name.casefold() for name, _ in given.values()}
     for quantity, (name, unit) in given.items():
         column = table.column(name)
         if column is not None:
-            found[quantity] = _stated(table, column, quantity, unit)
+            found[quantity] = stated(table, column, quantity, unit)
     for quantity in WORDS:
-        free = [one for one in table.columns if one.name.casefold() not in stated]
+        free = [one for one in table.columns if one.name.casefold() not in taken]
         likely = [one for one in free if _quantity(one) == quantity]
         if not likely:
             likely = [one for one in free if not _quantity(one) and _by_unit(one) == quantity]
@@ -153,13 +164,13 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
                 f"{listed([one.name for one in likely])}; "
                 f"say which: --map '{quantity}={likely[0].name}'"
             )
-        found[quantity] = _meant(likely[0], quantity)
+        found[quantity] = meant_as(likely[0], quantity)
     if "time" not in found and not found.keys() & {"stretch", "strain", "stress"}:
-        taken = {one.column for one in found.values()}
+        named = {one.column for one in found.values()}
         counting = [
             one
             for one in free
-            if one.name not in taken and _quantity(one) is None and _counts_evenly(one)
+            if one.name not in named and _quantity(one) is None and _counts_evenly(one)
         ]
         if len(counting) == 1:
             found["time"] = Meant(counting[0].name, "time", None)
@@ -213,7 +224,10 @@ def _counts_evenly(column: Column) -> bool:
     return even and steps[0] > 0.0 and not column.name.startswith("column ")
 
 
-def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
+def stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
+    """The meaning of a column as the user states it. Raises DocumentError for a component of a
+    quaternion in the place of an angle, and for a unit that does not fit the quantity.
+    """
     if quantity == "tip_angle" and QUATERNION_PART.search(column.name):
         whole = column.name[:-1].rstrip("._ ")
         raise DocumentError(
@@ -223,7 +237,7 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
     if column.unit == SHORT_CLOCK and unit in CLOCK_SCALES:
         return Meant(column.name, quantity, "s", CLOCK_SCALES[unit])
     if not unit or column.is_clock:
-        return _meant(column, quantity)
+        return meant_as(column, quantity)
     rate = CAMERA_RATE.match(unit)
     if rate and quantity == "time" and float(rate[1]) > 0.0:
         return Meant(column.name, "time", "s", 1.0 / float(rate[1]))
@@ -234,6 +248,11 @@ def _stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
             f"(--map {quantity}={shortened(column.name)}:{shortened(unit)})"
         )
     return Meant(column.name, quantity, usual, kind=_kind(quantity, column.name, unit))
+
+
+def quantity_of(column: Column) -> str | None:
+    """The quantity that the name of a column says, or else its unit alone; None if neither does."""
+    return _quantity(column) or _by_unit(column)
 
 
 def _quantity(column: Column) -> str | None:
@@ -265,7 +284,8 @@ def _fits(quantity: str, column: Column) -> bool:
     return not usual_unit(column.unit) and not is_length(column.unit)
 
 
-def _meant(column: Column, quantity: str) -> Meant:
+def meant_as(column: Column, quantity: str) -> Meant:
+    """The meaning of a column that is this quantity, in the unit that the file writes."""
     if quantity == "time":
         return _time(column)
     unit, kind = unit_for(quantity, column.unit), _kind(quantity, column.name, column.unit)
@@ -275,13 +295,17 @@ def _meant(column: Column, quantity: str) -> Meant:
 
 
 def _kind(quantity: str, name: str, unit: str) -> str:
-    """`absolute` of a pressure whose unit says so, or whose name does and its unit nothing."""
-    if quantity != "pressure":
+    """`absolute` of a pressure whose unit says so, or whose name does and its unit nothing; of
+    pressures that are expected to be absolute also `gauge`.
+    """
+    if quantity not in PRESSURE_QUANTITIES:
         return ""
     said = kind_of_pressure(unit)[1]
     words = re.split(r"[^a-z]+", name.casefold())
     named = any(word == "abs" or word.startswith(("absol", "assol")) for word in words)
-    return ABSOLUTE if said == ABSOLUTE or (named and not said) else ""
+    if said == ABSOLUTE or (named and not said):
+        return ABSOLUTE
+    return said if quantity != "pressure" else ""
 
 
 def _time(column: Column) -> Meant:
@@ -318,7 +342,7 @@ def experiment_of(quantities: Iterable[str], stated: Iterable[str] = ()) -> str 
         {"stretch" if name == "strain" else name for name in names}
         for names in (quantities, stated)
     )
-    fitting = [name for name, needed in NEEDED.items() if have.issuperset(needed)]
+    fitting = [name for name, needed in BY_COLUMNS.items() if have.issuperset(needed)]
     most = max((len(said & set(NEEDED[name])) for name in fitting), default=0)
     fitting = [name for name in fitting if len(said & set(NEEDED[name])) == most]
     return fitting[0] if len(fitting) == 1 else None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from model_lab.aliases import Array
-from model_lab.importing.clocks import is_newest_first, spread
+from model_lab.importing.clocks import is_newest_first, restarts, spread
 from model_lab.importing.meaning import INPUT, Meant
 from model_lab.importing.tables import Table
 from model_lab.measurements.rows import check_time
@@ -76,17 +76,18 @@ class Source:
     def _as_written(self, quantity: str) -> tuple[Array | None, Array]:
         by_quantity = {one.quantity: one for one in self.meanings}
         meant = by_quantity.get(quantity) or by_quantity["strain"]
-        values = self._values(meant)
+        values = self.values_of(meant)
         if meant.quantity == "strain":
             values = 1.0 + values * column_unit("stretch", meant.unit or "").scale
-        time = self._values(by_quantity["time"]) if "time" in by_quantity else None
+        time = self.values_of(by_quantity["time"]) if "time" in by_quantity else None
         if time is None:
             return None, values[np.isfinite(values)]
         time = time * column_unit("time", by_quantity["time"].unit or "s").scale
         known = np.isfinite(values) & np.isfinite(time)
         return time[known], values[known]
 
-    def _values(self, meant: Meant) -> Array:
+    def values_of(self, meant: Meant) -> Array:
+        """Values (rows,) of a column, in the unit of its meaning; NaN where a cell is empty."""
         by_name = {one.name: one for one in self.table.columns}
         return by_name[meant.column].values * meant.scale
 
@@ -161,9 +162,9 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     of_input = next(one for one in members if driving in one.quantities)
     of_output = next(one for one in members if output in one.quantities)
     paths = tuple(dict.fromkeys(map(_path, members)))
-    name = _run_name(paths)
-    _check_clock(of_input, driving, driving)
-    _check_clock(of_output, output, driving)
+    name = run_name(paths)
+    check_clock(of_input, driving, driving)
+    check_clock(of_output, output, driving)
     if of_input is of_output:
         return _of_one_file(of_input, name, driving, output, paths)
     time, values = of_output.series(output)
@@ -200,10 +201,18 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     )
 
 
-def _check_clock(source: Source, quantity: str, driving: str) -> None:
+def check_clock(source: Source, quantity: str, driving: str) -> None:
     """Raise DocumentError where the times of a quantity do not rise."""
     time, values = source.series(quantity)
     if time is not None:
+        anew = restarts(time)
+        if len(anew):
+            row = int(anew[0])
+            raise DocumentError(
+                f"{_path(source)}: row {row + 1} of {quantity}: its clock begins anew there, at "
+                f"{time[row]:.6g} s after {time[row - 1]:.6g} s; if another run begins with it, "
+                "say --split-restarts"
+            )
         columns = {"time": time - time[0]} | ({driving: values} if quantity == driving else {})
         check_time(_path(source), columns, lambda index: f"row {index + 1} of {quantity}")
 
@@ -244,7 +253,7 @@ def _at_outputs(
     return (time - zero, np.interp(time, input_time, inputs), values), lead
 
 
-def _run_name(paths: Sequence[Path]) -> str:
+def run_name(paths: Sequence[Path]) -> str:
     """Name of a run: its file's, or what the names of its files have in common."""
     if len(paths) == 1:
         return paths[0].stem

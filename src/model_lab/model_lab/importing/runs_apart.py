@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
+from model_lab.importing.cell_words import mode_in
+from model_lab.importing.clocks import restarts
+from model_lab.importing.runs import Source
 from model_lab.importing.tables import Table, labelled
 from softhand_common.documents.quoted import listed
 
@@ -18,11 +22,42 @@ REPEAT = re.compile(
 )  # in the name of a column: which repeat of a measurement it is
 
 
+def parted_at_restarts(source: Source) -> tuple[Source, ...]:
+    """The runs of a file whose clock begins anew at each; the file itself if it never does."""
+    clock = next((one for one in source.meanings if one.quantity == "time"), None)
+    if clock is None:
+        return (source,)
+    time = source.values_of(clock)
+    known = np.flatnonzero(np.isfinite(time))
+    begins = known[restarts(time[known])]
+    if not len(begins):
+        return (source,)
+    table, ends = source.table, [0, *begins.tolist(), len(time)]
+    remark = (
+        f"its clock begins anew in row {' and '.join(str(row + 1) for row in begins)}: its "
+        f"parts are {len(ends) - 1} runs, and repeats of one protocol unless you change their "
+        "protocol in experiment.yaml"
+    )
+    return tuple(
+        replace(
+            source,
+            table=replace(
+                table,
+                path=labelled(table.path, str(number)),
+                columns=tuple(replace(one, values=one.values[a:b]) for one in table.columns),
+                remarks=() if a else (*table.remarks, remark),
+            ),
+        )
+        for number, (a, b) in enumerate(pairwise(ends), 1)
+    )
+
+
 def runs_apart(table: Table) -> Iterator[Table]:
     """The tables of the runs that share a table; the table itself if it holds a single run."""
     for run in _by_labels(table):
         for part in _side_by_side(run):
-            yield from _repeats_apart(part)
+            for of_mode in _modes_apart(part):
+                yield from _repeats_apart(of_mode)
 
 
 def _by_labels(table: Table) -> tuple[Table, ...]:
@@ -54,6 +89,25 @@ def _side_by_side(table: Table) -> tuple[Table, ...]:
     parts = (table.columns[start:end] for start, end in zip(starts, ends, strict=True))
     return tuple(
         replace(table, columns=(replace(of_part[0], name=first), *of_part[1:])) for of_part in parts
+    )
+
+
+def _modes_apart(table: Table) -> tuple[Table, ...]:
+    """The tables of the modes of a test of rubber that stand side by side, such as Stretch biaxial,
+    Stress biaxial, Stretch uniaxial, ...; the table itself unless two modes have two columns each.
+    """
+    modes = [mode_in(column.name) for column in table.columns]
+    found = [mode for mode in dict.fromkeys(modes) if mode and modes.count(mode) > 1]
+    if len(found) < 2:
+        return (table,)
+    pairs = [*zip(table.columns, modes, strict=True)]
+    return tuple(
+        replace(
+            table,
+            path=labelled(table.path, mode),
+            columns=tuple(column for column, of in pairs if of in (mode, "")),
+        )
+        for mode in found
     )
 
 

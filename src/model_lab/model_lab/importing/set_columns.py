@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from model_lab.importing.many_columns import gauge_entries
 from model_lab.importing.runs import ImportedRun, Source
-from model_lab.importing.units import ABSOLUTE
+from model_lab.importing.units import ABSOLUTE, GAUGE
 from model_lab.measurements.meanings import AMBIENT, air_pressure
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.yaml_document import DocumentError
@@ -46,7 +47,10 @@ def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Column
     different units.
     """
     columns: Columns = {name: {"unit": unit} for name, unit in _units(sources, runs).items()}
-    return columns | _absolute(sources, runs)
+    gauge: Columns = {
+        name: {"unit": unit, "is": GAUGE} for name, unit in gauge_entries(sources).items()
+    }
+    return columns | _absolute(sources, runs) | gauge
 
 
 def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]:
@@ -56,6 +60,11 @@ def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]
             yield (
                 f"{name} is absolute: ambient pressure, {entry[AMBIENT]} {entry['unit']}, is "
                 "subtracted (in experiment.yaml: ambient)"
+            )
+        if entry.get("is") == GAUGE:
+            yield (
+                f"{name} is a gauge pressure: 101.325 kPa of the air are added, unless "
+                "experiment.yaml says another pressure beside it (ambient)"
             )
 
 

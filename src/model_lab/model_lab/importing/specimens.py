@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from model_lab.importing.cell_words import mode_in
+
 PROTOCOL_WORDS = (
     "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus "
     "cycle zyklus cyc creep kriechen hold halten relax relaxation pull zug load unload "
@@ -39,23 +41,27 @@ class Assigned:
         return list(dict.fromkeys(self.specimens.values()))
 
 
-def assigned(runs: Sequence[str]) -> Assigned:
+def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
     """Specimens and protocols that the names of runs tell: `thin_ramp_1` is the first ramp of the
     specimen thin.
 
     Words that all names share, and numbers of repeats at the end, tell nothing. A word that is
     neither a usual name of a protocol nor a setting such as 40kPa names a specimen, if every name
-    has such a word.
+    has such a word. telling_mode: whether words for a mode of a test of rubber say what was done.
 
     >>> assigned(["thin_1", "thin_2", "thick_1"]).names
     ['thin', 'thick']
     >>> assigned(["ramp_1", "half_1"]).names
     ['']
     """
+
+    def is_done(word: str) -> bool:
+        return _is_protocol(word) or (telling_mode and _is_of_mode(word))
+
     words = {run: _words(run) for run in runs}
     shared = set.intersection(*(set(found) for found in words.values())) if words else set()
     telling = {
-        run: [word for word in found if word not in shared and not _is_protocol(word)]
+        run: [word for word in found if word not in shared and not is_done(word)]
         for run, found in words.items()
     }
     by_name = {run: protocol_of(run) for run in runs}
@@ -81,6 +87,10 @@ def _is_protocol(word: str) -> bool:
         or plain.rstrip("0123456789") in _PROTOCOLS
         or (SETTING_WORD.match(plain) is not None)
     )
+
+
+def _is_of_mode(word: str) -> bool:
+    return bool(mode_in(word)) or word.casefold() in ("pure", "shear", "reiner", "schub")
 
 
 def protocol_of(name: str) -> str:

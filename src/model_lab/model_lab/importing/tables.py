@@ -8,7 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from model_lab.aliases import Array
+from model_lab.importing.cell_words import directions, mode_in, words
 from model_lab.importing.cells import (
     Ambiguous,
     Row,
@@ -37,7 +40,8 @@ MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no ac
 LABEL_WORDS = (
     *("specimen", "sample", "finger", "actuator", "prototype", "trial", "run", "test", "rep"),
     *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
-    *("protokoll", "essai", "echantillon", "ensayo", "prova"),
+    *("protokoll", "essai", "echantillon", "eprouvette", "ensayo", "muestra", "probeta", "prova"),
+    *("prufkorper", "pruefkoerper", "probekorper", "campione"),
     *("id", "no", "nr", "num", "number", "name", "nummer"),
 )  # of which the name of a column consists that says to which run its rows belong
 LABEL_SIGN = re.compile(r"\W+")  # what a label of a run cannot have in the name of a file
@@ -148,11 +152,10 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
     remarks += _unreadable(path, body, {place: names[place] for place in kept})
     told = [place for place in range(width) if _is_label(names[place], [r[place] for r in body])]
     labels = _labels([[row[place] for row in body] for place in told])
-    remarks += [
-        f"the words of {names[place]} are left out"
-        for place in _places(width, kept)
-        if place not in told
-    ]
+    worded = [place for place in _places(width, kept) if place not in told]
+    found = {place: directions(row[place] for row in body) for place in worded}
+    turned = {place: values for place, values in found.items() if values is not None}
+    remarks += [f"the words of {names[n]} are left out" for n in worded if n not in turned]
     if labels:
         by = " and ".join(names[place] for place in told)
         remarks.append(f"the rows of {path.name} are {len(set(labels))} runs, by {by}")
@@ -164,20 +167,25 @@ def read_table(path: Path, decimal: str = "", sheet: str = "") -> Table:
         for place in kept
         if place not in told
     )
+    columns += tuple(Column(names[place], "", np.array(values)) for place, values in turned.items())
     return Table(path, columns, tuple(remarks), labels)
 
 
 def _is_label(name: str, cells: Sequence[str]) -> bool:
     """Whether a column says which specimen or repeat its rows belong to: its name consists of such
-    words alone, and it has few different words or whole numbers, each in several rows.
+    words alone, or its cells are modes of a test of rubber; and it has few different words or whole
+    numbers, each in several rows.
 
     >>> _is_label("Trial no", 3 * ["1"] + 3 * ["2"])
     True
     >>> _is_label("test pressure", 3 * ["1"] + 3 * ["2"])
     False
+    >>> _is_label("kind", 3 * ["biaxial"] + 3 * ["pure shear"])
+    True
     """
-    words = re.findall(r"[a-z]+", name.casefold())
-    if not words or not set(words) <= set(LABEL_WORDS):
+    named = {word for word in words(name) if not word.isdecimal()}
+    is_mode = all(map(mode_in, set(cells)))
+    if not is_mode and not (named and named <= set(LABEL_WORDS)):
         return False
     rows = Counter(cells)
     whole = all(not is_number(cell) or WHOLE_NUMBER.fullmatch(cell.strip()) for cell in rows)

@@ -82,6 +82,8 @@ class Said:
     stretched_to: Mapping[str, float] = field(default_factory=dict)
     sheets: Mapping[str, str] = field(default_factory=dict)
     wrist: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    modes: Mapping[str, str] = field(default_factory=dict)
+    split_restarts: bool = False
 
     @property
     def words(self) -> list[str]:
@@ -102,6 +104,9 @@ class Said:
             words += ["--stretched-to", f"{name}={stretch:g}" if name else f"{stretch:g}"]
         for name, sheet in self.sheets.items():
             words += ["--sheet", f"{name}={sheet}" if name else sheet]
+        for name, mode in self.modes.items():
+            words += ["--mode", f"{name}={mode}" if name else mode]
+        words += ["--split-restarts"] if self.split_restarts else []
         for name, held in self.wrist.items():
             angles = ",".join(f"{angle:g}" for angle in np.rad2deg(held))
             words += ["--wrist", f"{name}={angles}" if name else angles]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from model_lab.measurements.measurement_set import OUTPUTS, TIP_POSE
 from model_lab.measurements.units import column_unit
 
 SPELLINGS = {
@@ -59,8 +60,13 @@ SPELLINGS = {
 }
 MASS_UNITS = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 """Units of mass that stand for the weight of it in a column of forces, as scales show it."""
+MASSES = ("kg", "g", "mg", "µg", "ug")
+TORQUE_UNITS = {"nm": "N m", "ncm": "N cm", "nmm": "N mm", "mnm": "mN m"}
+"""By their letters; `nm` alone is a length to pint, and `mNm` is no unit."""
 ABSOLUTE, GAUGE = "absolute", "gauge"
 DIMENSIONLESS = ("-", "1", "mm/mm", "m/m")
+PRESSURE_QUANTITIES = ("pressure", "p_in", "p_out")
+TORQUE_COLUMNS = OUTPUTS["base_torque"]
 QUANTITIES = ("time", "pressure", "tip_angle", "tip_force", "temperature")
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^\[\]()]*\))?)[\])]\s*$")
 _KIND = re.compile(
@@ -68,6 +74,7 @@ _KIND = re.compile(
     re.I,
 )  # of a pressure: psia, kPa abs, bar(g)
 _SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s*/\s*|\s+in\s+|[_ ]+)(?P<unit>[^\s_]+)$")
+_PRODUCT = re.compile(r"(?P<first>.+?)[\s.*·⋅]*s")  # such as kPa*s
 _OVER = re.compile(r"^(?P<name>.+)\s*/\s*(?P<unit>[^\s_/]+)$")  # by ISO 80000-1: p_abs/hPa
 
 
@@ -126,13 +133,31 @@ def _stands_alone(written: str) -> bool:
     return written in ("s", "N", "°", "%") or bool(len(unit) > 1 and usual_unit(unit))
 
 
+def is_unit(written: str) -> bool:
+    """Whether a text is a unit of any column of a set.
+
+    >>> is_unit("N mm"), is_unit("kPa*s"), is_unit("mbar"), is_unit("torque")
+    (True, True, True, False)
+    """
+    if usual_unit(kind_of_pressure(written)[0]):
+        return True
+    if written in MASSES:
+        return True
+    return any(unit_for(name, written) for name in ("torque_x", "friction_integral"))
+
+
 def unit_for(quantity: str, written: str) -> str | None:
     """How experiment.yaml spells a unit that a file has written for a column of this quantity, such
     as percent for %; None if it is not a unit of the quantity.
+
+    >>> unit_for("torque_x", "N·mm"), unit_for("friction_integral", "mbar.s"), unit_for("mass", "s")
+    ('N mm', 'mbar s', None)
     """
+    if quantity in _SPELLED:
+        return _SPELLED[quantity](quantity, written)
     if quantity in ("stretch", "strain"):
         return "" if written in (*DIMENSIONLESS, "") else usual_unit(written) or None
-    if quantity == "pressure":
+    if quantity in PRESSURE_QUANTITIES:
         written = kind_of_pressure(written)[0]
     if quantity == "tip_force":
         written = MASS_UNITS.get(written.strip().lower(), written)
@@ -141,6 +166,32 @@ def unit_for(quantity: str, written: str) -> str | None:
         return None
     measured = "pressure" if quantity == "stress" else quantity
     return unit if unit and _measures(measured, unit) else None
+
+
+def _number(quantity: str, written: str) -> str | None:
+    return "" if written in (*DIMENSIONLESS, "") else None
+
+
+def _torque(quantity: str, written: str) -> str | None:
+    return TORQUE_UNITS.get(re.sub(r"[\s.*·⋅-]", "", written).lower()) or _plain(quantity, written)
+
+
+def _pressure_times_time(quantity: str, written: str) -> str | None:
+    found = _PRODUCT.fullmatch(written.strip())
+    return _plain(quantity, f"{usual_unit(found['first'])} s" if found else written)
+
+
+def _plain(quantity: str, written: str) -> str | None:
+    """The unit as written, if it is one of the quantity."""
+    return written if written.strip() and _measures(quantity, written) else None
+
+
+_SPELLED = {
+    **dict.fromkeys(("direction", *TIP_POSE[3:]), _number),
+    **dict.fromkeys(TORQUE_COLUMNS, _torque),
+    **dict.fromkeys(("friction_integral", "injector_integral"), _pressure_times_time),
+    **dict.fromkeys(("mass", *TIP_POSE[:3]), _plain),
+}
 
 
 def is_length(written: str) -> bool:
