@@ -21,7 +21,14 @@ from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
 from model_lab.rules import RULES
-from model_lab.slips.find import Score, _jumps, find_slips, is_slip, score
+from model_lab.slips.find import (
+    Score,
+    _jumps,
+    absolute_pressures,
+    find_slips,
+    is_slip,
+    score,
+)
 from model_lab.slips.outside import below_ambient
 from softhand_common.documents.output_file import write_files
 from softhand_model.effects import effect_classes
@@ -83,6 +90,20 @@ def test_pressures_in_psi_that_are_said_to_be_kpa(tmp_path):
     assert again.rmse_before == pytest.approx(own.rmse_before, rel=1e-3)
 
 
+@pytest.mark.parametrize("air", [98.0e3, 101.325e3])
+def test_absolute_pressures_are_told_even_if_the_model_lacks_more(air):
+    """Of the linear model much is left without the slip, too; where the finger rests is plain."""
+    linear = load_model("linear")
+    absolute = stated_otherwise("pressure", lambda pressure: pressure + air)
+    (slip,) = find_slips(absolute, linear).slips
+    assert (slip.name, slip.column) == ("absolute", "pressure")
+    assert slip.rmse_after > 10.0 * score(absolute, linear).floor
+    assert not find_slips(load_measurements(EXAMPLE), linear).slips
+    bent = stated_otherwise("tip_angle", lambda angle: angle + np.ptp(angle))  # it does not rest
+    moved = stated_otherwise("pressure", lambda pressure: pressure + air, bent)
+    assert absolute_pressures(moved, linear, score(moved, linear)) is None
+
+
 def test_a_set_without_a_slip_is_told_none():
     data = load_measurements(EXAMPLE)
     checked = find_slips(data, BASE)
@@ -96,9 +117,9 @@ def test_the_shared_case_in_psi():
 
 
 # ---------------------------------------------------------------------- all kinds
-def stated_otherwise(column, change):
-    """The example with a column that holds something else."""
-    data = load_measurements(EXAMPLE)
+def stated_otherwise(column, change, data=None):
+    """The example, or another set, with a column that holds something else."""
+    data = data or load_measurements(EXAMPLE)
     runs = (
         replace(run, columns={**run.columns, column: change(run.columns[column])})
         for run in data.runs

@@ -318,12 +318,9 @@ def _size(data: MeasurementSet, residual: Array) -> Notice | None:
 
 def _absolute(data: MeasurementSet) -> Notice | None:
     """Pressures that never fall below about that of the air, though the actuator is at rest."""
-    if data.experiment == "valve_pulse" or any("pressure" not in r.columns for r in data.runs):
+    if not seem_absolute(data):
         return None
-    least = np.array([float(run.columns["pressure"].min()) for run in data.runs])
-    low, high = RULES.atmosphere
-    if not (low < least.min() and least.max() < high and _rests(data)):
-        return None
+    least = _least_pressures(data)
     shown = data.shown_in("Pa").shown(float(least.min()), 4)
     text = (
         f"no pressure is below {shown}, at which the actuator rests: expected "
@@ -331,6 +328,19 @@ def _absolute(data: MeasurementSet) -> Notice | None:
     )
     order, marked = np.arange(len(least), dtype=float), np.zeros(0, np.int64)
     return Notice("absolute", float(least.min()), 0.0, text, order, least, marked)
+
+
+def seem_absolute(data: MeasurementSet) -> bool:
+    """Whether no pressure of any run is below about that of the air, though the actuator rests."""
+    if data.experiment == "valve_pulse" or any("pressure" not in r.columns for r in data.runs):
+        return False
+    least, (low, high) = _least_pressures(data), RULES.atmosphere
+    return bool(low < least.min() and least.max() < high) and _rests(data)
+
+
+def _least_pressures(data: MeasurementSet) -> Array:
+    """The least pressure [Pa] of each run (runs,)."""
+    return np.array([float(run.columns["pressure"].min()) for run in data.runs])
 
 
 def _rests(data: MeasurementSet) -> bool:

@@ -30,6 +30,10 @@ def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int
         if _is_row_of_units(units):
             return _unique(above), [cell.strip("[]() ") for cell in units], 2
     parts = [unit_in_header(cell) for cell in levels[0]]
+    repeated = {name for name, _ in parts if [one for one, _ in parts].count(name) > 1}
+    for place, (name, unit) in enumerate(parts):
+        if unit.isdecimal() and name in repeated:  # the number of a channel
+            parts[place] = levels[0][place], ""
     names = [name for name, _ in parts]
     used = 1
     for number, level in enumerate(levels[1:], 2):

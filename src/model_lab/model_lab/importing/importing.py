@@ -22,6 +22,7 @@ from model_lab.importing.derived import (
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
+from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
     has_many_columns,
     meanings_of_many,
@@ -149,18 +150,27 @@ def propose(
             f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
         )
     given, sheet_of = maps or {}, sheets or {}
-    _check_files("--sheet", sheet_of, [path.name for path in paths])
+    names = told_apart(paths)
+    _check_files("--sheet", sheet_of, [name.name for name in names])
     tables = []
-    for path in paths:
-        sheet = sheet_of.get(path.name, sheet_of.get("", ""))
+    for path, name in zip(paths, names, strict=True):
+        sheet = sheet_of.get(name.name, sheet_of.get("", ""))
         read = read_tables(path, messages, decimal, sheet)
-        tables += [with_derived(run, given) for table in read for run in runs_apart(table)]
+        before = name.name.removesuffix(path.name)
+        read = tuple(
+            replace(table, path=table.path.with_name(before + table.path.name)) for table in read
+        )
+        apart = [run for table in read for run in runs_apart(table)]
+        tables += [with_derived(without_lost_tracking(run), given) for run in apart]
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
     many = many or (None if experiment else next(filter(None, _many(tables, given)), None))
     every = tuple(
-        Source(table, meanings_of_many(table, many, given) if many else meanings(table, given))
+        Source(
+            table,
+            meanings_of_many(table, many, given) if many else meanings(table, given, experiment),
+        )
         for table in tables
     )
     if split_restarts:
@@ -218,6 +228,21 @@ def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, st
     _check_files("--mode", stated, names)
     said = stated.get("", "")
     return {name: stated.get(name) or mode_in(Path(name).stem) or said for name in names}
+
+
+def told_apart(paths: Sequence[Path]) -> list[Path]:
+    """The paths by which files are known: files of one name get that of their folder before it.
+
+    >>> [path.name for path in told_apart([Path("thin/r.csv"), Path("thick/r.csv")])]
+    ['thin_r.csv', 'thick_r.csv']
+    """
+    names = [path.name for path in paths]
+    return [
+        path.with_name(f"{path.resolve().parent.name}_{path.name}")
+        if names.count(path.name) > 1
+        else path
+        for path in paths
+    ]
 
 
 def _of_machine(source: Source) -> dict[str, str] | None:
@@ -381,7 +406,7 @@ def make_set(
     remarks = [remark for run in runs for remark in run.remarks]
     remarks += [
         *converted,
-        *remarks_on_air(columns),
+        *remarks_on_air(columns, runs),
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
     ]

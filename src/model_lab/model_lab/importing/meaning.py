@@ -131,7 +131,9 @@ class Meant:
         return self.unit is not None
 
 
-def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant, ...]:
+def meanings(
+    table: Table, given: Mapping[str, tuple[str, str]], experiment: str | None = None
+) -> tuple[Meant, ...]:
     """Meanings of the columns of a file; each quantity occurs at most once.
 
     Args:
@@ -139,11 +141,13 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         given: (column, unit) that the user states for all files, by quantity. A unit of "" stands
             for the one in the file; the unit of time may be a frame rate such as 30Hz. Columns that
             this file does not have are ignored.
+        experiment: its name; None: not stated.
 
-    Raises DocumentError if several columns may be the same quantity, or a unit does not fit its
-    quantity.
+    Raises DocumentError if several columns may be the same quantity and it may be needed, or a unit
+    does not fit its quantity.
     """
     found: dict[str, Meant] = {}
+    possible = possible_experiments(given, experiment)
     taken = {name.casefold() for name, _ in given.values()}
     for quantity, (name, unit) in given.items():
         column = table.column(name)
@@ -159,10 +163,14 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
             continue
         likely = _with_unit(measured(likely), quantity)
         if len(likely) > 1:
+            without = [name for name in possible if not needs(name, quantity)]
+            if len(without) == len(possible):
+                continue
+            instead = f", or --experiment {' or '.join(without)}" if without else ""
             raise DocumentError(
                 f"{table.path}: expected one column for {quantity}, got "
                 f"{listed([one.name for one in likely])}; "
-                f"say which: --map '{quantity}={likely[0].name}'"
+                f"say which: --map '{quantity}={likely[0].name}'{instead}"
             )
         found[quantity] = meant_as(likely[0], quantity)
     if "time" not in found and not found.keys() & {"stretch", "strain", "stress"}:
@@ -175,6 +183,23 @@ def meanings(table: Table, given: Mapping[str, tuple[str, str]]) -> tuple[Meant,
         if len(counting) == 1:
             found["time"] = Meant(counting[0].name, "time", None)
     return tuple(found.values())
+
+
+def possible_experiments(stated: Iterable[str], experiment: str | None) -> list[str]:
+    """Names of the experiments with all stated quantities; `experiment` alone where it is stated.
+
+    >>> possible_experiments(["time", "tip_angle"], None), possible_experiments([], "uniaxial")
+    (['free_bending'], ['uniaxial'])
+    """
+    if experiment is not None:
+        return [experiment]
+    every = [one for one in stated if one not in ("time", "temperature")]
+    return [name for name in BY_COLUMNS if all(needs(name, one) for one in every)] or list(NEEDED)
+
+
+def needs(experiment: str, quantity: str) -> bool:
+    """Whether an experiment has a column of this quantity; a stretch may be given as a strain."""
+    return quantity == "time" or {"strain": "stretch"}.get(quantity, quantity) in NEEDED[experiment]
 
 
 def measured(columns: list[Column]) -> list[Column]:

@@ -12,6 +12,7 @@ from model_lab.importing.runs import ImportedRun, Source
 from model_lab.importing.units import ABSOLUTE, GAUGE
 from model_lab.measurements.meanings import AMBIENT, air_pressure
 from model_lab.measurements.units import column_unit
+from model_lab.rules import RULES
 from softhand_common.documents.yaml_document import DocumentError
 
 AIR_COLUMN = "pressure"  # which may be absolute
@@ -53,9 +54,13 @@ def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Column
     return columns | _absolute(sources, runs) | gauge
 
 
-def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]:
-    """Remarks on pressures that are absolute."""
+def remarks_on_air(
+    columns: Mapping[str, Mapping[str, object]], runs: Sequence[ImportedRun]
+) -> Iterable[str]:
+    """Remarks on pressures that are absolute, or may be."""
     for name, entry in columns.items():
+        if name == AIR_COLUMN and "is" not in entry:
+            yield from _remarks_on_rest(str(entry["unit"]), runs)
         if AMBIENT in entry:
             yield (
                 f"{name} is absolute: ambient pressure, {entry[AMBIENT]} {entry['unit']}, is "
@@ -66,6 +71,17 @@ def remarks_on_air(columns: Mapping[str, Mapping[str, object]]) -> Iterable[str]
                 f"{name} is a gauge pressure: 101.325 kPa of the air are added, unless "
                 "experiment.yaml says another pressure beside it (ambient)"
             )
+
+
+def _remarks_on_rest(unit: str, runs: Sequence[ImportedRun]) -> Iterable[str]:
+    """A remark on pressures that are never below about that of the air, in a unit."""
+    least, scale = [_least(run) for run in runs], column_unit(AIR_COLUMN, unit).scale
+    low, high = RULES.atmosphere
+    if low < scale * min(least) and scale * max(least) < high:
+        yield (
+            f"no {AIR_COLUMN} is below {min(least):.6g} {unit}, about that of the air: if they are "
+            f"absolute, say --map '{AIR_COLUMN}=COLUMN:{unit} abs'"
+        )
 
 
 def _units(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> dict[str, str]:

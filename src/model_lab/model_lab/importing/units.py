@@ -33,6 +33,8 @@ SPELLINGS = {
     "secondes": "s",
     "segundos": "s",
     "msec": "ms",
+    "millisec": "ms",
+    "millisecond": "ms",
     "millis": "ms",
     "milliseconds": "ms",
     "secondi": "s",
@@ -161,6 +163,8 @@ def unit_for(quantity: str, written: str) -> str | None:
         written = kind_of_pressure(written)[0]
     if quantity == "tip_force":
         written = MASS_UNITS.get(written.strip().lower(), written)
+    if quantity == "time":
+        written = written.split(" since ")[0]  # midnight, or a date
     unit = usual_unit(written)
     if unit == "" and quantity == "stress":
         return None

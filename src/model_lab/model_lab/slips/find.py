@@ -17,6 +17,7 @@ from model_lab.experiments.forward import Forward
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
+from model_lab.fitting.notices import seem_absolute
 from model_lab.fitting.problem import base_starts, pose_problem
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
@@ -123,6 +124,9 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     before = score(data, model)
     if before.explains or scatters(data, before.floor) or dead_readings(data):
         return None
+    absolute = absolute_pressures(data, model, before)
+    if absolute is not None:
+        return absolute
     alike = _best(scored(data, model), before)
     if not alike:
         alike = _best(_of_runs(data, model, before), before)
@@ -147,6 +151,23 @@ def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, Measurement
         return None
     before, after = score(data, model), score(wrapped.mended, model)
     return _told(wrapped, before.rmse, after) if after.relative < before.relative else None
+
+
+def absolute_pressures(
+    data: MeasurementSet, model: Model, before: Score
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of absolute pressures that are stated as gauge pressures, as `best_slip` returns it,
+    where the pressures at rest show it and the data fit better without it: no matter how much is
+    left, as a model may lack more. None if not.
+    """
+    if not seem_absolute(data):
+        return None
+    found = next((one for one in candidates(data) if one.name == "absolute"), None)
+    if found is None:
+        return None
+    after = score(found.mended, model)
+    better = after.relative <= RULES.slip_beside_share * before.relative
+    return _told(found, before.rmse, after) if better else None
 
 
 def _jumps(angle: Array) -> bool:
