@@ -229,7 +229,7 @@ class ObjectBody:
         self.resist(0.0, 0.0)
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Set the mass [kg] and inertia [kg m2] of the holder of the object, added to its own."""
+        """Add the mass [kg] and inertia [kg m2] of a holder to those of the object."""
         share = self.mass / len(self.links)
         for link in self.links:
             pybullet.changeDynamics(
