@@ -71,9 +71,7 @@ def open_seal(folder: Path) -> dict[str, Any]:
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
-        raise ValueError(
-            f"{path}: expected the sealed file as it was written, got {reason}"
-        ) from reason
+        raise ValueError(f"{path}: expected an unchanged sealed file, got {reason}") from reason
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():

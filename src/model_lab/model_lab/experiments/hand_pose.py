@@ -322,7 +322,7 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
     for effect in model.effects:
         if data.experiment not in effect.experiments and effect.stage not in BESIDE_RUBBER:
             raise ValueError(
-                f"model: effects: expected those that act in {data.experiment}, got {effect.name}"
+                f"model: effects: expected effects that act in {data.experiment}, got {effect.name}"
             )
     if any(effect.name == "gravity" for effect in model.effects):
         return model
