@@ -203,8 +203,8 @@ class InProcessScene:
         self._air.command(masses)
 
     def command_pressure(self, pressures: Array) -> None:
-        """Set the gauge pressures (channels,) [Pa] to reach and keep; NaN for a channel that keeps
-        its command.
+        """Command gauge pressures (channels,) [Pa], which are reached and then kept. A channel with
+        NaN keeps its previous command.
         """
         self._air.command_pressure(pressures)
 

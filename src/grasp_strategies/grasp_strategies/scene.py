@@ -138,8 +138,8 @@ class AirTarget(NamedTuple):
         return found
 
     def start(self, goal: AirTarget, seen: Observation) -> AirTarget:
-        """Start of a ramp to `goal`: this target, or the measured value where `goal` commands the
-        other quantity.
+        """Start of a ramp to `goal`. A channel starts at this target if both command the same
+        quantity, otherwise at the measured value.
         """
         measured = (seen.air_mass, seen.pressure)
         parts = (
@@ -149,12 +149,12 @@ class AirTarget(NamedTuple):
         return AirTarget(*parts)
 
     def towards(self, goal: AirTarget, share: float) -> AirTarget:
-        """Linear interpolation to `goal`, a target of the same quantities, at a share [-] of the
-        way.
+        """Linear interpolation between this target (share 0) and `goal` (share 1), which commands
+        the same quantities.
         """
         return AirTarget(*(a + share * (b - a) for a, b in zip(self, goal, strict=True)))
 
 
 def hand_body_names(chains: Iterable[str]) -> frozenset[str]:
-    """Names by which contacts call the parts of a hand: its chains and its plate."""
+    """Names that contacts use for the parts of a hand: its chains and its plate."""
     return frozenset(chains) | {PALM_PLATE}

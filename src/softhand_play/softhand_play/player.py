@@ -270,7 +270,7 @@ class Player(Source):
             return
         if now.static_scene.object is None:
             raise ValueError(
-                f"scene: expected one with an object, got {now.static_scene.scene.name}"
+                f"scene: expected a scene with an object, got {now.static_scene.scene.name}"
             )
         frames: list[Frame] = []
         self._recorded = frames

@@ -135,5 +135,5 @@ def test_what_cannot_be_followed_is_refused(change, message):
 def test_effects_that_do_not_act_in_motion_are_refused():
     data = single(["step_fingers_up"])
     slow = replace(load_model(), effects=(CLASSES["tube_lag"](time_constant=0.1),))
-    with pytest.raises(ValueError, match="expected those that act in hand_motion, got tube_lag"):
+    with pytest.raises(ValueError, match="expected effects that act in hand_motion, got tube_lag"):
         with_weight(data, slow)

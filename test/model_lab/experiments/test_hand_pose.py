@@ -172,7 +172,7 @@ def test_models_that_statics_of_hands_do_not_have_are_refused():
     slippery = replace(own, effects=(*own.effects, CLASSES["friction"](factor=0.7)))
     assert with_weight(data, slippery) is slippery  # a hand that touches nothing has it unseen
     slow = replace(own, effects=(*own.effects, CLASSES["tube_lag"](time_constant=0.1)))
-    with pytest.raises(ValueError, match="expected those that act in hand_pose, got tube_lag"):
+    with pytest.raises(ValueError, match="expected effects that act in hand_pose, got tube_lag"):
         diagnose(data, slow)
     with pytest.raises(ValueError, match="base: expected pneuflex for a hand, got linear"):
         compare(data, load_model("linear"))

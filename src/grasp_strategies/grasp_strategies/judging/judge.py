@@ -123,8 +123,8 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 
 def is_number(observation: Observation) -> bool:
-    """Whether the poses of wrist and object are finite numbers, which they are not after a
-    simulation has diverged.
+    """Whether the poses of wrist and object are finite numbers. After a simulation has diverged,
+    they are not.
     """
     wrist = (observation.wrist_position, observation.wrist_orientation)
     seen = (*wrist, observation.object_position, observation.object_orientation)

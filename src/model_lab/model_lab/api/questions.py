@@ -153,8 +153,8 @@ class Diagnosis(Shown):
 
     @property
     def verdict(self) -> str:
-        """One of `adequate`, `effects_missing`, `unexplained`, and `slip` (a mistake in how the
-        data are stated).
+        """One of `adequate`, `effects_missing`, `unexplained` and `slip` (a mistake in the
+        description of the data).
         """
         return self.outcome.diagnosis.verdict
 

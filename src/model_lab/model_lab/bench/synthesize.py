@@ -71,9 +71,7 @@ def open_seal(folder: Path) -> dict[str, Any]:
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
-        raise ValueError(
-            f"{path}: expected the sealed file as it was written, got {reason}"
-        ) from reason
+        raise ValueError(f"{path}: expected an unchanged sealed file, got {reason}") from reason
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():
@@ -112,13 +110,13 @@ def synthesize(
 ) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
-    classes: effects from which it is drawn, by name; None: the built-in ones. noise: standard
-    deviation of the noise of a sample, and of the scatter of whole runs, over the largest reading.
-    The truth has the effects with their parameters, the calibration as in a model file, the noise
-    (standard deviation in SI units) and the seed.
+    classes: effects from which the hidden effect is drawn, by name; None: the built-in effects.
+    noise: standard deviation of the noise of a sample, and of the scatter of whole runs, over the
+    largest reading. `truth` of the result has the effects with their parameters, the calibration as
+    in a model file, the noise (standard deviation in SI units) and the seed.
 
     Raises ValueError for an experiment that is not in EXPERIMENTS, for a noise that is not between
-    0 and 1, and if none of the effects shows in the experiment.
+    0 and 1, and if none of the effects changes the outputs of the experiment.
     """
     if not 0.0 < noise < 1.0:
         raise ValueError(f"noise: expected a number between 0 and 1, got {noise:g}")

@@ -134,8 +134,9 @@ def is_far(problem: FitProblem, scored: Scored) -> bool:
 
 
 def is_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether the remaining error of a model may be noise alone. If the scatter of the gains of
-    runs is not known, the error without gains decides.
+    """Whether the remaining error of a model may be noise alone (`Rules.explained_error`). If it is
+    not known how much the gain differs between runs, an error that is small without the gains of
+    the runs is enough (`Rules.explained_shape_error`).
     """
     rules, floor = problem.rules, problem.floor
     if error_of(problem, scored) <= rules.explained_error * floor.total:
@@ -161,8 +162,8 @@ def verdict_of(
 ) -> str:
     """The verdict on a base model: adequate, effects_missing or unexplained.
 
-    final: the model that the search chose; the base itself if it found nothing. black_boxes: fitted
-    to what the final model leaves, the best first.
+    final: the model that the search chose, or the base model if the search found nothing.
+    black_boxes: fitted to the remaining error of the final model, the best first.
     """
     if final is base:
         return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE

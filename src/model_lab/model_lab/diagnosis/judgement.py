@@ -41,8 +41,9 @@ class Judgement:
 
     @property
     def most_confidence(self) -> float:
-        """Highest confidence (0 to 1) that a diagnosis may state. It is lower if much error stays
-        unexplained, or if any does while a calibrated parameter lies on its bound.
+        """Highest confidence (0 to 1) that a diagnosis may state. It is below 1 if much error
+        remains, and also for a smaller remaining error (`Rules.bound_error`) if a parameter of the
+        calibration lies on its bound.
         """
         rules, left = self.problem.rules, self.named.held_out.rmse / self.problem.floor.total
         if self.at_bound and left > rules.bound_error:

@@ -280,8 +280,8 @@ def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:
     """Whether the data distinguish the effect from no effect: the standard error of some parameter
     is below a share of its distance from the neutral value (`Rules.known_error`).
 
-    Without this, two effects could grow without limit against each other, and neither would mean
-    anything.
+    Without this criterion two effects that compensate each other could both be accepted with
+    arbitrarily large parameters.
     """
     scales, spread = fit.likelihood.scales, np.sqrt(np.diag(fit.covariance))
     place = {parameter.name: index for index, parameter in enumerate(fit.likelihood.parameters)}

@@ -328,11 +328,12 @@ def neutral_lane(
 
 
 def waves(values: Array, solved: int) -> list[tuple[Indices, Indices]]:
-    """Waves of lanes: (lanes (n,) that are solved at the same time, lanes (n,) from whose solutions
-    they start). The first `solved` lanes are solved already.
+    """Order in which lanes are solved: a list of waves, each with the lanes (n,) that are solved at
+    the same time, and the lanes (n,) from whose solutions they start. The first `solved` lanes are
+    already solved.
 
-    The order makes every step short: the next lane is always the one nearest to a solved lane, by
-    values (lanes, k) over their range.
+    values (lanes, k): parameters of each lane. A lane starts from the nearest lane that is already
+    solved; distances are measured in parameters over their range.
 
     >>> lanes = np.array([[0.0], [1.0], [1.1], [0.1]])
     >>> [(wave.tolist(), starts.tolist()) for wave, starts in waves(lanes, 1)]

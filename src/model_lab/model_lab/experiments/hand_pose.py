@@ -276,12 +276,12 @@ def turned_frame(data: MeasurementSet) -> WristFrame | None:
 
 
 def own_error(data: MeasurementSet, model: Model) -> float:
-    """Root mean square error [m] of the predictions themselves, which repeats do not show; 0 for
-    sets of anything but a hand.
+    """Root mean square error [m] of the predictions of a hand; 0 for other sets. Repeats do not
+    show this error.
 
-    It has two sources: the zeros of the pressure sensors, and the finite number of segments. As the
-    latter error falls with the square of that number, it is 4/3 of the change with twice as many
-    segments; it is 0 for a simulated hand with the same segments.
+    It has two sources: the zeros of the pressure sensors, and the finite number of segments. The
+    error of the segments falls with the square of their number, so it is 4/3 of the change with
+    twice as many segments. It is 0 for a simulated hand with the same number of segments.
     """
     if not data.of_hand:
         return 0.0
@@ -322,7 +322,7 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
     for effect in model.effects:
         if data.experiment not in effect.experiments and effect.stage not in BESIDE_RUBBER:
             raise ValueError(
-                f"model: effects: expected those that act in {data.experiment}, got {effect.name}"
+                f"model: effects: expected effects that act in {data.experiment}, got {effect.name}"
             )
     if any(effect.name == "gravity" for effect in model.effects):
         return model

@@ -50,13 +50,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class FitProblem:
-    """What a diagnosis fits: data, base model, effects, and how noise is judged.
+    """Everything that a diagnosis needs to fit models: data, base model, effects, noise.
 
     fixed: effects with fixed parameters. classes: classes of effects by name. fitted: parameter
-    values of the model as it is, by name. joints: spring model of chains. rules: thresholds.
-    floor_as_is: noise floor estimated with the model as it is, if a better model has shown a lower
-    one; else None. own_error: error of the predictions themselves, see `noise_floor`. known:
-    results that `once` has computed; None: results are not kept.
+    values of the model before the diagnosis, by name. joints: spring model of chains. rules:
+    thresholds. floor_as_is: noise floor estimated with the model before the diagnosis, if a better
+    model has a lower noise floor; otherwise None. own_error: error of the predictions, see
+    `noise_floor`. known: results that `once` has computed; None: results are not kept.
     """
 
     data: MeasurementSet
@@ -80,8 +80,8 @@ class FitProblem:
         return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known, own)
 
     def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
-        """The result of `make`, or the kept result of an earlier call with this key and noise
-        floor. So one set can be judged by many rules with few fits.
+        """The result of `make`, or the kept result of an earlier call with the same key and noise
+        floor. Therefore many rules can judge one set with few fits.
         """
         if self.known is None:
             return make()

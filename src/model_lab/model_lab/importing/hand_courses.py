@@ -91,7 +91,7 @@ def set_of_runs(
 
 
 def markers_of(courses: Sequence[HandCourse]) -> list[str]:
-    """Names of the markers that all courses have; raises DocumentError where they differ."""
+    """Names of the markers of all courses; raises DocumentError if they differ."""
     first = list(courses[0].places)
     for course in courses:
         if list(course.places) != first:

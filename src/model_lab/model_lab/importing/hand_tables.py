@@ -200,8 +200,8 @@ def _attitude_of(file: HandFile, wrist: Mapping[str, Sequence[float]]) -> Array:
     held = wrist.get(name, wrist.get(""))
     if held is None:
         raise DocumentError(
-            f"{name}: expected the orientation of the wrist, as weight bends the fingers: columns "
-            f"wrist.{', wrist.'.join(WRIST_TURN)} or wrist.{', wrist.'.join(WRIST_ANGLES)}, or "
+            f"{name}: expected the orientation of the wrist (weight bends the fingers) in columns "
+            f"wrist.{', wrist.'.join(WRIST_TURN)} or wrist.{', wrist.'.join(WRIST_ANGLES)}, or by "
             "--wrist ROLL,PITCH,YAW in degrees (0,0,0: fingers up), got neither"
         )
     return np.tile(from_rpy(np.asarray(held, float)), (file.table.rows, 1))

@@ -181,7 +181,9 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
         time, input_time = time - time[0], input_time - input_time[0]
     inside = (time >= input_time[0]) & (time <= input_time[-1])
     if inside.sum() < 3:
-        raise DocumentError(f"{paths[0]}: expected some time in common with {paths[-1]}, got none")
+        raise DocumentError(
+            f"{paths[0]}: expected times that overlap with those of {paths[-1]}, got no overlap"
+        )
     if not inside.all():
         remarks.append(
             f"{_path(of_output).name}: {int((~inside).sum())} of {len(inside)} samples are left "

@@ -71,7 +71,9 @@ def read_columns(
     for name, values in zip(names, table.T, strict=True):
         if np.isnan(values[-1]):
             where = f"{path}: column {shortened(name)}"
-            raise TableError(where, "numbers from some row on", "only empty cells")
+            raise TableError(
+                where, "numbers (cells may be empty only at the beginning)", "only empty cells"
+            )
     return {name: np.ascontiguousarray(table[:, index]) for index, name in enumerate(names)}
 
 

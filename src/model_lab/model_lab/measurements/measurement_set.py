@@ -274,14 +274,16 @@ class MeasurementSet:
         return OUTPUT_UNITS[self.experiment]
 
     def display(self, column: str) -> Display:
-        """How a column is shown: in the unit that the user stated, else in one of daily use."""
+        """How a column is shown: in the unit that the user stated, otherwise in a unit of daily
+        use.
+        """
         if column in self.units:
             return stated_display(column, self.units[column])
         return display_of(unit_of(column) or "")
 
     def shown_in(self, unit: str) -> Display:
-        """How values in an SI unit are shown: as the first column with that unit was stated, else
-        in one of daily use.
+        """How values in an SI unit are shown: in the unit that the user stated for the first column
+        of this quantity, otherwise in a unit of daily use.
         """
         return display_among(self.units, unit)
 

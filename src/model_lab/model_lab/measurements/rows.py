@@ -94,7 +94,7 @@ def require_possible(data: MeasurementSet) -> None:
 
 
 def is_possible(data: MeasurementSet) -> bool:
-    """Whether no run has values that their column cannot have."""
+    """Whether all values of all runs are possible for their column."""
     return _impossible(data) is None
 
 

@@ -156,15 +156,13 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
 
 
 def bent_length(node: Node, specimen: Specimen, meanings: Iterable[str]) -> float:
-    """Length [m] by which a curvature is multiplied to become an angle; NaN if none is stated.
+    """Length [m] that converts curvature to angle; NaN if none is stated.
 
     meanings: what the columns of a run hold, as words of `MEANINGS`. Raises DocumentError if the
-    length is needed but not known.
+    length is needed but not stated.
     """
     if "curvature" in meanings and "length" not in specimen.values:
-        raise node.error(
-            f"a length of {specimen.name}, with which a curvature becomes an angle", "none"
-        )
+        raise node.error(f"a length of {specimen.name}, which converts curvature to angle", "none")
     return float(specimen.values.get("length", np.nan))
 
 

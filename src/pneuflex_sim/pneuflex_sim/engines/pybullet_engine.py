@@ -41,7 +41,7 @@ def _warn_of_slow_motion(step: float) -> None:
 
 
 class PybulletEngine:
-    """A world of PyBullet's with hand, object and scene in it."""
+    """A PyBullet world that contains hand, object and scene."""
 
     def __init__(self, around: Surroundings) -> None:
         if around.step > TRUE_STEP and not around.scene.rigid_wrist:

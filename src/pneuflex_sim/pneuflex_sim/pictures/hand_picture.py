@@ -95,9 +95,11 @@ HAND_VIEWS = (
 def draw_hand(
     hand: HandDescription, pressures: Array, joints: Sequence[Array], segments: int
 ) -> Figure:
-    """Picture of a hand with joint orientations (n, 4) at each of some gauge pressures
-    (k, channels) [Pa]: a column for each of them, above from the palm (along -x of the wrist),
-    below from the thumb's side (along -y).
+    """Picture of a hand at several pressures.
+
+    pressures (k, channels) [Pa], gauge. joints: joint orientations (n, 4) at each pressure. Each
+    pressure has one column: above, the view of the palm (along -x of the wrist); below, the view
+    from the thumb's side (along -y).
     """
     renderer = Renderer(hand, None, "stand", segments, _colors(hand))
     corners = [_corners(renderer, q) for q in joints]

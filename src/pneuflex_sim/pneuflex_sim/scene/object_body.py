@@ -229,7 +229,7 @@ class ObjectBody:
         self.resist(0.0, 0.0)
 
     def resist(self, mass: float, inertia: float) -> None:
-        """Set the mass [kg] and inertia [kg m2] of the holder of the object, added to its own."""
+        """Set the mass [kg] and inertia [kg m2] that a holder adds to each link of the object."""
         share = self.mass / len(self.links)
         for link in self.links:
             pybullet.changeDynamics(

@@ -70,9 +70,9 @@ class ObjectDescription:
         dimensions: lengths of the shape [m], by name. A cylinder's may give the number of collision
             `parts` (2).
         mass: mass [kg].
-        material: its name in the table of friction.
-        rpy: orientation in which it lies in the scene [rad].
-        compliance: compliance of its surface, None for a rigid one.
+        material: name of its material in the table of friction.
+        rpy: orientation of the object at rest in the scene [rad].
+        compliance: compliance of its surface, None for a rigid surface.
         note: what the model leaves out.
     """
 

@@ -78,7 +78,7 @@ def _resting(simulation: Simulation, start: Array) -> tuple[tuple[float, ...], f
     """Offset (2,) [m] of the object, factor on its mass, and yaw [rad]."""
     described = simulation.object
     if described is None:
-        raise ValueError(f"scene: expected one with an object, got {simulation.scene.name}")
+        raise ValueError(f"scene: expected a scene with an object, got {simulation.scene.name}")
     rest = Rotation.from_euler("xyz", described.rpy)
     turned = (Rotation.from_quat(start[3:]) * rest.inv()).as_rotvec()
     tilt = float(np.hypot(*turned[:2]))

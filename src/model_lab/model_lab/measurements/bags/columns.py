@@ -23,8 +23,8 @@ PROGRESS_PERIOD = 2000  # messages
 class Source:
     """Where a column comes from: topic and field.
 
-    place: place in the document, for errors. is_angle: whether the column is an angle, for which a
-    component of a quaternion is refused.
+    place: place in the document, for error messages. is_angle: whether the column is an angle, for
+    which a component of a quaternion is refused.
     """
 
     topic: str

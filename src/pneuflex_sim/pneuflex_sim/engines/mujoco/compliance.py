@@ -31,8 +31,10 @@ IMPEDANCE = 0.5  # d [-], at all depths
 def set_compliance(
     model: mujoco.MjModel, links: Sequence[str], soft_object: Compliance | None
 ) -> None:
-    """Give contacts their stiffness: the links named have a skin, an object may be soft, and all
-    else is rigid. A soft object brings its own damping.
+    """Set the stiffness and damping of all contacts.
+
+    links: names of the links that have a skin. soft_object: compliance of the object, None for a
+    rigid one. Everything else is rigid.
     """
     stiffness = PER_COMPLIANCE * (1.0 - IMPEDANCE)
     for reference in (model.geom_solref, model.pair_solref):
