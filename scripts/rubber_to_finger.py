@@ -1,6 +1,6 @@
 """What a P5 would do at 210 kPa, by every law that a test of its rubber may be fitted with.
 
-`python scripts/rubber_to_finger.py SET [--pressure PA]` fits each law of rubber in the catalogue to
+`python -m scripts.rubber_to_finger SET [--pressure PA]` fits each law of rubber in the catalogue to
 a measurement set of the experiments uniaxial or rubber, alone and the modulus free, as `model-lab
 add LAW --free-modulus` does, and bends a free P5 with it; Yeoh's third term also beside the second.
 Prints a table in Markdown. A name of SET without a folder of it is sought in

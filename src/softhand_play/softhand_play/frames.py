@@ -69,7 +69,9 @@ class StaticScene:
 
 @dataclass(frozen=True)
 class World:
-    """Settings and placement of a trial to simulate, and its outcome in stored results, if any."""
+    """A trial to simulate: settings, where the object is placed, and what stored results say of its
+    outcome ("" if there are none).
+    """
 
     settings: TrialSettings = field(default_factory=TrialSettings)
     placement: Placement = field(default_factory=Placement)

@@ -10,10 +10,10 @@ from model_lab.aliases import Array
 from model_lab.importing.tables import Column, Table
 from softhand_common.documents.quoted import listed
 
-TOGETHER = 3  # columns that are 0 in the same rows, from which on nothing was tracked there
-PLACES = 2  # of them those that are far from 0 in all other rows, as coordinates are
+LOST_COLUMNS = 3  # columns that are 0 in the same rows, from which on nothing was tracked there
+LOST_PLACES = 2  # of them those that are far from 0 in all other rows, as coordinates are
 FAR_FROM_ZERO = 0.2  # least size of such a column in the other rows, as a share of the largest
-LEAST_VALUES = 5  # different values that it has there; commands and valves have fewer
+LEAST_PLACES = 5  # different values that it has there; commands and valves have fewer
 
 
 def without_lost_tracking(table: Table) -> Table:
@@ -26,7 +26,7 @@ def without_lost_tracking(table: Table) -> Table:
         if 0 < zero.sum() < len(zero) / 2:
             alike.setdefault(zero.tobytes(), []).append(column)
     for columns in alike.values():
-        if len(columns) >= TOGETHER and sum(map(_is_place, columns)) >= PLACES:
+        if len(columns) >= LOST_COLUMNS and sum(map(_is_place, columns)) >= LOST_PLACES:
             table = _emptied(table, columns)
     return table
 
@@ -35,7 +35,7 @@ def _is_place(column: Column) -> bool:
     seen: Array = np.abs(column.values[column.values != 0.0])
     seen = seen[np.isfinite(seen)]
     far = len(seen) > 0 and seen.min() > FAR_FROM_ZERO * seen.max()
-    return bool(far and len(np.unique(seen)) >= LEAST_VALUES)
+    return bool(far and len(np.unique(seen)) >= LEAST_PLACES)
 
 
 def _emptied(table: Table, columns: list[Column]) -> Table:

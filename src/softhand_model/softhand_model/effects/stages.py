@@ -218,7 +218,7 @@ class StructureEffect(Effect):
         return np.ones_like(bend)
 
     def bend_twist_coupling(self) -> Array | float:
-        """Stiffness that couples lateral bending and twist, over that in bending B [-]."""
+        """Stiffness that couples lateral bending and twist, over the bending stiffness [-]."""
         return 0.0
 
     def tip_compliance(self) -> Array | float:

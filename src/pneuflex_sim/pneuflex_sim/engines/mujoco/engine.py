@@ -179,7 +179,7 @@ class MujocoEngine:
         return self._touches.gaps(reach)
 
     def object_boxes(self) -> Array:
-        """Boxes (k, 2, 3) [m] around the parts of the object."""
+        """Boxes (k, 2, 3) [m] around the object's parts: lowest and highest corner in the world."""
         return self._touches.boxes(self._touches.of_object)
 
     def hand_boxes(self) -> Array:

@@ -101,8 +101,8 @@ def _scale(converter: Converter, folder: Path, sensor: Sensor) -> float:
     scale = _number(folder, sensor.input, "scale")
     if scale is None or not scale > 0:
         raise HardwareError(
-            f"{converter.place}: expected the key scale [V per count], because {folder} gives "
-            f"none that is above 0, got {scale}"
+            f"{converter.place}: expected the key scale [V per count], as {folder} states none "
+            f"above 0: got {scale} there"
         )
     return scale * MILLIVOLT
 
