@@ -157,3 +157,46 @@ def test_what_is_not_known_of_a_file_is_said_by_quantity(tmp_path):
     path = table(tmp_path / "imu.csv", "pressure (kPa),pitch,roll", PRESSURE, ANGLE, 0.0 * ANGLE)
     told = propose([path]).unsure["what was measured"]
     assert told == "--map tip_angle=COLUMN:UNIT or --map tip_force=COLUMN:UNIT"
+
+
+STAMPED = "14:05:{second:06.3f} -> "
+
+
+@pytest.mark.parametrize(
+    ("line", "maps"),
+    [
+        (
+            "pressure:{p:.2f},angle:{a:.2f}",
+            {"pressure": ("pressure", "kPa"), "tip_angle": ("angle", "deg")},
+        ),
+        ("Time: {t:.2f} s, Pressure: {p:.2f} kPa, Angle: {a:.2f} deg", None),
+        ("t={t:.2f}\tp_kPa={p:.2f}\tangle_deg={a:.2f}", None),
+        ('{{"time": {t:.2f}, "tip": {{"angle_deg": {a:.2f}}}, "pressure_kpa": {p:.2f}}}', None),
+        (STAMPED + "Pressure: {p:.2f} kPa | Angle: {a:.2f} deg", None),
+        (
+            STAMPED + "{p:.2f},{a:.2f}",
+            {"pressure": ("column 2", "kPa"), "tip_angle": ("column 3", "deg")},
+        ),
+    ],
+)
+def test_what_microcontrollers_print_is_a_table(tmp_path, line, maps):
+    path, time = tmp_path / "serial.txt", 0.1 * np.arange(len(PRESSURE))
+    lines = [
+        line.format(t=t, p=p, a=a, second=23.0 + t)
+        for t, p, a in zip(time, PRESSURE, ANGLE, strict=True)
+    ]
+    first = ["Starting..."] if not line.startswith(STAMPED) else ["14:05:22.500 -> Starting..."]
+    path.write_text("\n".join([*first, *lines]) + "\n")
+    run = make_set(propose([path], maps=maps)).runs[0]
+    np.testing.assert_allclose(run.columns["pressure"], PRESSURE)
+    np.testing.assert_allclose(run.columns["tip_angle"], ANGLE)
+    if maps is None or line.startswith(STAMPED):
+        np.testing.assert_allclose(run.columns["time"], time, atol=1e-6)
+
+
+def test_a_few_lines_with_names_do_not_make_a_table(tmp_path):
+    header = ["rate: 100 Hz, sensors: 2", "pressure (kPa),angle (deg)"]
+    rows = [f"{p:g},{a:g}" for p, a in zip(PRESSURE, ANGLE, strict=True)]
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(header + rows))
+    np.testing.assert_allclose(make_set(propose([path])).runs[0].columns["tip_angle"], ANGLE)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from model_lab.importing.clocks import is_time
 from model_lab.importing.numerals import is_missing, is_number
+from model_lab.importing.serial_lines import CLOCK_NAME, named_rows, without_stamps
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 
@@ -160,10 +161,28 @@ def _without_empty_columns(rows: list[Row]) -> list[Row]:
 
 def _best_split(path: Path) -> tuple[list[Row], str]:
     """Rows of a text file, split at the delimiter that suits its first lines best."""
-    lines = LINE_ENDS.split(_decoded(path.read_bytes()))
+    lines, stamps = without_stamps(LINE_ENDS.split(_decoded(path.read_bytes())))
+    rows, places = named_rows(lines)
+    if rows:
+        stamped = [stamps[place] for place in places] if stamps else []
+        return _with_stamps(rows, ["", *stamped] if stamps else []), ""
     first = lines[:JUDGED_LINES]
     best = max(DELIMITERS, key=lambda delimiter: count_of_data(list(_split(first, delimiter))))
+    if stamps:
+        split = [next(_split([line], best), []) for line in lines]
+        return _with_stamps(split, stamps), best
     return _without_last(list(_split(lines, best))), best
+
+
+def _with_stamps(rows: list[Row], stamps: Sequence[str]) -> list[Row]:
+    """Rows with the stamps of their lines in a first column, whose name is that of a time."""
+    if not stamps:
+        return rows
+    return [
+        [stamp if any(map(is_value, row)) else CLOCK_NAME, *row]
+        for stamp, row in zip(stamps, rows, strict=True)
+        if row
+    ]
 
 
 def _decoded(content: bytes) -> str:
