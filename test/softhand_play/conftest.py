@@ -2,7 +2,7 @@
 
 import pytest
 from browser import find_browser
-from play_page import SOFTWARE, WINDOW, Window
+from play_page import SELDOM, SOFTWARE, WINDOW, Window
 
 
 @pytest.fixture(scope="session")
@@ -23,6 +23,7 @@ def open_window(chromium):
 
     def open_one(page):
         contexts.append(chromium.new_context(viewport=WINDOW))
+        contexts[-1].add_init_script(SELDOM)
         return Window(contexts[-1].new_page(), page.server.address)
 
     yield open_one

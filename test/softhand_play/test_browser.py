@@ -5,10 +5,9 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from play_page import served, wait_until
+from play_page import hurry, served, wait_until
 
 from softhand_common.documents.output_file import plain
-from softhand_play.player import FASTEST_PACE
 from softhand_trials.sweep.trial_task import TrialTask
 
 pytestmark = pytest.mark.timeout(600)
@@ -78,7 +77,7 @@ def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
 ):
     monkeypatch.chdir(tmp_path)
     with served(folders=[tmp_path]) as page:
-        page.player.pace.speed = FASTEST_PACE
+        hurry(page.player)
         window = open_window(page)
         window.press("Strategies")
         window.press("run the strategy")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from finger_csvs import HAND, finger_csvs
 from hand_csvs import hand_header, motion_capture, one_row_a_pose
-from play_page import PATIENCE, Window, served, wait_until
+from play_page import PATIENCE, SELDOM, Window, served, wait_until
 
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
@@ -161,6 +161,7 @@ def _top_of_panel(window):
 
 def test_on_a_phone_the_panel_lies_below_the_hand_and_the_status_above(page, chromium):
     context = chromium.new_context(viewport=PHONE)
+    context.add_init_script(SELDOM)
     window = Window(context.new_page(), page.server.address)
     page.report("bad.yaml: format: expected a hand", Look.ERROR)
     window.reads("⚠ bad.yaml: format: expected a hand")

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import viser
 from imageio_ffmpeg import count_frames_and_secs
-from play_page import served, wait_until
+from play_page import hurry, served, wait_until
 from rosbags.convert.converter import convert
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.pictures import hand_picture
 from softhand_play.frames import INTERVAL, World
 from softhand_play.hand_tab import AIR_MASS_LABEL, PRESSURE_LABEL
-from softhand_play.player import FASTEST_PACE
 from softhand_play.recorded import write_bag
 from softhand_trials.sweep.trial_task import TrialTask
 from softhand_trials.trials import Placement, TrialSettings
@@ -37,7 +36,7 @@ pytestmark = pytest.mark.timeout(300)
 @pytest.fixture(scope="module")
 def page():
     with served() as page:
-        page.player.pace.speed = FASTEST_PACE
+        hurry(page.player)
         yield page
 
 

@@ -17,7 +17,7 @@ import time
 import rclpy
 from builtin_interfaces.msg import Time
 from faulty_plant import FaultyPlant
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
@@ -120,7 +120,7 @@ def main():
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     node = FaultyPlantNode()
-    executor = SingleThreadedExecutor(context=node.context)
+    executor = EventsExecutor(context=node.context)
     executor.add_node(node)
     count = 0
     while not stop.is_set():

@@ -15,7 +15,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mock_scene import CHANNELS, MockScene
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
@@ -178,7 +178,7 @@ def main():
         signal.signal(number, lambda *_: stop.append(True))
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = MockBench(arguments)
-    executor = SingleThreadedExecutor()
+    executor = EventsExecutor()
     executor.add_node(node)
     begin = due = time.monotonic()
     while not stop and arguments.preparing and arguments.preparing.exists():

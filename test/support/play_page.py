@@ -18,7 +18,13 @@ SOFTWARE = (
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",  # or what turns while the lab computes would take half a core
 )
+# by software a picture takes a core for tens of milliseconds: five a second, not sixty
+SELDOM = """
+requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 200);
+cancelAnimationFrame = clearTimeout;
+"""
 FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
 PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
 FIND = """([name, what]) => {
@@ -132,6 +138,23 @@ class Window:
     def reads(self, words):
         """Wait until words are to be read."""
         wait_until(lambda: words in self.text(), f"the words {words!r}")
+
+
+def hurry(player):
+    """Run strategies as fast as possible. What goes on beside them keeps to real time: it is waited
+    for by what it shows, and would take a core.
+    """
+    from softhand_play.player import FASTEST_PACE, Pace
+
+    class Hurried(Pace):
+        def wait(self, simulated):
+            speed = FASTEST_PACE if player.is_running else 1.0
+            if speed != self.speed:
+                self.speed = speed
+                self.anchor(simulated)
+            super().wait(simulated)
+
+    player.pace = Hurried()
 
 
 @contextmanager

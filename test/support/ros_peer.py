@@ -6,7 +6,7 @@ import time
 import rclpy
 from rclpy.context import Context
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
@@ -27,7 +27,7 @@ class Peer:
             context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
         )
         self.node = Node("test_peer", context=self._context, enable_rosout=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._heard = {}
         self._publishers = {}
