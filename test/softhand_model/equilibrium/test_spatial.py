@@ -286,6 +286,20 @@ def test_pose_far_away_is_not_called_settled():
     assert np.all(np.isfinite(found.torque))
 
 
+def test_a_search_in_vain_is_not_begun_again_for_a_similar_hold():
+    chain = chain_of(5)
+    springs = springs_of(chain, np.zeros(5), 2)
+    turns = [Rotation.identity()] * 2
+    held = HeldChain(chain)
+    found = held.base_load(hold_of(springs, [[0.5, 0.0, 0.5], [1e-3, 0.0, 0.089]], turns))
+    assert found.settled.tolist() == [False, True]
+    near = hold_of(springs, [[1e-3, 0.0, 0.089], [1.1e-3, 0.0, 0.089]], turns)
+    again = held.base_load(near, found)
+    assert again.settled.tolist() == [False, True]
+    np.testing.assert_array_equal(again.wrench[:, 0], found.wrench[:, 0])
+    np.testing.assert_allclose(again.wrench[:, 1], held.base_load(near).wrench[:, 1], rtol=1e-6)
+
+
 def test_large_displacements_are_found():
     """Poses up to 40 mm and 80 degrees off, as when the tip is pushed about by hand."""
     chain, random = chain_of(10), np.random.default_rng(5)

@@ -5,13 +5,16 @@ The actuator is a chain of segments with springs, at many samples and trial valu
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices, Mask
+from model_lab.experiments.kept_bodies import Recent
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
@@ -38,7 +41,11 @@ GRAVITY_DIRECTION = {
 }  # in the frame of the base: z along the actuator, x to the bending side
 FULL_GRAVITY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 POSE_DRAWS = 4  # of the noise of the poses
+MOST_PLAIN_LOADS = 64  # that are kept: of sets, of their mended copies and of parts of them
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
+
+
+_PLAIN_LOADS: Recent[BaseLoad] = Recent(MOST_PLAIN_LOADS)
 
 
 class BaseTorque:
@@ -145,13 +152,17 @@ class BaseTorque:
         return torque
 
     def _plain_load(self, name: str, chain: SegmentChain, rows: Indices, heavy: bool) -> BaseLoad:
-        """Load of the base model, heavy or weightless, from which every search begins; kept."""
+        """Load of the base model, heavy or weightless, from which every search begins; kept, also
+        for all further models of the same poses.
+        """
         if (name, heavy) not in self._plain:
             angles = self._free_angles(StagedEffects(), self._segments.shape, self._pressure)
             springs = chain_springs(chain, np.ones((1, len(rows))), angles[:, rows], ())
             pull = self._gravity(name, np.ones(1), 1, rows) if heavy else None
             hold = Hold(springs, *self._poses(rows, 1), pull)
-            self._plain[name, heavy] = HeldChain(chain).base_load(hold)
+            self._plain[name, heavy] = _PLAIN_LOADS.once(
+                _digest(chain, hold), lambda: HeldChain(chain).base_load(hold)
+            )
         return self._plain[name, heavy]
 
     def _rows_of(self, specimen: str) -> Indices:
@@ -297,6 +308,16 @@ def _of(value: float | Array, lane: Indices) -> Array:
 def _that_have(effects: Sequence[StructureEffect], method: str) -> list[StructureEffect]:
     base = getattr(StructureEffect, method)
     return [effect for effect in effects if getattr(type(effect), method) is not base]
+
+
+def _digest(chain: SegmentChain, hold: Hold) -> bytes:
+    """A hash of all that the load of a chain in a hold depends on."""
+    parts: list[Any] = [one for one in vars(chain).values() if isinstance(one, np.ndarray)]
+    parts += [*hold.springs.arrays(), hold.position, hold.orientation]
+    key = hashlib.blake2b()
+    for part in parts if hold.gravity is None else [*parts, hold.gravity]:
+        key.update(repr(np.shape(part)).encode() + np.ascontiguousarray(part).tobytes())
+    return key.digest()
 
 
 # ---------------------------------------------------------------------- order of the lanes
