@@ -48,7 +48,7 @@ PULSE_NAMES = {
     "p_out": r"^p(ressure)?out$|downstream|outlet|ausgang|nachdruck|hinterdruck|aval|salida|uscita",
     "mass": r"^m$|mass|masse|masa",
 }  # in the words of a name, joined, without those of its unit
-RATE = re.compile(r"flow|durchfluss|debit|rate")  # of a mass
+MASS_RATE = re.compile(r"flow|durchfluss|debit|rate")  # of a mass
 TORQUE_WORDS = {"torque", "moment", "drehmoment", "momento", "couple", "coppia", "par", "m", "t"}
 FORCE_WORDS = {"force", "kraft", "fuerza", "forza", "f"}
 TIP_WORDS = {"tip", "spitze", "pointe", "punta", "fingertip", "fingerspitze"}
@@ -127,7 +127,7 @@ def _known(unit: str) -> bool:
 
 def _of_pulses(column: Column) -> str | None:
     plain = "".join(_name(column))
-    if RATE.search(plain):
+    if MASS_RATE.search(plain):
         return None
     return next((name for name, pattern in PULSE_NAMES.items() if re.search(pattern, plain)), None)
 
