@@ -143,11 +143,11 @@ class BaseTorque:
             scales = [e.values["mass_scale"] for e in staged.load if e.name == "gravity"]
             pull = self._gravity(name, scales[0], lanes, rows) if scales else None
             hold = Hold(springs, *self._poses(rows, lanes), pull)
+            like = self._plain_load(name, chain, rows, heavy=bool(scales))
             before = self._solved.get(name)
             if before is None or before.values.shape[1] != values.shape[1]:
-                like = self._plain_load(name, chain, rows, heavy=bool(scales))
                 before = Solved(plain, like)
-            self._solved[name] = before.others(HeldChain(chain), hold, values)
+            self._solved[name] = before.others(HeldChain(chain), hold, values, like.settled)
             torque[:, :, rows] = self._solved[name].loads.torque.reshape(3, lanes, len(rows))
         return torque
 
@@ -382,9 +382,12 @@ class Solved:
     values: Array
     loads: BaseLoad
 
-    def others(self, chain: HeldChain, hold: Hold, values: Array) -> Solved:
+    def others(self, chain: HeldChain, hold: Hold, values: Array, sought: Mask) -> Solved:
         """Force and torque at the base in `hold` for further parameter sets, values (sets, k), each
         solved starting from the nearest set that is solved already.
+
+        sought (samples,): samples that are searched, see `HeldChain.base_load`: where the base
+        model has no equilibrium, the pose is wrong.
         """
         lanes = np.concatenate([self.values, values])
         samples = np.arange(hold.position.shape[1] // len(values))
@@ -394,5 +397,6 @@ class Solved:
         for wave, starts in waves(lanes, len(self.values)):
             points = (wave[:, None] * len(samples) + samples).ravel()
             begin = (starts[:, None] * len(samples) + samples).ravel()
-            found.put(points, chain.base_load(hold.take(points - first), found.take(begin)))
+            held, among = hold.take(points - first), np.tile(sought, len(wave))
+            found.put(points, chain.base_load(held, found.take(begin), among))
         return Solved(values, found.take(np.arange(first, len(lanes) * len(samples))))
