@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import pytest
 from bench import hidden
 from bench.hidden.people import scarce
 from bench.lab.store import first_seed
-from model_lab.diagnosis.diagnose import candidates_of, diagnose, diagnose_folder
+from model_lab.diagnosis.diagnose import _failing, candidates_of, diagnose, diagnose_folder
+from model_lab.diagnosis.result import ADEQUATE
+from model_lab.fitting.noise_floor import REPEATS
 from model_lab.fitting.problem import pose_problem
 from model_lab.measurements.load import load_measurements
 from model_lab.rules import RULES
@@ -266,3 +269,16 @@ def test_the_floor_of_pulses_without_repeats_is_what_the_found_effects_leave(tmp
     said = diagnose_folder(tmp_path)
     assert {name for group in named(said) for name in group} == {"injector_flow", "valve_delay"}
     assert said["noise_floor"] == pytest.approx(said["rmse_after"], rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("floor", "failing"), [(0.1, ()), (0.8, ("run_order",)), (5.0, ("run_order",))]
+)
+def test_no_model_is_adequate_within_a_floor_as_large_as_the_readings(floor, failing):
+    """Also one that is far larger: in a wrong pose the predictions of repeats scatter, not they."""
+    table = SimpleNamespace(value=np.array([-1.0, 1.0]))
+    problem = SimpleNamespace(
+        floor=SimpleNamespace(source=REPEATS, total=floor), data=SimpleNamespace(table=table)
+    )
+    judged = SimpleNamespace(verdict=ADEQUATE, problem=problem)
+    assert _failing(judged, SimpleNamespace(certain_failures=()), None, False) == failing

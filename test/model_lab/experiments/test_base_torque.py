@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from model_lab.experiments import base_torque
 from model_lab.experiments.base_torque import (
     STANDARD_GRAVITY,
     BaseTorque,
@@ -16,6 +17,7 @@ from model_lab.experiments.base_torque import (
     waves,
 )
 from model_lab.experiments.forward import Forward
+from model_lab.experiments.kept_bodies import Recent
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from softhand_model.effects import StructureEffect, effect_classes
@@ -326,6 +328,19 @@ def test_twelve_runs_of_two_hundred_samples_take_less_than_a_second():
         model.predict({"modulus_scale[A]": np.ones(1)}, [])
         durations.append(time.process_time() - start)
     assert min(durations) < 1.0
+
+
+@pytest.mark.parametrize("change", ["pressure", "tip_x", "tip_qw", "length", "gravity", "nothing"])
+def test_what_is_kept_of_one_set_is_not_taken_for_another(change, monkeypatch):
+    run = pushed(20, 1, name="r")
+    torques(measured(run))
+    effects = [EFFECTS["gravity"](mass_scale=1.0)] if change == "gravity" else []
+    size = SIZE | ({"length": 0.091} if change == "length" else {})
+    if change in run.columns:
+        run = replace(run, columns=run.columns | {change: 1.01 * run.columns[change]})
+    after = torques(measured(run, f=size), effects)
+    monkeypatch.setattr(base_torque, "_PLAIN_LOADS", Recent(1))
+    np.testing.assert_allclose(after, torques(measured(run, f=size), effects), rtol=1e-9)
 
 
 # ---------------------------------------------------------------- order in which lanes are solved

@@ -111,8 +111,11 @@ def in_german(folder):
 
 def in_gauge(folder):
     header = "direction,pulse_width_ms,p_upstream (kPa(g)),p_downstream (kPa(g)),mass (g)"
+    header += ",mass flow (g/s)"
     gauge = [1e-3 * (one - 101.325e3) for one in (P_IN, P_OUT)]
-    return written(folder / "a.csv", header, (WAY, 1e3 * DURATION, *gauge, 1e3 * MASS), ",", ".")
+    return written(
+        folder / "a.csv", header, (WAY, 1e3 * DURATION, *gauge, 1e3 * MASS, MASS), ",", "."
+    )
 
 
 def in_units_below(folder):
@@ -230,9 +233,9 @@ def test_a_pose_at_another_rate_is_taken_at_the_times_of_the_torques(tmp_path):
     header = "time [s],pressure [kPa],tip x [mm],tip y [mm],tip z [mm],qx,qy,qz,qw"
     columns = seen, 20.0 + seen, *place, *turn.T
     pose = written(tmp_path / "r1_pose.csv", header, columns, ",", ".")
-    header = "time [s],Tx [N mm],Ty [N mm],Tz [N mm]"
+    header = "time [s],T_x [N mm],T_y [N mm],T_z [N mm]"
     torque = written(tmp_path / "r1_torque.csv", header, (TIME, *(1e3 * TORQUE)), ",", ".")
-    data = imported(tmp_path, [pose, torque], "--experiment", "base_torque")
+    data = imported(tmp_path, [pose, torque])
     (run,) = data.runs
     np.testing.assert_allclose(run.columns["torque_z"], TORQUE[2], atol=1e-8)
     found = Rotation.from_quat(np.stack([run.columns[f"tip_q{part}"] for part in "xyzw"], axis=1))

@@ -286,6 +286,18 @@ def test_pose_far_away_is_not_called_settled():
     assert np.all(np.isfinite(found.torque))
 
 
+def test_points_that_are_not_sought_keep_the_load_of_the_similar_hold():
+    chain, places = chain_of(5), [[1e-3, 0.0, 0.089], [1.5e-3, 0.0, 0.089]]
+    springs, turns = springs_of(chain, np.zeros(5), 2), [Rotation.identity()] * 2
+    held = HeldChain(chain)
+    known = held.base_load(hold_of(springs, places, turns))
+    near = hold_of(springs, np.array(places) + [1e-4, 0.0, 0.0], turns)
+    found = held.base_load(near, known, np.array([False, True]))
+    assert known.settled.all() and found.settled.tolist() == [False, True]
+    np.testing.assert_array_equal(found.wrench[:, 0], known.wrench[:, 0])
+    np.testing.assert_allclose(found.wrench[:, 1], held.base_load(near).wrench[:, 1], rtol=1e-6)
+
+
 def test_large_displacements_are_found():
     """Poses up to 40 mm and 80 degrees off, as when the tip is pushed about by hand."""
     chain, random = chain_of(10), np.random.default_rng(5)

@@ -60,7 +60,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import DOCUMENT
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
-from model_lab.slips.find import SLIP_SAMPLES, Checked, scatters
+from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
@@ -387,7 +387,8 @@ def _failing(
     if judged.verdict != ADEQUATE:
         return ()
     floor = judged.problem.floor
-    doubted = doubted or (floor.source == REPEATS and scatters(judged.problem.data, floor.total))
+    spread = float(np.std(judged.problem.data.table.value))
+    doubted = doubted or (floor.source == REPEATS and floor.total > RULES.slip_noise * spread)
     failing = [axis.against for axis in localised.certain_failures]
     follows = ["pressure"] if within is not None and within.follows_input else []
     of_series = ["run_order"] if doubted else []

@@ -5,13 +5,16 @@ The actuator is a chain of segments with springs, at many samples and trial valu
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices, Mask
+from model_lab.experiments.kept_bodies import Recent
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
@@ -38,7 +41,11 @@ GRAVITY_DIRECTION = {
 }  # in the frame of the base: z along the actuator, x to the bending side
 FULL_GRAVITY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 POSE_DRAWS = 4  # of the noise of the poses
+MOST_PLAIN_LOADS = 64  # that are kept: of sets, of their mended copies and of parts of them
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
+
+
+_PLAIN_LOADS: Recent[BaseLoad] = Recent(MOST_PLAIN_LOADS)
 
 
 class BaseTorque:
@@ -136,22 +143,26 @@ class BaseTorque:
             scales = [e.values["mass_scale"] for e in staged.load if e.name == "gravity"]
             pull = self._gravity(name, scales[0], lanes, rows) if scales else None
             hold = Hold(springs, *self._poses(rows, lanes), pull)
+            like = self._plain_load(name, chain, rows, heavy=bool(scales))
             before = self._solved.get(name)
             if before is None or before.values.shape[1] != values.shape[1]:
-                like = self._plain_load(name, chain, rows, heavy=bool(scales))
                 before = Solved(plain, like)
-            self._solved[name] = before.others(HeldChain(chain), hold, values)
+            self._solved[name] = before.others(HeldChain(chain), hold, values, like.settled)
             torque[:, :, rows] = self._solved[name].loads.torque.reshape(3, lanes, len(rows))
         return torque
 
     def _plain_load(self, name: str, chain: SegmentChain, rows: Indices, heavy: bool) -> BaseLoad:
-        """Load of the base model, heavy or weightless, from which every search begins; kept."""
+        """Load of the base model, heavy or weightless, from which every search begins; kept, also
+        for all further models of the same poses.
+        """
         if (name, heavy) not in self._plain:
             angles = self._free_angles(StagedEffects(), self._segments.shape, self._pressure)
             springs = chain_springs(chain, np.ones((1, len(rows))), angles[:, rows], ())
             pull = self._gravity(name, np.ones(1), 1, rows) if heavy else None
             hold = Hold(springs, *self._poses(rows, 1), pull)
-            self._plain[name, heavy] = HeldChain(chain).base_load(hold)
+            self._plain[name, heavy] = _PLAIN_LOADS.once(
+                _digest(chain, hold), lambda: HeldChain(chain).base_load(hold)
+            )
         return self._plain[name, heavy]
 
     def _rows_of(self, specimen: str) -> Indices:
@@ -299,6 +310,16 @@ def _that_have(effects: Sequence[StructureEffect], method: str) -> list[Structur
     return [effect for effect in effects if getattr(type(effect), method) is not base]
 
 
+def _digest(chain: SegmentChain, hold: Hold) -> bytes:
+    """A hash of all that the load of a chain in a hold depends on."""
+    parts: list[Any] = [one for one in vars(chain).values() if isinstance(one, np.ndarray)]
+    parts += [*hold.springs.arrays(), hold.position, hold.orientation]
+    key = hashlib.blake2b()
+    for part in parts if hold.gravity is None else [*parts, hold.gravity]:
+        key.update(repr(np.shape(part)).encode() + np.ascontiguousarray(part).tobytes())
+    return key.digest()
+
+
 # ---------------------------------------------------------------------- order of the lanes
 def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
     """Values (lanes, k) of the calibration and of the effects' parameters, one lane per set of
@@ -362,9 +383,12 @@ class Solved:
     values: Array
     loads: BaseLoad
 
-    def others(self, chain: HeldChain, hold: Hold, values: Array) -> Solved:
+    def others(self, chain: HeldChain, hold: Hold, values: Array, sought: Mask) -> Solved:
         """Force and torque at the base in `hold` for further parameter sets, values (sets, k), each
         solved starting from the nearest set that is solved already.
+
+        sought (samples,): samples that are searched, see `HeldChain.base_load`: where the base
+        model has no equilibrium, the pose is wrong.
         """
         lanes = np.concatenate([self.values, values])
         samples = np.arange(hold.position.shape[1] // len(values))
@@ -374,5 +398,6 @@ class Solved:
         for wave, starts in waves(lanes, len(self.values)):
             points = (wave[:, None] * len(samples) + samples).ravel()
             begin = (starts[:, None] * len(samples) + samples).ravel()
-            found.put(points, chain.base_load(hold.take(points - first), found.take(begin)))
+            held, among = hold.take(points - first), np.tile(sought, len(wave))
+            found.put(points, chain.base_load(held, found.take(begin), among))
         return Solved(values, found.take(np.arange(first, len(lanes) * len(samples))))

@@ -198,7 +198,7 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
     if all(level is not None for level in stated):
         levels, source = data.output_scales * np.array(stated, float), STATED
     else:
-        levels, source = _spline_levels(data, spectrum, residual), SPLINE
+        levels, source = spline_levels(data, spectrum, residual), SPLINE
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
     rounding = rounding_errors(data, data.table.value - residual)
     if rounding is not None:
@@ -332,8 +332,10 @@ def _repeated(series: tuple[Series, ...]) -> list[list[list[Series]]]:
     return [outputs for outputs in repeated if outputs]
 
 
-def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
-    """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
+def spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
+    """One sigma (outputs,), in the unit of the residual (samples,), of what smoothing splines
+    through pieces of the series leave. Raises ValueError for runs that are too short.
+    """
     if data.stretched and _has_short_runs(spectrum.table):
         level = _short_series_level(data, spectrum, residual)
         if level is not None:

@@ -24,10 +24,10 @@ from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
-    has_many_columns,
     meanings_of_many,
     open_absolutes,
     run_of_many,
+    with_many_columns,
 )
 from model_lab.importing.meaning import (
     BASE_TORQUE,
@@ -165,7 +165,7 @@ def propose(
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
-    many = many or (None if experiment else next(filter(None, _many(tables, given)), None))
+    many = many or (None if experiment else with_many_columns(tables, given))
     every = tuple(
         Source(
             table,
@@ -214,10 +214,6 @@ def propose(
     return Proposal(
         every if unsure else sources, found, unsure, known if found == RUBBER_TEST else {}
     )
-
-
-def _many(tables: Sequence[Table], given: Maps) -> Iterable[str | None]:
-    return (has_many_columns(table, given) for table in tables)
 
 
 def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, str]:

@@ -48,24 +48,26 @@ PULSE_NAMES = {
     "p_out": r"^p(ressure)?out$|downstream|outlet|ausgang|nachdruck|hinterdruck|aval|salida|uscita",
     "mass": r"^m$|mass|masse|masa",
 }  # in the words of a name, joined, without those of its unit
+MASS_RATE = re.compile(r"flow|durchfluss|debit|rate")  # of a mass
 TORQUE_WORDS = {"torque", "moment", "drehmoment", "momento", "couple", "coppia", "par", "m", "t"}
 FORCE_WORDS = {"force", "kraft", "fuerza", "forza", "f"}
 TIP_WORDS = {"tip", "spitze", "pointe", "punta", "fingertip", "fingerspitze"}
 AXIS = re.compile(r"(?P<family>[mtfq]?)(?P<axis>[xyzw])")
-LACKING = 1  # columns that a file may lack and still tell its experiment
+LACKING = 1  # columns that files may lack and still tell its experiment
 FRAME = (
     "the tip is expected in the frame of the base (z along the finger, x towards the side to which "
     "it bends), and the torque as that of the finger on its base"
 )
 
 
-def has_many_columns(table: Table, given: Maps) -> str | None:
-    """VALVE_PULSE or BASE_TORQUE if a file has, by its names, all columns of one of these but one
-    at most; else None.
+def with_many_columns(tables: Sequence[Table], given: Maps) -> str | None:
+    """VALVE_PULSE or BASE_TORQUE if files have, by the names of their columns, all of one of these
+    but one at most; else None.
     """
+    columns = [column for table in tables for column in table.columns]
     for experiment in (VALVE_PULSE, BASE_TORQUE):
-        likely = {name for column in table.columns for name in _likely(experiment, column)}
-        likely |= {quantity_of(column) or "" for column in table.columns} & {"pressure"}
+        likely = {name for column in columns for name in _likely(experiment, column)}
+        likely |= {quantity_of(column) or "" for column in columns} & {"pressure"}
         if len(set(NEEDED[experiment]) - likely - given.keys()) <= LACKING:
             return experiment
     return None
@@ -97,7 +99,7 @@ def meanings_of_many(table: Table, experiment: str, given: Maps) -> tuple[Meant,
             )
         found[quantity] = meant_as(_with_unit(likely[0], quantity), quantity)
     usual = ("time", "pressure") if experiment == BASE_TORQUE else ()
-    rest = tuple(one for one in free if quantity_of(one) in usual)
+    rest = tuple(one for one in free if quantity_of(one) in usual and not _likely(experiment, one))
     said = {name: given[name] for name in usual if name in given}
     named = [column for name, _ in said.values() if (column := table.column(name))]
     if rest or named:
@@ -125,6 +127,8 @@ def _known(unit: str) -> bool:
 
 def _of_pulses(column: Column) -> str | None:
     plain = "".join(_name(column))
+    if MASS_RATE.search(plain):
+        return None
     return next((name for name, pattern in PULSE_NAMES.items() if re.search(pattern, plain)), None)
 
 

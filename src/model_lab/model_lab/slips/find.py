@@ -17,9 +17,10 @@ from model_lab.experiments.forward import Forward
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
+from model_lab.fitting.noise_floor import REPEATS, make_spectrum, noise_floor, spline_levels
 from model_lab.fitting.notices import seem_absolute
-from model_lab.fitting.problem import base_starts, pose_problem
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.fitting.problem import FitProblem, base_starts, pose_problem
+from model_lab.measurements.measurement_set import TIP_POSE, MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.rows import is_possible
 from model_lab.measurements.specimens import made_of
@@ -122,7 +123,7 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     if jump is not None:
         return jump
     before = score(data, model)
-    if before.explains or scatters(data, before.floor) or dead_readings(data):
+    if before.explains or scatters(data, _scatter(data, before.floor)) or dead_readings(data):
         return None
     absolute = absolute_pressures(data, model, before)
     if absolute is not None:
@@ -300,4 +301,36 @@ def score(data: MeasurementSet, model: Model) -> Score:
     size = float(np.sqrt(np.mean(problem.data.table.value**2)))
     free = [parameter.effect is None for parameter in likelihood.parameters]
     at_bound = bool(np.any(found.at_limit & np.array(free, bool)))
-    return Score(hold_out(found).rmse, problem.floor.total, size, at_bound)
+    return Score(hold_out(found).rmse, _floor(problem), size, at_bound)
+
+
+def _floor(problem: FitProblem) -> float:
+    """The noise floor [SI unit of the outputs]; of a set in poses that may be wrong, at most what
+    the readings of repeats scatter by themselves.
+    """
+    data, total = problem.data, problem.floor.total
+    if problem.floor.source != REPEATS or not _in_unsure_poses(data):
+        return total
+    readings = data.table.value
+    return min(total, noise_floor(data, make_spectrum(data.table, readings), readings).total)
+
+
+def _scatter(data: MeasurementSet, floor: float) -> float:
+    """How much readings scatter [SI unit of the outputs]: the noise floor; of a set in poses that
+    may be wrong, at most what smoothing splines through the readings leave.
+    """
+    short = max(run.samples for run in data.runs) < RULES.spline_samples
+    if short or not _in_unsure_poses(data):
+        return floor
+    readings = data.table.value
+    levels = spline_levels(data, make_spectrum(data.table, readings), readings)
+    return min(floor, float(np.sqrt(np.mean(levels**2))))
+
+
+def _in_unsure_poses(data: MeasurementSet) -> bool:
+    """Whether a model is driven by the measured pose of a tip, of which no noise is stated.
+
+    In a pose that is wrong a chain is bent so far that small differences of repeats become large
+    ones of the prediction, which are no noise of the readings.
+    """
+    return set(TIP_POSE) <= set(data.inputs) and not any(data.noise.get(name) for name in TIP_POSE)
