@@ -19,6 +19,7 @@ from model_lab.experiments.hand_grasp import (
     simulated_values,
     weighted,
 )
+from model_lab.fitting.noise_floor import STATED, make_spectrum, noise_floor
 from model_lab.fitting.problem import pose_problem
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
@@ -187,6 +188,16 @@ def test_samples_count_less_in_the_phase_and_protocol_in_which_engines_differ(mo
     assert weighted(found, load_model("gravity")).table.value == pytest.approx(found.table.value)
     assert HandGrasp(found).predict({}, [WEIGHT])[0] == pytest.approx(found.table.value)
     assert held(found) == held(exact(data))
+
+
+def test_stated_noise_is_weighted_as_the_samples_are():
+    empty = planned("usual", repeats="a")
+    noise = dict(zip(empty.outputs, 0.02 / empty.output_scales, strict=True))
+    data = replace(empty, noise=noise, runs=(replace(empty.runs[0], weights=0.5),))
+    course = np.linspace(0.0, 1.0, data.table.samples)
+    floor = noise_floor(data, make_spectrum(data.table, course), course)
+    assert floor.source == STATED
+    assert floor.total == pytest.approx(0.01)
 
 
 def test_without_an_object_the_set_is_refused():

@@ -130,8 +130,8 @@ class Run:
     `rubber`, else "". lead (k,): time and inputs before the first sample, with which a model is
     driven too. stretched_to [-]: largest stretch of the specimen before the run, in pulls that are
     not in the set (`measurements.preconditioning`). wrist_rpy (3,) [rad]: roll, pitch and yaw at
-    which the wrist of a hand was held, in the world, z up. weights: factors
-    (outputs, samples) by which outputs count in the table (`experiments.hand_grasp.weighted`).
+    which the wrist of a hand was held, in the world, z up. weights
+    (outputs, samples) [-]: factors on outputs in the table (`experiments.hand_grasp.weighted`).
     """
 
     name: str
