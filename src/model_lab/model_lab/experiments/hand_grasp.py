@@ -252,8 +252,8 @@ def _scales(data: MeasurementSet) -> Array:
 def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
     """Errors of the predictions themselves, which repeats do not show. Each is the change of the
     predictions by one source: another start of the object along x, or along y; more segments; a
-    shorter step; the other engine, if it is installed. They are simulated in the first run of each
-    protocol.
+    shorter step; the other engine, if it is installed. They are simulated in every run, as where an
+    object begins decides how roughly it is touched.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     tried = [
@@ -261,10 +261,12 @@ def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
         for engine in (*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else []))
     ]
     tried += [(_shifted(data, name), USUAL_ENGINE) for name in OBJECT_PLACE[:2]]
-    grasp, table, scales = HandGrasp(data), data.table, _scales(data)
-    stated = grasp.of_firsts(data, [(acting, 1.0)])[0]
-    changes = [grasp.of_firsts(other, [(acting, 1.0)], engine)[0] for other, engine in tried]
-    rows = [(scales * (one - stated).T)[table.output, table.row] for one in changes]
+    every, table, scales = range(len(data.runs)), data.table, _scales(data)
+    stated, *moved = (
+        np.concatenate(rollouts(other, every, [(acting, 1.0)], engine)[0])
+        for other, engine in ((data, USUAL_ENGINE), *tried)
+    )
+    rows = [(scales * (one - stated).T)[table.output, table.row] for one in moved]
     return OwnErrors(np.stack(rows))
 
 
@@ -274,7 +276,7 @@ def weighted(data: MeasurementSet, model: Model) -> MeasurementSet:
         w = 1 / sqrt(1 + (e / e0)^2),
 
     with the errors e of `grasp_errors`, root mean square over a time `Rules.grasp_phase` about each
-    sample of an output of a protocol, and their median e0 over the set. So weighted errors are at
+    sample of an output in a run, and their median e0 over the set. So weighted errors are at
     most about e0 everywhere, and a protocol in which engines differ much does not hide what another
     one shows.
     """
