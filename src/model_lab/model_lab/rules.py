@@ -320,6 +320,12 @@ class Rules:
     lifted_share: float = _rule(
         0.5, "way up of an object that is held, over that of the wrist", BY_HAND
     )
+    border_runs: float = _rule(
+        1 / 3, "share of grasps that may end otherwise, and are left out as near a border", BY_HAND
+    )
+    grasp_phase: float = _rule(
+        0.5, "time over which errors of predicted grasps are averaged [s]", BY_HAND
+    )
     press_gap: float = _rule(0.1, "time between samples of a press [s]", BY_HAND)
     plate_height: float = _rule(2e-4, "height of a plate as it is stated [m]", BY_HAND)
     press_engine: float = _rule(

@@ -12,8 +12,16 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.experiments import grasp_rollouts
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.grasp_rollouts import Engine
-from model_lab.experiments.hand_grasp import HandGrasp, held, simulated, simulated_values
+from model_lab.experiments.hand_grasp import (
+    HandGrasp,
+    held,
+    simulated,
+    simulated_values,
+    weighted,
+)
 from model_lab.fitting import problem
+from model_lab.fitting.noise_floor import STATED, make_spectrum, noise_floor
+from model_lab.fitting.problem import pose_problem
 from model_lab.measurements.hands import GRASP
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
@@ -103,6 +111,22 @@ def test_what_is_sought_is_the_sum_of_simulated_changes():
 
 
 @pytest.mark.usefixtures("by_analytic")
+def test_what_is_proportional_to_a_mass_is_exact_between_simulated_masses(monkeypatch):
+    def weighing(time, wrist, masses, *_, model, **config):
+        (factor,) = [
+            e.object_mass_factor() for e in model.effects if isinstance(e, ObjectMass)
+        ] or [1]
+        return np.outer(time, np.ones(13 + masses.shape[1])) * factor
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: weighing)
+    data = planned("usual")
+    one, more = Forward(data, effects=[ObjectMass], fixed=[WEIGHT]).predict(
+        [[1.0, 1.0], [1.0, 1.6]]
+    )
+    assert more == pytest.approx(1.6 * one)
+
+
+@pytest.mark.usefixtures("by_analytic")
 def test_a_run_is_simulated_once_for_each_model():
     data = planned("usual", "turned")
     forward = Forward(data, effects=[Friction], fixed=[WEIGHT])
@@ -111,6 +135,74 @@ def test_a_run_is_simulated_once_for_each_model():
     assert first == 4 + 2 * (2 + 2)  # all runs, and of each protocol two moduli and two factors
     forward.predict(np.random.default_rng(0).uniform(0.9, 1.1, (20, 2)))
     assert grasp_rollouts.rollouts_done() == first
+
+
+def exact(data, *lost):
+    """The set as the analytic simulator has it, but in some runs the object falls in the end."""
+    predicted, runs = HandGrasp(data).predict({}, [WEIGHT])[0], []
+    for number, run in enumerate(data.runs):
+        parts = data.table.of_run(predicted, number) / data.output_scales[:, None]
+        columns = {**run.columns, **dict(zip(data.outputs, parts, strict=True))}
+        if number in lost:
+            columns["object.z"] = columns["object.z"] * (run.columns["time"] < 3.0)
+        runs.append(replace(run, columns=columns))
+    return replace(data, runs=tuple(runs))
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_few_grasps_that_end_otherwise_are_left_out_and_many_are_not(monkeypatch):
+    def rising(time, wrist, masses, *_, **config):
+        return np.outer(0.1 * time, np.ones(13 + masses.shape[1]))
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: rising)
+    data = planned("usual", "turned", "near")
+
+    def told(*lost):
+        model = HandGrasp(exact(data, *lost))
+        model.predict({}, [WEIGHT])
+        return model.unsettled
+
+    assert told() == told(0, 1, 2) == {}
+    assert told(1, 4) == dict.fromkeys((1, 4), "the object was lost, and not as predicted")
+    problem, _ = pose_problem(exact(data, 1), load_model("gravity"), {})
+    assert problem.data.left_out == {data.runs[1].name: "the object was lost, and not as predicted"}
+    assert len(problem.data.runs) == len(data.runs) - 1
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_samples_count_less_in_the_run_and_phase_in_which_steps_matter(monkeypatch):
+    data = planned("usual", "near")
+    *others, last = data.runs
+    moved = {"wrist.x": last.columns["wrist.x"] + 0.001}  # a repeat, but not quite
+    data = replace(data, runs=(*others, replace(last, columns={**last.columns, **moved})))
+    time = last.columns["time"]
+
+    def replayed(time, wrist, masses, *_, segments, step, **config):
+        seen = np.outer(time, np.ones(9 + masses.shape[1]))
+        seen[time > 2.0] += 1.0 * (step < 0.002) * (wrist[0, 0] == moved["wrist.x"][0])
+        seen += 0.01 * (segments > 5)
+        return np.hstack([seen / data.output_scales, np.zeros((len(time), 4))])
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: replayed)
+    found = weighted(exact(data), load_model("gravity"))
+    for run in found.runs:
+        late = (time > 2.3) & (run.name == last.name)
+        assert run.weights[:, late] == pytest.approx(0.01, rel=0.03)  # 1 N, usual are 0.01 N
+        early = (time < 1.7) | (run.name != last.name)
+        assert run.weights[:, early] == pytest.approx(np.sqrt(0.5))
+    assert weighted(found, load_model("gravity")).table.value == pytest.approx(found.table.value)
+    assert HandGrasp(found).predict({}, [WEIGHT])[0] == pytest.approx(found.table.value)
+    assert held(found) == held(exact(data))
+
+
+def test_stated_noise_is_weighted_as_the_samples_are():
+    empty = planned("usual", repeats="a")
+    noise = dict(zip(empty.outputs, 0.02 / empty.output_scales, strict=True))
+    data = replace(empty, noise=noise, runs=(replace(empty.runs[0], weights=0.5),))
+    course = np.linspace(0.0, 1.0, data.table.samples)
+    floor = noise_floor(data, make_spectrum(data.table, course), course)
+    assert floor.source == STATED
+    assert floor.total == pytest.approx(0.01)
 
 
 def test_without_an_object_the_set_is_refused():

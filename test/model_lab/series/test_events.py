@@ -9,6 +9,8 @@ import pytest
 from scipy.stats import f as variance_ratio
 
 from bench import rig_faults as rig
+from model_lab.bench.hand_grasp_set import hand_grasp_set
+from model_lab.bench.hand_press_set import hand_press_set
 from model_lab.bench.synthesize import Synthesised, synthesize
 from model_lab.experiments.forward import Forward
 from model_lab.rules import RULES
@@ -207,3 +209,20 @@ def test_repeats_of_a_hand_whose_frames_scatter_are_no_event_whatever_the_model_
         left = residual + moved * (table.run == 2)
         data.__dict__["table"] = replace(table, value=value + left)
         assert [event.run for event in examine(data, left, 5e-4).events] == odd
+
+
+@pytest.mark.parametrize("odd", [4, 11])
+def test_a_run_that_differs_from_its_repeat_is_odd_in_presses_and_not_in_grasps(odd):
+    random, found = np.random.default_rng(5), []
+    for empty in (hand_press_set(), hand_grasp_set(random)):
+        runs = []
+        for number, run in enumerate(empty.runs):
+            noise = {name: 0.01 * random.standard_normal(run.samples) for name in empty.outputs}
+            noise["wrench.fx"] += 1.0 if number == odd else 0.0
+            runs.append(replace(run, columns={**run.columns, **noise}))
+        data = replace(empty, runs=tuple(runs))
+        events = examine(data, data.table.value, 0.01).events
+        found.append({event.run for event in events})
+    pressed, grasped = found
+    assert data.runs[odd].name in pressed
+    assert grasped == set()

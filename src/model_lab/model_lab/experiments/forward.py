@@ -183,7 +183,7 @@ class Forward:
 
     @property
     def unsettled(self) -> Mapping[int, str]:
-        """Runs, by index, of which the last prediction has no result, and why."""
+        """Runs, by index, that the last prediction cannot follow, and why."""
         found: Mapping[int, str] = getattr(self._experiment, "unsettled", {})
         return found
 

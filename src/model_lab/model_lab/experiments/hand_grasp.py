@@ -23,7 +23,7 @@ from model_lab.experiments.grasp_rollouts import (
 from model_lab.experiments.hand_pose import in_lane
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import modulus_scales
-from model_lab.measurements.hands import GRASP, OBJECT_PLACE, PLACE_STIFFNESS, WRIST_POSE
+from model_lab.measurements.hands import GRASP, OBJECT_PLACE, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.specimens import DOCUMENT, require_columns
 from model_lab.rules import RULES
@@ -39,7 +39,7 @@ BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutra
 
 class HandGrasp:
     """Outputs (lanes, samples) of hands that grasp, run after run: wrenches at the wrist [N and N
-    m], pressures [Pa] and places of the object [m], each times its factor in `output_scales`.
+    m], pressures [Pa] and places of the object [m], each times its factor of `scales_of`.
 
     A simulator replays the path of the wrist and the air of each run, with all effects whose
     parameters are fixed. For each free parameter, and for the modulus, the change that it alone
@@ -66,6 +66,8 @@ class HandGrasp:
             [np.full(run.samples, data.specimens[run.specimen].batch) for run in data.runs]
         )
         first = {member: group[0] for group in data.groups() for member in group}
+        self._scales = _scales(data)
+        self._last: Array | None = None
         sizes = [run.samples for run in data.runs]
         self._twin = [first[n] if sizes[first[n]] == sizes[n] else n for n in range(len(sizes))]
 
@@ -88,12 +90,29 @@ class HandGrasp:
             for parameter in [] if of_gauge(effect) else effect.parameters:
                 values = np.broadcast_to(np.ravel(effect.values[parameter.name]), lanes)
                 seen += self._by_parameter(stays, type(effect), parameter)(values)
-        table, rows = self._data.table, self._data.output_scales
+        table = self._data.table
         predicted = np.empty((lanes, table.samples))
         for lane in range(lanes):
             read = self._read(seen[lane], [in_lane(effect, lane) for effect in effects])
-            predicted[lane] = (rows[:, None] * read.T)[table.output, table.row]
+            predicted[lane] = (self._scales * read.T)[table.output, table.row]
+        self._last = predicted[0]
         return predicted
+
+    @property
+    def unsettled(self) -> dict[int, str]:
+        """Runs, by index, that end otherwise than in the last prediction, held or lost, in words.
+        Few such runs are near a border between the two, and no evidence of an effect; none is told
+        if there are more than a share `Rules.border_runs`.
+        """
+        if self._last is None:
+            return {}
+        ends = zip(held(self._data), held(self._data, self._last), strict=True)
+        found = {
+            number: f"the object was {'held' if seen else 'lost'}, and not as predicted"
+            for number, (seen, told) in enumerate(ends)
+            if seen != told
+        }
+        return found if len(found) <= RULES.border_runs * len(self._data.runs) else {}
 
     def _stated(self, effects: Sequence[Effect]) -> Array:
         """What is seen (rows, outputs) with these effects and the stated modulus."""
@@ -124,7 +143,7 @@ class HandGrasp:
         key = (*_told(effects),)
         if key not in self._courses:
             changes = self._changes(effects, tried)
-            self._courses[key] = _Course(np.array(SIMULATED_MODULI), changes, False)
+            self._courses[key] = _Course(np.array(SIMULATED_MODULI), changes)
         return self._courses[key]
 
     def _by_parameter(
@@ -143,7 +162,7 @@ class HandGrasp:
             changes = self._changes(effects, tried)
             changes = np.concatenate([-changes, changes]) if alike else changes
             changes = np.insert(changes, values.index(neutral), 0.0, axis=0)
-            self._courses[key] = _Course(np.array(values), changes, parameter.logarithmic)
+            self._courses[key] = _Course(np.array(values), changes)
         return self._courses[key]
 
     def _read(self, seen: Array, effects: Sequence[Effect]) -> Array:
@@ -164,13 +183,12 @@ def _told(effects: Sequence[Effect]) -> Sequence[Hashable]:
 class _Course:
     """Changes (lanes, rows, outputs) at values (lanes,) of a parameter, through those (values,
     rows, outputs) that were simulated; beyond them as at the last. Those without a result are left
-    out.
+    out. The change by a mass is proportional to it, so no logarithm is taken.
     """
 
-    def __init__(self, values: Array, changes: Array, logarithmic: bool) -> None:
-        self._inward = np.log if logarithmic else np.asarray
+    def __init__(self, values: Array, changes: Array) -> None:
         known = np.isfinite(changes).all(axis=(1, 2))
-        self._at = self._inward(values[known])
+        self._at = values[known]
         enough = len(self._at) > 1
         self._through = PchipInterpolator(self._at, changes[known]) if enough else None
         self._shape = changes.shape[1:]
@@ -178,8 +196,7 @@ class _Course:
     def __call__(self, values: Array) -> Array:
         if self._through is None:
             return np.full((len(values), *self._shape), np.nan)
-        inside = np.clip(self._inward(values), self._at[0], self._at[-1])
-        return np.asarray(self._through(inside))
+        return np.asarray(self._through(np.clip(values, self._at[0], self._at[-1])))
 
 
 def simulated_values(parameter: Parameter) -> list[float]:
@@ -223,15 +240,20 @@ def simulated(
     """
     grasp, every = HandGrasp(data, engine), range(len(data.runs))
     seen = np.concatenate(rollouts(data, every, [(effects, scale)], engine)[0])
-    table, scales = data.table, data.output_scales[:, None]
-    return np.asarray((scales * grasp._read(seen, effects).T)[table.output, table.row])
+    table = data.table
+    return np.asarray((_scales(data) * grasp._read(seen, effects).T)[table.output, table.row])
+
+
+def _scales(data: MeasurementSet) -> Array:
+    """Factors (outputs, rows) from columns of a set to values of its table."""
+    return np.concatenate([data.scales_of(run) for run in data.runs], axis=1)
 
 
 def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
     """Errors of the predictions themselves, which repeats do not show. Each is the change of the
     predictions by one source: another start of the object along x, or along y; more segments; a
-    shorter step; the other engine, if it is installed. They are simulated in the first run of each
-    protocol.
+    shorter step; the other engine, if it is installed. They are simulated in every run, as where an
+    object begins decides how roughly it is touched.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
     tried = [
@@ -239,11 +261,40 @@ def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
         for engine in (*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else []))
     ]
     tried += [(_shifted(data, name), USUAL_ENGINE) for name in OBJECT_PLACE[:2]]
-    grasp, table, scales = HandGrasp(data), data.table, data.output_scales[:, None]
-    stated = grasp.of_firsts(data, [(acting, 1.0)])[0]
-    changes = [grasp.of_firsts(other, [(acting, 1.0)], engine)[0] for other, engine in tried]
-    rows = [(scales * (one - stated).T)[table.output, table.row] for one in changes]
+    every, table, scales = range(len(data.runs)), data.table, _scales(data)
+    stated, *moved = (
+        np.concatenate(rollouts(other, every, [(acting, 1.0)], engine)[0])
+        for other, engine in ((data, USUAL_ENGINE), *tried)
+    )
+    rows = [(scales * (one - stated).T)[table.output, table.row] for one in moved]
     return OwnErrors(np.stack(rows))
+
+
+def weighted(data: MeasurementSet, model: Model) -> MeasurementSet:
+    """The set with weights by which samples count less where predictions err much themselves:
+
+        w = 1 / sqrt(1 + (e / e0)^2),
+
+    with the errors e of `grasp_errors`, root mean square over a time `Rules.grasp_phase` about each
+    sample of an output in a run, and their median e0 over the set. So weighted errors are at
+    most about e0 everywhere, and a protocol in which engines differ much does not hide what another
+    one shows.
+    """
+    bare = replace(data, runs=tuple(replace(run, weights=1.0) for run in data.runs))
+    squares = np.sum(grasp_errors(bare, model).rows ** 2, axis=0)
+    near = []
+    for number, run in enumerate(bare.runs):
+        time = run.columns["time"]
+        mine = np.abs(time[:, None] - time) <= 0.5 * RULES.grasp_phase
+        near.append(bare.table.of_run(squares, number) @ mine / mine.sum(axis=0))
+    usual = np.median(np.concatenate(near, axis=1))
+    if not usual > 0.0:
+        return bare
+    runs = (
+        replace(run, weights=1.0 / np.sqrt(1.0 + square / usual))
+        for run, square in zip(bare.runs, near, strict=True)
+    )
+    return replace(bare, runs=tuple(runs))
 
 
 def _shifted(data: MeasurementSet, name: str) -> MeasurementSet:
@@ -263,8 +314,9 @@ def held(data: MeasurementSet, predicted: Array | None = None) -> list[bool]:
     values = data.table.value if predicted is None else predicted
     found = []
     for number, run in enumerate(data.runs):
-        height = data.table.of_run(values, number)[data.outputs.index(OBJECT_PLACE[2])]
+        course = data.table.of_run(values, number) / data.scales_of(run)
+        height = course[data.outputs.index(OBJECT_PLACE[2])]
         wrist = run.columns[WRIST_POSE[2]]
-        up = (height[-1] - height[0]) / PLACE_STIFFNESS
+        up = height[-1] - height[0]
         found.append(bool(up > RULES.lifted_share * (wrist[-1] - wrist.min())))
     return found

@@ -196,7 +196,10 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
         return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
     stated = [data.noise.get(name) for name in data.outputs]
     if all(level is not None for level in stated):
-        levels, source = data.output_scales * np.array(stated, float), STATED
+        squares = [np.mean(data.scales_of(run) ** 2, axis=1) for run in data.runs]
+        samples = [run.samples for run in data.runs]
+        scales = np.sqrt(np.average(squares, axis=0, weights=samples))
+        levels, source = scales * np.array(stated, float), STATED
     else:
         levels, source = spline_levels(data, spectrum, residual), SPLINE
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)

@@ -425,5 +425,5 @@ def _left_out(data: MeasurementSet) -> Notice | None:
     follows = np.repeat([1.0, 0.0], [kept, gone])
     order = np.arange(kept + gone, dtype=float)
     marked = np.arange(kept, kept + gone)
-    text = f"left out, as the model cannot compute them: {said}{more}"
+    text = f"left out, as the model cannot follow them: {said}{more}"
     return Notice("left_out", float(gone), 0.0, text, order, follows, marked)

@@ -11,7 +11,7 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.experiments.base_torque import torque_errors
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.hand_grasp import grasp_errors, within_simulated
+from model_lab.experiments.hand_grasp import grasp_errors, weighted, within_simulated
 from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import in_lane, own_error, with_weight
 from model_lab.experiments.hand_press import closer_press, press_errors
@@ -126,6 +126,10 @@ def pose_problem(
     predicted = forward.predict(starts[:1])[0]
     if forward.unsettled:
         data = _without_runs(data, forward.unsettled)
+        forward = forward_of(data)
+        predicted = forward.predict(starts[:1])[0]
+    if data.experiment == GRASP:
+        data = weighted(data, model)
         forward = forward_of(data)
         predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)

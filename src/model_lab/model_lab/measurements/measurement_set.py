@@ -130,7 +130,8 @@ class Run:
     `rubber`, else "". lead (k,): time and inputs before the first sample, with which a model is
     driven too. stretched_to [-]: largest stretch of the specimen before the run, in pulls that are
     not in the set (`measurements.preconditioning`). wrist_rpy (3,) [rad]: roll, pitch and yaw at
-    which the wrist of a hand was held, in the world, z up.
+    which the wrist of a hand was held, in the world, z up. weights
+    (outputs, samples) [-]: factors on outputs in the table (`experiments.hand_grasp.weighted`).
     """
 
     name: str
@@ -144,6 +145,7 @@ class Run:
     lead: Mapping[str, Array] = field(default_factory=dict)
     stretched_to: float = 1.0
     wrist_rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
+    weights: Array | float = 1.0
 
     @property
     def samples(self) -> int:
@@ -268,6 +270,13 @@ class MeasurementSet:
             scales |= dict.fromkeys(OBJECT_PLACE, PLACE_STIFFNESS)
         return np.array([scales[name] for name in self.outputs])
 
+    def scales_of(self, run: Run) -> Array:
+        """Factors (outputs, samples) from the columns of a run to values of the table:
+        `output_scales` times the run's weights.
+        """
+        shape = len(self.outputs), run.samples
+        return np.array(np.broadcast_to(self.output_scales[:, None] * run.weights, shape))
+
     @property
     def unit(self) -> str:
         """SI unit of the outputs."""
@@ -305,8 +314,7 @@ class MeasurementSet:
         """The sample table of the set, which defines the order of all arrays (samples,) of
         the lab.
         """
-        scales = self.output_scales[:, None]
-        measured = [scales * run.measured(self.outputs) for run in self.runs]
+        measured = [self.scales_of(run) * run.measured(self.outputs) for run in self.runs]
         return make_table(measured, self.groups(), *self._held_out_together())
 
     def _held_out_together(self) -> tuple[list[str], str]:

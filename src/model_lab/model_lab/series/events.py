@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from model_lab.aliases import Array, IntArray
+from model_lab.measurements.hands import GRASP
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable
 from model_lab.rules import RULES
@@ -111,12 +112,15 @@ def examine(
     """Find the events in the series of a set, from the residual (samples,) of a model.
 
     within: root mean square scatter within a run, in the SI unit of the outputs; an event that
-    changes runs by less is ignored. refused: kinds of events that are not looked for.
+    changes runs by less is ignored. refused: kinds of events that are not looked for. In grasps an
+    event must show in two protocols: a single contact lets a run differ from its repeat, whose
+    object began elsewhere.
     """
     table, group = data.table, group_of_runs(data)
     freedom = len(group) - len(np.unique(group))
     sought = (p for p in _patterns(data) if p.kind not in refused)
-    patterns = [p for p in sought if _seen_by_repeats(p, group)]
+    least = 2 if data.experiment == GRASP else 1
+    patterns = [p for p in sought if _groups_changed(p, group) >= least]
     if freedom < RULES.event_freedom or not patterns:
         return Series(freedom, 1.0, ())
     measured, predicted = table.value, table.value - residual
@@ -133,7 +137,7 @@ def examine(
         most = RULES.event_p_value if not (few and large) else RULES.few_event_p_value
         most = RULES.further_event_p_value if events else most
         several = [found] if found.p_value <= most else []
-        if not several and freedom - len(events) > RULES.event_freedom:
+        if not several and least == 1 and freedom - len(events) > RULES.event_freedom:
             pairs = [_two_odd_runs(data, one, group, events) for one in values]
             several = min(pairs, key=lambda pair: pair[0].p_value)
             several = several if several[0].p_value <= RULES.further_event_p_value else []
@@ -212,9 +216,9 @@ def _courses(member: Array, specimen: str) -> Iterator[Pattern]:
             yield Pattern(DRIFT_EVENT, int(place[1]), np.where(member, shape, 0.0), specimen)
 
 
-def _seen_by_repeats(pattern: Pattern, group: IntArray) -> bool:
-    """Whether a pattern lets repeats differ."""
-    return bool(np.any(np.abs(within_groups(pattern.shape, group)) > SAME_PATTERN))
+def _groups_changed(pattern: Pattern, group: IntArray) -> int:
+    """Number of groups of repeats that a pattern lets differ."""
+    return len(np.unique(group[np.abs(within_groups(pattern.shape, group)) > SAME_PATTERN]))
 
 
 # ---------------------------------------------------------------------- the test
