@@ -16,9 +16,10 @@ MODE_WORDS = {
 }  # parts of names; of two modes the first one counts: planar tension, biaxial traction
 MODE_SIGNS = {
     **dict.fromkeys(("ut", "zug", "tension"), TENSION_MODE),
-    **dict.fromkeys(("eb", "et"), BIAXIAL_MODE),
+    "eb": BIAXIAL_MODE,
     "ps": SHEAR_MODE,
 }  # whole words of names
+BIAXIAL_CAPITALS = re.compile(r"(?<![A-Za-z])ET(?![A-Za-z])")  # in small letters "and" in French
 DIRECTION_WORDS = {
     INFLATE: "inflate inflation inflating in fill filling einlass einstromen beluften fullen "
     "befullen gonfler gonflage remplir admission inflar inflado llenar",
@@ -46,12 +47,16 @@ def mode_in(name: str) -> str:
 
     >>> mode_in("pure_shear_2"), mode_in("Planar tension"), mode_in("run 1"), mode_in("äquibiaxial")
     ('pure_shear', 'pure_shear', '', 'equibiaxial')
+    >>> mode_in("Treloar_ET"), mode_in("contrainte_et_deformation")
+    ('equibiaxial', '')
     """
     parts = words(name)
     joined = "".join(parts)
     for mode, known in MODE_WORDS.items():
         if any(word in joined for word in known):
             return mode
+    if BIAXIAL_CAPITALS.search(name):
+        return BIAXIAL_MODE
     return next((MODE_SIGNS[word] for word in parts if word in MODE_SIGNS), "")
 
 
