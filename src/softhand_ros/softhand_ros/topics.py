@@ -17,8 +17,8 @@ from rosgraph_msgs.msg import Clock as Tick
 SECOND_NS = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 # of publishers that tell their state at each step: what a reader misses while it waits for a core
-# is sent again, up to five seconds at 200 Hz
-EACH_STEP = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+# is sent again, up to twenty seconds at 200 Hz; less where the simulation is faster than real time
+EACH_STEP = QoSProfile(depth=4000, reliability=ReliabilityPolicy.RELIABLE)
 # For /clock, and only for messages of a fixed size: when parts of a large message are lost, a
 # best-effort reader of Fast DDS keeps the received parts in memory, even after its publisher ended.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
