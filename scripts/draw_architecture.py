@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
+import textwrap
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -46,13 +47,14 @@ PLACES = {  # left edge, lower edge, width, height
     "softhand_ros": (0.0, 0.0, 2.8, 8.5),
     "grasp_strategies": (3.0, 5.0, 2.8, 2.2),
     "softhand_design": (6.1, 5.4, 2.8, 3.1),
-    "pneuflex_sim": (3.0, 2.0, 2.8, 2.9),
-    "pneumaticbox_driver": (6.1, 2.0, 2.8, 3.3),
-    "model_lab": (9.2, 2.0, 2.8, 6.5),
-    "softhand_model": (3.0, 1.0, 9.0, 0.9),
+    "pneuflex_sim": (3.0, 2.3, 2.8, 2.6),
+    "pneumaticbox_driver": (6.1, 2.3, 2.8, 3.0),
+    "model_lab": (9.2, 2.3, 2.8, 6.2),
+    "softhand_model": (3.0, 1.0, 9.0, 1.2),
     "softhand_common": (3.0, 0.0, 9.0, 0.9),
 }
 LINE = 0.36  # from one room to the next below
+COLUMN_LETTERS = 32  # that fit into a box of the usual width
 
 
 def rooms() -> dict[str, list[str]]:
@@ -119,7 +121,9 @@ def _in_lines(names: list[str], beside: int) -> list[str]:
 def _in_columns(names: list[str], height: float) -> list[str]:
     """Names one below the other, several in a line where there are too many."""
     a_line = math.ceil(len(names) / int((height - 0.4) / LINE))
-    return [", ".join(names[k : k + a_line]) for k in range(0, len(names), a_line)]
+    lines = [", ".join(names[k : k + a_line]) for k in range(0, len(names), a_line)]
+    fits = max(map(len, lines)) <= COLUMN_LETTERS
+    return lines if fits else textwrap.wrap(", ".join(names), COLUMN_LETTERS)
 
 
 def draw_way(steps: list[dict[str, str]]) -> Figure:
