@@ -11,6 +11,10 @@ import psutil
 
 from softhand_trials.sweep import read_results
 
+# Tasks that are run again, as they had no line: that of the killed worker, and of the killed
+# command one of each of two workers, and one that ended, whose worker had already begun the next.
+RUN_AGAIN = 1 + 3
+
 
 def killed_and_run_again(command, folder, count):
     """Kill a worker of a command as soon as `folder` has three results, and the command itself as
