@@ -4,7 +4,6 @@ open, and the set.
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,32 +13,26 @@ import yaml
 
 from model_lab.importing.cell_words import mode_in
 from model_lab.importing.derived import (
-    OPEN_AREA,
-    OPEN_LENGTH,
     derivation,
-    displacements,
-    suggestion,
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
     meanings_of_many,
-    open_absolutes,
     run_of_many,
     with_many_columns,
 )
 from model_lab.importing.meaning import (
     BASE_TORQUE,
-    BY_COLUMNS,
     INPUT,
     NEEDED,
     RUBBER_TEST,
     VALVE_PULSE,
-    Meant,
     experiment_of,
     meanings,
 )
+from model_lab.importing.open_questions import open_questions
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
@@ -59,7 +52,6 @@ STRIPS = {
     RUBBER_TEST: "sheet",
     VALVE_PULSE: "channel",
 }  # likewise, by experiment
-UNKNOWN_EXPERIMENT = "what was measured"
 DIGITS = 9  # of the numbers of a set
 
 
@@ -149,19 +141,8 @@ def propose(
         raise DocumentError(
             f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
         )
-    given, sheet_of = maps or {}, sheets or {}
-    names = told_apart(paths)
-    _check_files("--sheet", sheet_of, [name.name for name in names])
-    tables = []
-    for path, name in zip(paths, names, strict=True):
-        sheet = sheet_of.get(name.name, sheet_of.get("", ""))
-        read = read_tables(path, messages, decimal, sheet)
-        before = name.name.removesuffix(path.name)
-        read = tuple(
-            replace(table, path=table.path.with_name(before + table.path.name)) for table in read
-        )
-        apart = [run for table in read for run in runs_apart(table)]
-        tables += [with_derived(without_lost_tracking(run), given) for run in apart]
+    given = maps or {}
+    tables = _tables(paths, given, messages, decimal, sheets or {})
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
@@ -189,31 +170,30 @@ def propose(
             f"--mode: expected a test of rubber (--experiment {RUBBER_TEST}), got the columns of "
             f"{found}"
         )
-    unsure = _unsure(sources, found)
-    if found == RUBBER_TEST:
-        unsure |= {
-            f"the mode of {name}": f"--mode {shlex.quote(f'{name}=uniaxial')}, or pure_shear or "
-            "equibiaxial"
-            for name, mode in known.items()
-            if not mode
-        }
-    if found in (None, "uniaxial", RUBBER_TEST):
-        pulled = next(filter(None, map(_of_machine, sources)), None)
-        if pulled and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of stretch"}:
-            return Proposal(every, found or "uniaxial", pulled)
-    tracked = [suggestion([column.name for column in one.table.columns]) for one in every]
-    if any(tracked) and set(unsure) & {UNKNOWN_EXPERIMENT, "the column of tip_angle"}:
-        call = next(text for text in tracked if text)
-        kept = {what: how for what, how in unsure.items() if what.startswith("the unit of ")}
-        how = f"--map 'tip_angle={call}'"
-        if "LENGTH" in call:
-            how += ", LENGTH of the part that bends, such as 90mm"
-        if call.startswith("tip("):
-            how += ", if the coordinates are 0 at the base of the finger"
-        unsure = {"the tip angle": how} | kept
-    return Proposal(
-        every if unsure else sources, found, unsure, known if found == RUBBER_TEST else {}
-    )
+    known = known if found == RUBBER_TEST else {}
+    found, unsure = open_questions(every, sources, found, known)
+    return Proposal(every if unsure else sources, found, unsure, known)
+
+
+def _tables(
+    paths: Sequence[Path],
+    given: Maps,
+    messages: Path | None,
+    decimal: str,
+    sheets: Mapping[str, str],
+) -> list[Table]:
+    """The tables of the runs in the files, with derived columns."""
+    names = told_apart(paths)
+    _check_files("--sheet", sheets, [name.name for name in names])
+    tables: list[Table] = []
+    for path, name in zip(paths, names, strict=True):
+        before = name.name.removesuffix(path.name)
+        for table in read_tables(
+            path, messages, decimal, sheets.get(name.name, sheets.get("", ""))
+        ):
+            named = replace(table, path=table.path.with_name(before + table.path.name))
+            tables += [with_derived(without_lost_tracking(run), given) for run in runs_apart(named)]
+    return tables
 
 
 def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, str]:
@@ -241,27 +221,6 @@ def told_apart(paths: Sequence[Path]) -> list[Path]:
     ]
 
 
-def _of_machine(source: Source) -> dict[str, str] | None:
-    """What is not known of a file of a testing machine, with the text that says it; None for
-    another file: one without force or displacement, or with a pressure.
-    """
-    names = [column.name for column in source.table.columns]
-    forces = [one.column for one in source.meanings if one.quantity == "tip_force"]
-    moved = [name for name in displacements(names) if name not in forces]
-    if not forces or not moved or "pressure" in source.quantities:
-        return None
-    unsure = {
-        "the stretch": f"--map 'stretch=elongation({moved[0]},{OPEN_LENGTH})', {OPEN_LENGTH} "
-        "between the clamps, such as 50mm"
-    }
-    if "stress" not in source.quantities:
-        unsure["the stress"] = (
-            f"--map 'stress=per_area({forces[0]},{OPEN_AREA})', {OPEN_AREA} of the cross-section "
-            "at rest, such as 30mm2 or 10mm x 3mm"
-        )
-    return unsure
-
-
 def _check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
     """Raise DocumentError where something is said of a file that is not there ("": of all)."""
     known = dict.fromkeys(files)
@@ -281,51 +240,6 @@ def _check_maps(tables: Sequence[Table], maps: Maps) -> None:
                 f"--map {quantity}: expected a column of the files ({listed(known)}), "
                 f"got {shortened(name)}"
             )
-
-
-def _unsure(sources: Sequence[Source], experiment: str | None) -> dict[str, str]:
-    """What is not known, and the text that says it."""
-    unsure = {}
-    have: set[str] = set().union(*(one.quantities for one in sources))
-    if experiment is None:
-        likely = [name for name in BY_COLUMNS if have & set(NEEDED[name])]
-        lacking = dict.fromkeys(one for name in likely for one in NEEDED[name] if one not in have)
-        unsure[UNKNOWN_EXPERIMENT] = (
-            " or ".join(f"--map {one}=COLUMN:UNIT" for one in lacking)
-            or f"--experiment {' or '.join(NEEDED)}, and --map NAME=COLUMN:UNIT for its columns"
-        )
-    for name in NEEDED.get(experiment or "", ()):
-        if name not in have:
-            unsure[f"the column of {name}"] = f"--map {name}=COLUMN:UNIT"
-    for source in sources:
-        for meant in source.meanings:
-            if not meant.is_sure and _matters(meant, experiment):
-                unsure[_what(source.table, meant)] = _how(source.table, meant)
-    return unsure | (open_absolutes(sources) if experiment == VALVE_PULSE else {})
-
-
-def _what(table: Table, meant: Meant) -> str:
-    column = table.column(meant.column)
-    written = "" if column is None or column.is_clock else column.unit
-    said = f", {shortened(written)} in the file" if written else ""
-    return f"the unit of {meant.column}{said}"
-
-
-def _how(table: Table, meant: Meant) -> str:
-    """The text that says the unit of a column."""
-    column, given = table.column(meant.column), f"--map '{meant.quantity}={meant.column}"
-    if column is not None and column.is_clock:
-        return f"{given}:h' if hours and minutes, {given}:min' if minutes and seconds"
-    if column is not None and column.unit and meant.quantity != "time":
-        sensor = f"{given.removesuffix(meant.column)}linear({meant.column},SLOPE,OFFSET):UNIT'"
-        return f"{given}:UNIT', or of a sensor that is not calibrated {sensor}"
-    frames = f", or of frames their rate, {given}:30Hz'" if meant.quantity == "time" else ""
-    return f"{given}:UNIT'{frames}"
-
-
-def _matters(meant: Meant, experiment: str | None) -> bool:
-    needed = NEEDED.get(experiment or "", ())
-    return meant.quantity in ("time", *needed, *(["strain"] if "stretch" in needed else []))
 
 
 def make_set(
