@@ -237,6 +237,11 @@ class Rules:
         "effect; the verdict does not read it",
         "chosen by hand",
     )
+    slip_absolute_share: float = _rule(
+        0.7,
+        "error after over before at which absolute pressures are told where those at rest show it",
+        BY_HAND,
+    )
     slip_beside_share: float = _rule(
         0.7,
         "error with a slip and an effect over that with the best effect alone, at which the slip "

@@ -69,7 +69,8 @@ def remove_ports_without_reader() -> None:
 
     Fast DDS 2.14 removes such a port when its number is taken again, but does not tell the writers,
     which may go on to write into what was removed: what is started anew never hears them
-    (eProsima/Fast-DDS, pull request 4728). Ports of another layout are left alone.
+    (eProsima/Fast-DDS, pull request 4728). Ports of another layout are left alone, and so are ports
+    whose lock was made within LOCKING_LIMIT.
     """
     for lock in SHARED_MEMORY.glob(READER_LOCKS):
         # gone, another user's, or locked by its reader
@@ -78,7 +79,7 @@ def remove_ports_without_reader() -> None:
             lock.open("rb") as file,
         ):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is_of_a_living_reader(lock, os.fstat(file.fileno())):
+            if _may_have_a_reader(lock, os.fstat(file.fileno())):
                 continue
             port = lock.with_name(lock.name.removesuffix("_el"))
             if _mark_as_not_ok(port):
@@ -86,9 +87,10 @@ def remove_ports_without_reader() -> None:
                 lock.unlink()
 
 
-def _is_of_a_living_reader(lock: Path, held: os.stat_result) -> bool:
-    """Whether the file at `lock` is no longer the one that is `held`, as a reader has taken the
-    number of the port again, or is so young that its reader may not have locked it yet.
+def _may_have_a_reader(lock: Path, held: os.stat_result) -> bool:
+    """Whether the file at `lock` may belong to a living reader: it is no longer the file that is
+    `held`, as a reader has taken the number of the port again, or it was made so lately that its
+    reader may not have locked it yet.
     """
     return lock.stat().st_ino != held.st_ino or time.time() - held.st_mtime < LOCKING_LIMIT
 

@@ -167,7 +167,7 @@ def absolute_pressures(
     if found is None:
         return None
     after = score(found.mended, model)
-    better = after.relative <= RULES.slip_beside_share * before.relative
+    better = after.relative <= RULES.slip_absolute_share * before.relative
     return _told(found, before.rmse, after) if better else None
 
 

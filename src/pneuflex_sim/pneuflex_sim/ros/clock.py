@@ -227,7 +227,8 @@ class FollowingClock:
 
     def jump(self, now: float) -> float:
         """Time [s] from `now` to the newest message of /clock when the simulation begins, if that
-        is far ahead, or if the clock was set back; else 0.
+        is far ahead, or if the clock was set back; else 0. The simulation begins with the first
+        call after the leader knows of it.
         """
         if self.newest is None or not self._joined:
             return 0.0
