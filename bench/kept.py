@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -42,3 +42,19 @@ def append(record: dict[str, Any], path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as file:
         file.write(json.dumps(record) + "\n")
+
+
+class Once:
+    """What runs find, kept in a file; a run is done again only when the sources change."""
+
+    def __init__(self, path: Path, sources: Iterable[str]) -> None:
+        self.path, self.known = path, read(path)
+        self.revision = revision_of(sources, (".py", ".yaml"))
+
+    def __call__(self, name: str, run: Callable[[], Any]) -> Any:
+        """What the run of this name finds, or has found with these sources."""
+        key = f"{self.revision}: {name}"
+        if key not in self.known:
+            self.known[key] = {"key": key, "found": run()}
+            append(self.known[key], self.path)
+        return self.known[key]["found"]

@@ -3,6 +3,9 @@
 Random trials: shipped strategies of both hands, their closing times drawn from 0.05 to 0.8 s with
 wide chokes, their objects displaced. And the marker, which rolls, under RBO Hand 1.
 
+Random trials that are finished are kept in out/bench/sim-outcomes.jsonl, so that a stopped run
+goes on.
+
 python -m bench.sim.outcomes --help
 """
 
@@ -12,19 +15,23 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import numpy as np
 from scipy.stats import binomtest
 
+from bench import kept
 from bench.row import at_least, at_most, stated
+from bench.sim.verdicts import SOURCES
 from grasp_strategies import in_process_scene
 from grasp_strategies.strategy import Strategy
 from pneuflex_sim.world import Diverged
 from softhand_model.pneumatics.parameters import load_pneumatics
 from softhand_trials.trials import Placement, StartedScene, TrialSettings, run_trial
 
+KEPT = Path("out/bench/sim-outcomes.jsonl")
 REFERENCE = 0.0005  # [s] step
 TRIALS, SEEDS = 200, 40  # random trials, seeds of the marker; the command takes fewer
 PART = 10  # of them are run among the other groups
@@ -84,9 +91,13 @@ def within(successes: int, reference: int, count: int) -> bool:
 
 def random_rows(step: float, trials: int) -> list[dict[str, Any]]:
     """Rows of random trials at a step [s]."""
-    pairs = []
+    once, pairs = kept.Once(KEPT, SOURCES), []
     for seed in range(trials):
-        pairs.append((random_outcome(seed, step), random_outcome(seed, REFERENCE)))
+        ours, fine = (
+            once(f"{seed}, {at} s", lambda seed=seed, at=at: random_outcome(seed, at))
+            for at in (step, REFERENCE)
+        )
+        pairs.append((ours, fine))
         print(f"  random {seed}: {' / '.join(pairs[-1])}", file=sys.stderr, flush=True)
     agreeing = sum(ours == reference for ours, reference in pairs) / trials
     diverged = sum("diverged" in pair for pair in pairs)

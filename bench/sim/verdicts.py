@@ -6,7 +6,7 @@ Trials that are finished are kept in out/bench/sim-verdicts.jsonl, so that a sto
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -82,16 +82,7 @@ def rows(small: bool) -> list[dict[str, Any]]:
     """Share of pairs of strategy and object that end alike in both engines, and what the others
     are; each is printed.
     """
-    known, revision = kept.read(KEPT), kept.revision_of(SOURCES, (".py", ".yaml"))
-
-    def once(key: str, run: Callable[[], Any]) -> Any:
-        """What a run finds, or has found with these sources."""
-        key = f"{revision}: {key}"
-        if key not in known:
-            known[key] = {"key": key, "found": run()}
-            kept.append(known[key], KEPT)
-        return known[key]["found"]
-
+    once = kept.Once(KEPT, SOURCES)
     same, count, tried_same, tried = 0, 0, 0, 0
     at_fine, changing, apart = 0, 0, 0
     for strategy, thing, settings, placement in nominal_trials(small):
