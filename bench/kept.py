@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 from collections.abc import Callable, Iterable
@@ -16,13 +17,34 @@ class Unfinished(RuntimeError):
 
 
 def revision_of(sources: Iterable[str], suffixes: tuple[str, ...] = (".py",)) -> str:
-    """A short digest of files in folders, whose change makes old results stale."""
+    """A short digest of files in folders, whose change makes old results stale. Comments and
+    docstrings of Python may change."""
     digest = hashlib.sha256()
     for source in sources:
         for file in sorted((ROOT / source).rglob("*")):
-            if file.suffix in suffixes:
+            if file.suffix == ".py" and ".py" in suffixes:
+                digest.update(statements(file.read_text()).encode())
+            elif file.suffix in suffixes:
                 digest.update(file.read_bytes())
     return digest.hexdigest()[:12]
+
+
+def statements(source: str) -> str:
+    """Python source without layout, comments and docstrings.
+
+    >>> statements("def f():\\n    'One.'\\n    return 1") == statements("def f(): return 1  # 1")
+    True
+    """
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and body and _is_text(body[0]):
+            del body[0]
+    return ast.dump(tree)
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 def read(path: Path) -> dict[str, dict[str, Any]]:
