@@ -228,9 +228,12 @@ Search = Callable[..., Selection]
 def searched(
     problem: FitProblem, candidates: Sequence[str], search: Search, tell: Tell = tell_nobody
 ) -> Judgement:
-    """The judgement on a search among the plain candidates. Where they leave much of the error, the
-    search is repeated with their refined forms (`Effect.refines`); its judgement counts, unless it
-    ends unexplained and the first did not.
+    """The judgement on a search among the candidates, names of effects.
+
+    The first search leaves out effects that are finer forms of others (whose `Effect.refines` names
+    those). If the first search explains nothing, or leaves an error above `Rules.finer_error` times
+    the noise floor, a second search is among all candidates. The judgement is that of the last
+    search, but that of the first if only the second ends with the verdict `unexplained`.
     """
     plain = [name for name in candidates if not problem.classes[name].refines]
     first = _judged_search(problem, plain, search, tell)

@@ -54,8 +54,10 @@ class ShapesOverScales:
         self._columns: Array | None = None
 
     def at(self, make: Callable[[float], Shape | None], scale: float) -> Shape | None:
-        """The shape at a scale. make: calculates it, and returns None where there is no
-        equilibrium.
+        """The shape of the body with its modulus multiplied by `scale` [-].
+
+        make: function of a scale that calculates the shape, and returns None where there is no
+        equilibrium. It is called unless the polynomials are there and cover this scale.
         """
         low, high = USUAL_MODULUS_SCALES
         self._asked += 1

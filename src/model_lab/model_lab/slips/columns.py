@@ -99,8 +99,9 @@ def _changed(
 def with_units(
     data: MeasurementSet, columns: Sequence[str], unit: str, factor: float
 ) -> MeasurementSet:
-    """The set as it is if some columns are in `unit` and not in the stated unit: values and noise
-    are multiplied by `factor`.
+    """A copy of the set for the hypothesis that `columns` were recorded in `unit`, not in the unit
+    that the set states. factor: one `unit` over one stated unit [-], by which values and noise of
+    these columns are multiplied.
     """
     changed = with_columns(
         data, lambda run: {name: factor * run.columns[name] for name in columns}, tuple(columns)

@@ -73,7 +73,8 @@ class SearchProblem:
             )
         if self.sampler == "cma" and (len(self.variables) < 2 or self.generation < 4):
             raise ValueError(
-                "sampler: cma: expected 2 or more variables and generations of 4 or more"
+                f"sampler: cma: expected 2 or more variables, got {len(self.variables)}, and "
+                f"4 or more evaluations in a generation, got {self.generation}"
             )
         if self.spread is not None and (self.sampler != "cma" or len(self.starts) != 1):
             raise ValueError("spread: expected only with the sampler cma and a single start")
