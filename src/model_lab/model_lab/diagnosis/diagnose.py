@@ -91,10 +91,11 @@ def diagnose(
     """Compare a model with a measurement set, search for the effects that it lacks, and judge what
     is left.
 
-    First it looks for slips (mistakes in how the data are stated) and for events in the series of
-    runs; what it finds is taken out of the data. Where the set stays unexplained and the error goes
-    with the specimen, each specimen is given a modulus of its own. Long recordings are thinned.
-    Effects of the model that have standard errors are fitted again, the others stay as they are.
+    First the data are searched for slips (mistakes in how the data are stated) and for events in
+    the series of runs, which are then taken out of the data. If no effect explains the set and the
+    error depends on the specimen, each specimen is given a modulus of its own. Long recordings are
+    thinned. Effects of the model that have standard errors are fitted again, the others keep their
+    values.
 
     Args:
         data: the measurement set.

@@ -115,8 +115,10 @@ def with_units(
 def with_meaning(
     data: MeasurementSet, columns: Sequence[str], word: str, ambient: float = ATMOSPHERE
 ) -> MeasurementSet:
-    """The set as it is if some columns hold what a word of `meanings` says, such as `absolute`;
-    ambient: pressure of the air [Pa].
+    """A copy of the set for the hypothesis that `columns` hold another quantity than is expected.
+
+    word: which quantity, by a word of `meanings` such as `absolute`. ambient: pressure of the air
+    [Pa].
     """
     meanings = dict.fromkeys(columns, word)
 
