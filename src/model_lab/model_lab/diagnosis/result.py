@@ -247,7 +247,7 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 def estimate(scored: Scored, index: int) -> Estimate:
     """The estimate of one parameter (by its index) of a fitted model. The interval is wider for few
-    runs, and allows for errors of the predictions themselves, and for that in the form of the
+    runs. It allows for errors of the predictions themselves, and for an error in the form of the
     equation (`Rules.form_error`).
     """
     fitted, scales = scored.fit, scored.fit.likelihood.scales

@@ -37,8 +37,8 @@ Change = Callable[[Run], Mapping[str, Array]]
 class Candidate:
     """A slip that a set may have.
 
-    name, column, said, fits, mend: as in `Slip`. mended: the set without the slip. rare: whether
-    the slip is so rare that one that fits as well comes before it.
+    name, column, said, fits, mend: as in `Slip`. mended: the corrected set. rare: whether the slip
+    is so rare that another slip is preferred if it fits as well.
     """
 
     name: str
@@ -58,8 +58,8 @@ def stated_unit(data: MeasurementSet, column: str) -> str:
 
 
 def factors_of(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
-    """(unit, factor) of each other usual unit of a column; numbers in it, times the factor, are in
-    the stated unit.
+    """(unit, factor) of each usual unit of a column other than the stated one. A number in `unit`
+    times the factor is the number in the stated unit.
     """
     stated = column_unit(column, stated_unit(data, column)).scale
     known = MISTAKEN_UNITS.get(unit_of(column) or "", ()) if column not in WITHOUT_UNIT else ()
