@@ -106,8 +106,8 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
             (*WISH, *OWN_RUBBER, "--max-stretch", 1.8),
             "max-stretch: expected above 2 of custom, got",
         ),
-        ((*WISH, "--modulus", 113), "max-stretch: expected a number beside modulus"),
-        ((*WISH, "--max-stretch", 7), "modulus: expected a number beside max-stretch"),
+        ((*WISH, "--modulus", 113), "max-stretch: expected a number, as modulus is given"),
+        ((*WISH, "--max-stretch", 7), "modulus: expected a number, as max-stretch is given"),
         ((*WISH, "--density", 1.07), "density: expected 100 to 20000 kg/m3, got 1.07"),
         ((*WISH, "--length", 0.09), "length: expected 2 to 2000 mm, got 0.09"),
         (

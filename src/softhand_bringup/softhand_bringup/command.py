@@ -20,12 +20,15 @@ from softhand_common.standard_output import with_checked_output
 
 COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "grasp": {
-        "demo": ("softhand_bringup.ros.demo", "three nodes grasp and lift an object (ROS)"),
-        "trials": ("softhand_trials.trials", "grasps in process, from seeds, as JSON"),
-        "sweep": ("softhand_trials.sweep.command", "trials of a plan, as lines to go on from"),
-        "search": ("softhand_trials.search.command", "values with the least cost, by a budget"),
+        "demo": ("softhand_bringup.ros.demo", "a grasp by simulator, driver, sequencer (ROS)"),
+        "trials": ("softhand_trials.trials", "simulated grasps without ROS, as JSON"),
+        "sweep": (
+            "softhand_trials.sweep.command",
+            "many trials, by a plan; continues when stopped",
+        ),
+        "search": ("softhand_trials.search.command", "values that minimise a cost"),
         "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
-        "failures": ("softhand_bringup.film.failures", "pictures of a sweep's typical failures"),
+        "failures": ("softhand_bringup.film.failures", "pictures of failed trials of a sweep"),
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
     },
     "build": {
@@ -41,12 +44,12 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "choke-foil": (
             "softhand_design.commands.choke_foil",
-            "the foil that chokes the valves, as SVG",
+            "drawing of the foil with the chokes, as SVG",
         ),
     },
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
-        "lab-demo": ("model_lab.cli.demo", "find a sealed effect, add it, open the seal"),
+        "lab-demo": ("model_lab.cli.demo", "find an effect that is hidden, and add it"),
         "lab-story": ("softhand_bringup.ros.lab_story", "the same on a running finger (ROS)"),
         "hand-story": ("softhand_bringup.ros.hand_story", "the same on a running hand (ROS)"),
     },
@@ -55,7 +58,10 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
             "pneumaticbox_driver.calibration.command",
             "calibrate the simulated box; a real one by its service",
         ),
-        "hardware": ("pneumaticbox_driver.backends.hardware.__main__", "read, pulse, vent a box"),
+        "hardware": (
+            "pneumaticbox_driver.backends.hardware.__main__",
+            "read sensors, switch valves of a real box",
+        ),
     },
     "record": {
         "record": ("softhand_bringup.ros.recorder", "write all topics to a bag (ROS)"),

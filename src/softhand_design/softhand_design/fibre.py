@@ -80,11 +80,11 @@ def radial_stretch(axial_stretch: float, axial_modulus: float, radial_modulus: f
 
 
 def thinner(modulus: float, than: float) -> float:
-    """Ratio [-] of the diameters of two fibres that are equally stiff in tension: that of Young's
-    modulus `modulus` over that of `than`, both [Pa].
+    """Ratio [-] of the diameters of two fibres that are equally stiff in tension: the one with
+    Young's modulus `modulus` over the one with `than`, both [Pa].
 
     ERRATUM: section 3.3.1 calls a fibre of HD-PE 40 times thinner than one of PET; 46, the ratio of
-    moduli, is that of the cross sections, the diameters' is 6.8.
+    the moduli, is the ratio of the cross sections, while that of the diameters is 6.8.
 
     >>> round(1.0 / thinner(115e9, 2.5e9), 1)
     6.8

@@ -69,9 +69,8 @@ def _apart(first: Array, second: Array) -> Array:
 
 
 def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
-    """Pressure [Pa] at which the top is stretched as far as the rubber should be in use: to 0.3 of
-    its largest stretch, or to 0.5 of it if 0.3 of it is below 1, which is no stretch at all
-    (section 3.3.3).
+    """Pressure [Pa] at which the stretch of the top is the largest that is advised in use: 0.3 of
+    the rubber's largest stretch, or 0.5 of it where 0.3 would be a stretch below 1 (section 3.3.3).
 
     Raises RequirementError for a rubber that may not be stretched at all.
     """

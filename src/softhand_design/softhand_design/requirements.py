@@ -159,8 +159,9 @@ def of_numbers(
 def require_positive(
     values: Mapping[str, float | None], expected: str = "a number above {}"
 ) -> None:
-    """Raise RequirementError for the first value that is neither None nor a finite number above
-    0.
+    """Raise RequirementError for the first value that is neither None nor a finite number above 0.
+
+    values: by their keys. expected: words for the message, with `{}` in the place of the 0.
     """
     for key, value in values.items():
         if value is not None and not 0.0 < value < np.inf:

@@ -216,8 +216,8 @@ def _file(node: Node, allowed: bool) -> Path:
         raise node.error("a file in the model file's folder")
     if not allowed:
         raise node.error(
-            f"no Python file, as it would be run; if you trust it: {ALLOW_EFFECT_FILES}, "
-            "--effects FILE, or a node's parameter allow_effect_files: true"
+            f"no Python file; if you trust its code, allow it by {ALLOW_EFFECT_FILES}, by "
+            "--effects FILE, or by a node's parameter allow_effect_files: true"
         )
     return path
 

@@ -40,11 +40,11 @@ def parser() -> argparse.ArgumentParser:
     add("--hand", help="name of a shipped hand or path of its YAML (that of the strategy)")
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
     add("--scene", default=usual.scene, help="surroundings: table, wall ... (%(default)s)")
-    add("--engine", choices=ENGINES, default=usual.engine, help="of the physics (%(default)s)")
+    add("--engine", choices=ENGINES, default=usual.engine, help="physics engine (%(default)s)")
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
     add("--ros", action="store_true", help="show and command running nodes")
     add("--host", default=HOST, help="address to listen on (%(default)s: this machine only)")
-    add("--port", type=_port, default=PORT, help="0: any free one (%(default)s)")
+    add("--port", type=_port, default=PORT, help="port; 0: any free one (%(default)s)")
     add(
         "--files",
         action="append",

@@ -346,20 +346,20 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
     rests = "roll, pitch, yaw [rad] of the object, 0 0 0 for a cylinder that stands (as it lies)"
     add("--object-rpy", nargs=3, type=float, metavar=("R", "P", "Y"), help=rests)
-    add("--scene", default=usual.scene, help="what stands around it (%(default)s)")
+    add("--scene", default=usual.scene, help="surroundings, such as table or wall (%(default)s)")
     base = "the base model with the weight of the actuators"
     add("--model", default=usual.model, help=f"softhand-model file ({base})")
     add(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
     engine = "physics engine: %(choices)s (%(default)s)"
     add("--engine", choices=ENGINES, default=usual.engine, help=engine)
-    add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
-    add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
-    add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")
-    add("--solver", default=usual.solver, help="fast, default or stable (%(default)s)")
+    add("--step", type=float, default=usual.step, help="time step of the physics [s] (%(default)s)")
+    add("--segments", type=int, default=usual.segments, help="segments per actuator (%(default)s)")
+    add("--options", nargs="*", default=(), help="optional phases to run, by name")
+    add("--solver", default=usual.solver, help="PyBullet's: fast, default or stable (%(default)s)")
     add("--friction", help="file with pairs of materials on top of the shipped table")
     friction = "factor on the friction of the rubber with anything else (%(default)s)"
     add("--rubber-friction-scale", type=float, default=usual.rubber_friction_scale, help=friction)
-    add("--wall-inclination", type=float, help="of the scene's wall [deg] (as the scene has it)")
+    add("--wall-inclination", type=float, help="inclination of the wall [deg] (that of the scene)")
 
 
 def read_settings(options: argparse.Namespace) -> TrialSettings:
@@ -378,7 +378,8 @@ def _parser() -> argparse.ArgumentParser:
     add_engines(parser)
     add = parser.add_argument
     add("--offset", type=_offset, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
-    add("--mass-spread", type=_share, default=MASS_SPREAD, help="share of mass (%(default)s)")
+    spread = "largest change of the mass, as a share of it (%(default)s)"
+    add("--mass-spread", type=_share, default=MASS_SPREAD, help=spread)
     add("--seeds", type=int, default=10, help="number of trials (%(default)s)")
     add("--first-seed", type=int, default=0, help="seed of the first trial (%(default)s)")
     add("--jobs", type=int, default=1, help="processes at a time (%(default)s)")

@@ -29,7 +29,7 @@ def test_a_problem_that_cannot_be_used_is_said_in_a_line(tmp_path, capsys):
     path = tmp_path / "problem.yaml"
     path.write_text(PROBLEM)
     assert main([str(path)]) == 2
-    assert "its code would be run" in capsys.readouterr().err
+    assert "if you trust the code of its module" in capsys.readouterr().err
     assert main([str(tmp_path / "none.yaml")]) == 2
     assert main([str(path), "--allow-objectives", "--jobs", "-1"]) == 2
     assert "jobs: expected 0 or more, got -1" in capsys.readouterr().err

@@ -72,7 +72,7 @@ def test_one_start_several_and_none_are_read(write):
 
 def test_code_of_other_modules_is_run_only_when_it_is_allowed(write):
     with pytest.raises(
-        ValueError, match="its code would be run, so only if you trust it: --allow-objectives"
+        ValueError, match="trust the code of its module, run it with --allow-objectives"
     ):
         load_problem(write())
     assert load_problem(write(), allow_any=True).name == "bowl"

@@ -207,7 +207,7 @@ def import_files(
     Args:
         paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
         experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, hand_pose
-            or hand_motion; None: found out from the columns, of a hand its poses.
+            or hand_motion; None: found out from the columns (of a hand: hand_pose).
         columns: for each quantity, the name of its column and the unit, such as {"pressure":
             ("P_reg", "psi")}; a unit of "" stands for the one in the header.
         hand: name of the hand, or HAND:ACTUATOR, to which the tested finger belongs; for files with

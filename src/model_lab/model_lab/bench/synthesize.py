@@ -63,15 +63,15 @@ def sealed(truth: dict[str, Any]) -> str:
 def open_seal(folder: Path) -> dict[str, Any]:
     """What was hidden in the synthesised set of a folder.
 
-    Raises ValueError if there is no sealed file or it cannot be read.
+    Raises ValueError if the file SEAL is missing or cannot be read.
     """
     path = folder / SEAL
     if not path.is_file():
-        raise ValueError(f"{path}: expected the sealed file of a synthesised set, got no such file")
+        raise ValueError(f"{path}: expected the file with what is hidden in the set, got none")
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
-        raise ValueError(f"{path}: expected an unchanged sealed file, got {reason}") from reason
+        raise ValueError(f"{path}: expected the file unchanged, got {reason}") from reason
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():
@@ -145,7 +145,7 @@ def _told(effect: Effect) -> dict[str, Any]:
 
 
 def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
-    """Write the set, and beside it the sealed file with what was hidden."""
+    """Write the set, and beside it the encoded file SEAL with what was hidden."""
     check_folder(folder, force)
     write_files(set_files(made.data, folder) | {folder / SEAL: sealed(made.truth)})
 

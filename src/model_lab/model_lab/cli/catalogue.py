@@ -154,7 +154,7 @@ COMMANDS: Mapping[str, Command] = {
         commands.import_files,
     ),
     "compare": Command(
-        "how far a model is off, and where",
+        "error of a model, and where it lies",
         "Compare a model with measurements: error over all data and held out, fit in percent, "
         "the noise floor, and where the error lies: against pressure, rate, time, history, "
         "temperature and specimen. Tables show units as at the bench (deg, kPa, mg, N mm); --json "
@@ -218,7 +218,7 @@ COMMANDS: Mapping[str, Command] = {
         commands.add,
     ),
     "learn": Command(
-        "the curve that is missing, where no known effect fits",
+        "what is missing as a curve, if no known effect fits",
         "Learn what a model lacks as a smooth curve: at which stage it acts (input, load, elastic, "
         "structure, output), as an offset, a factor or a lag, and against what, fitted together "
         "with calibration and effects and judged on held-out data against other stages and axes. "
@@ -246,7 +246,7 @@ COMMANDS: Mapping[str, Command] = {
     ),
     "ladder": Command(
         "the errors of several models, side by side",
-        "Compare several models with the same measurements: one rung for each, with the noise "
+        "Compare several models with the same measurements: a row for each, with the noise "
         "floor, the lowest error that a model can reach. Errors are shown in deg, kPa, mg or N "
         "mm; --json is in SI units.",
         ("model-lab ladder out/set base gravity model.yaml",),
@@ -265,7 +265,7 @@ COMMANDS: Mapping[str, Command] = {
         commands.ladder,
     ),
     "plan": Command(
-        "the next experiment, which would separate what is still tied",
+        "the next run, to tell apart effects that fit equally well",
         "Propose the experiment in which the effects that the data cannot tell apart differ "
         "most, within the pressures that the set has seen, by what `diagnose` of the same set, "
         "model and effects has found; without that, diagnose first. With --out it is written "
@@ -294,24 +294,24 @@ COMMANDS: Mapping[str, Command] = {
         "make measurements with a hidden effect, to try the lab on",
         "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
         "EXPERIMENT is free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, "
-        "hand_pose, hand_motion, press or grasp. With --hide one effect acts in it that is sealed "
-        "in the folder, and only `reveal` opens the seal. CSV files are in the units that "
-        "experiment.yaml states, such as kPa and deg.",
+        "hand_pose, hand_motion, press or grasp. With --hide one effect acts in it, which only "
+        "`reveal` tells. CSV files are in the units that experiment.yaml states, such as kPa and "
+        "deg.",
         (
             "model-lab synthesize free_bending --hide --seed 3 --out trial",
             "model-lab diagnose trial && model-lab reveal trial",
         ),
         (
             argument("experiment", metavar="EXPERIMENT", help="such as free_bending"),
-            argument("--hide", action="store_true", help="hide an effect in it"),
+            argument("--hide", action="store_true", help="add an effect, to be found"),
             argument("--out", type=Path, required=True, metavar="DIR", help="folder to write"),
             argument(
                 "--noise",
                 type=float,
                 default=NOISE,
                 metavar="SHARE",
-                help="one sigma over the largest reading, and scatter of whole runs "
-                "(default: %(default)s)",
+                help="standard deviation of the noise, and of the scatter of whole runs, over the "
+                "largest reading (default: %(default)s)",
             ),
             argument(
                 "--effects",
@@ -328,8 +328,7 @@ COMMANDS: Mapping[str, Command] = {
     ),
     "reveal": Command(
         "say what was hidden in synthesised measurements",
-        "Open the seal of a set that `synthesize --hide` made, and say what acts in it, in SI "
-        "units.",
+        "Say which effect acts in a set that `synthesize --hide` made, in SI units.",
         ("model-lab reveal trial",),
         (
             argument("folder", type=Path, metavar="DIR", help="folder of the set"),

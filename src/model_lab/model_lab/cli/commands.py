@@ -281,13 +281,13 @@ def synthesize(arguments: argparse.Namespace) -> None:
         )
     write_synthesised(made, arguments.out, arguments.force)
     runs = len(made.data.runs)
-    print(f"{arguments.out}: {made.data.title}, {runs} runs; the truth is sealed")
+    print(f"{arguments.out}: {made.data.title}, {runs} runs; `reveal` tells what is hidden")
     content = {"format": "softhand-synthesis/1", "experiment": experiment}
     options.save_json(arguments, {**content, "folder": str(arguments.out), "runs": runs})
 
 
 def reveal(arguments: argparse.Namespace) -> None:
-    """Open the sealed file of a synthesised set and print which effect was hidden."""
+    """Print which effect was hidden in a synthesised set."""
     from model_lab.bench.synthesize import open_seal
 
     options.check_json(arguments)

@@ -101,9 +101,7 @@ class Demonstration:
 
 
 def ending(found: dict[str, Any], truth: dict[str, Any]) -> str:
-    """A sentence on whether the diagnosis `found` names the effect that was hidden, as the sealed
-    `truth` says.
-    """
+    """A sentence on whether the diagnosis `found` names the effect that was hidden by `truth`."""
     hidden = [effect["name"] for effect in truth["effects"]]
     named = [effect["name"] for effect in found["effects"]]
     tied = [name for names in found["tied"] for name in names]
@@ -131,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="softhand lab-demo",
-        description="Hide an effect, find it, add it, and open the seal.",
+        description="Hide an effect in simulated measurements, find it, and add it.",
     )
     parser.add_argument("--seed", type=int, default=11, help="chooses the effect and the noise")
     parser.add_argument("--out", type=Path, default=Path("out/lab-demo"), help="folder of results")

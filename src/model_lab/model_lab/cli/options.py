@@ -188,7 +188,7 @@ SEED = argument(
     type=_seed,
     default=0,
     metavar="N",
-    help="of all that is drawn at random (default: %(default)s)",
+    help="seed of all random draws (default: %(default)s)",
 )
 JOBS = argument(
     "--jobs",

@@ -166,13 +166,12 @@ class Part:
 class Comparison:
     """A model compared with a measurement set, in SI units.
 
-    runs, specimens, outputs: accuracy on each of these parts. localisation, relation, notices:
-    where the held-out residual is large, how it follows the input, and what else is odd in the set.
+    runs, specimens, outputs: accuracy on each of these parts. localisation: where the held-out
+    residual is large. relation: how the residual follows the input. notices: anomalies of the set.
     slips: mistakes in how the data are stated; the other results are about the data as stated.
-    fits_mended: whether the data fit about to the floor without them.
-    series: what happened between the runs, as their repeats show it. within: tests of the residual
-    within runs; None where no run has a time course. outside: why no model can be judged by these
-    data; "" if one can.
+    fits_mended: whether the corrected data fit about to the noise floor. series: what happened
+    between the runs, as their repeats show. within: tests of the residual within runs; None if no
+    run has times. outside: why no model can be judged by these data; "" if one can.
     """
 
     data: MeasurementSet

@@ -26,9 +26,10 @@ FILE = "confidence.json"
 class Confidence:
     """How sure a verdict is.
 
-    value: probability (0 to 1) that it is right; None where it is not known. guess: whether that is
-    too little to stand by the verdict. beyond: names of evidence beyond the range in all sets with
-    known answers, because of which the probability is not known.
+    value: probability (0 to 1) that the verdict is right; None where it is not known. guess:
+    whether this probability is so low that the verdict counts as a guess. beyond: names of the
+    evidence that lies beyond its range in all sets with known answers, so that the probability is
+    not known.
     """
 
     value: float | None

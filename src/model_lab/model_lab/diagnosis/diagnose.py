@@ -91,10 +91,11 @@ def diagnose(
     """Compare a model with a measurement set, search for the effects that it lacks, and judge what
     is left.
 
-    First it looks for slips (mistakes in how the data are stated) and for events in the series of
-    runs; what it finds is taken out of the data. Where the set stays unexplained and the error goes
-    with the specimen, each specimen is given a modulus of its own. Long recordings are thinned.
-    Effects of the model that have standard errors are fitted again, the others stay as they are.
+    First the data are searched for slips (mistakes in how the data are stated) and for events in
+    the series of runs, which are then taken out of the data. If no effect explains the set and the
+    error depends on the specimen, each specimen is given a modulus of its own. Long recordings are
+    thinned. Effects of the model that have standard errors are fitted again, the others keep their
+    values.
 
     Args:
         data: the measurement set.
@@ -228,9 +229,12 @@ Search = Callable[..., Selection]
 def searched(
     problem: FitProblem, candidates: Sequence[str], search: Search, tell: Tell = tell_nobody
 ) -> Judgement:
-    """The judgement on a search among the plain candidates. Where they leave much of the error, the
-    search is repeated with their refined forms (`Effect.refines`); its judgement counts, unless it
-    ends unexplained and the first did not.
+    """The judgement on a search among the candidates, names of effects.
+
+    The first search leaves out effects that are finer forms of others (whose `Effect.refines` names
+    those). If the first search explains nothing, or leaves an error above `Rules.finer_error` times
+    the noise floor, a second search is among all candidates. The judgement is that of the last
+    search, but that of the first if only the second ends with the verdict `unexplained`.
     """
     plain = [name for name in candidates if not problem.classes[name].refines]
     first = _judged_search(problem, plain, search, tell)

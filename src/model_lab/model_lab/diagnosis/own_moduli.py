@@ -25,9 +25,9 @@ OF_SPECIMENS = {"specimen", "wall"}  # axes along which castings differ
 
 
 def may_differ(data: MeasurementSet, found: Diagnosis) -> dict[str, str]:
-    """Own batch of each specimen that runs have, by name, if what a diagnosis leaves goes with the
-    specimen and is more than noise; else empty. Specimens that differ in their mount alone are one
-    casting.
+    """A batch of its own for each specimen that has runs, by the name of the specimen, if the error
+    that a diagnosis leaves depends on the specimen and is more than noise; else empty.
+    Specimens that differ in their mount alone count as one casting, with one batch.
     """
     failing = {failure.against for failure in found.failures if _unexplained(found)}
     axes = {*found.unexplained.against, *failing}

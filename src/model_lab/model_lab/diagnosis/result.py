@@ -43,11 +43,12 @@ class Estimate:
 class NamedEffect:
     """A missing effect with its fitted parameters by name.
 
-    cause: the class of causes it belongs to, such as "lag"; its own name if it has no class.
-    members: effects of this class that explain the data equally well, as a word such as "tube" by
-    effect name, the effect itself first; empty if there are no others. cause_confidence: share (0
-    to 1) of such verdicts in which the class is right; None if it is not known. kind, where: for an
-    effect of a hand, its name without the place, and the place as names by key.
+    cause: the class of causes to which the effect belongs, such as "lag"; the name of the effect if
+    it has no class. members: maps names of effects of this class that explain the data equally well
+    to a word such as "tube", the effect itself first; empty if there are no others.
+    cause_confidence: share (0 to 1) of such verdicts in which the class is right; None if this is
+    not known. kind, where: for an effect of a hand, its name without the place, and the place as
+    names by key.
     """
 
     name: str
@@ -77,10 +78,11 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class Ranked:
-    """One effect added to the model alone.
+    """The model with one more effect.
 
-    rmse_heldout: held-out error with it [SI unit of the outputs]. delta_bic: its BIC less that of
-    the model without it. plausible: whether no parameter lies on a bound. p_value: of pure noise.
+    rmse_heldout: held-out error with the effect [SI unit of the outputs]. delta_bic: BIC with the
+    effect less BIC without it. plausible: whether no parameter lies on a bound. p_value: that noise
+    alone would improve the fit as much.
     """
 
     name: str
@@ -160,23 +162,23 @@ class Diagnosis:
     """The verdict on a model and a measurement set, in SI units.
 
     story: the named effects in the order in which they were found. helps: if nothing known explains
-    the error, effects that each remove half of it or more, in order. notices: anomalies of the set
-    that do not depend on the model, see `fitting.notices`. confidence: share (0 to 1) of such
-    verdicts that are right; None if it is not known. guess: whether the confidence is too low to
-    stand by the verdict. evidence: numbers from which it follows, see `diagnosis.confidence`.
-    beyond: names of evidence beyond the range of the sets by which the confidence was calibrated,
-    because of which it is not known.
+    the error, effects that each remove half of the error or more, in order. notices: anomalies of
+    the set that do not depend on the model, see `fitting.notices`. confidence: share (0 to 1) of
+    such verdicts that are right; None if this is not known. guess: whether the confidence is so low
+    that the verdict counts as a guess. evidence: numbers from which the confidence follows, see
+    `diagnosis.confidence`. beyond: names of evidence beyond the range of the sets by which the
+    confidence was calibrated, so that the confidence is not known.
 
     slips: mistakes in how the data are stated. events: what happened in the series of runs, see
-    `series.events`. If there are slips or events, the other results are about the data without
-    them, and verdict_mended is the verdict on those. instead: effects that would explain the data
-    as stated as well as the slips do.
+    `series.events`. If there are slips or events, the other results are about the corrected data,
+    and verdict_mended is the verdict on the corrected data. instead: effects that would explain the
+    data as stated as well as the slips do.
 
-    at_bound: calibration parameters on a bound in the model as it is, whose values are in
-    calibration_as_is. noise_floor_as_is: the floor estimated with that model. floor_reasons: why
-    `compare` prints another floor than noise_floor, as words of FLOOR_REASONS; empty if it prints
-    the same. residual_tests: whether the residual within runs is white, see `series.within_runs`.
-    units: units of the columns as stated.
+    at_bound: parameters of the calibration that lie on a bound in the model without added effects;
+    calibration_as_is has their values, noise_floor_as_is the noise floor estimated with this model.
+    floor_reasons: why `compare` prints another floor than noise_floor, as words of FLOOR_REASONS;
+    empty if it prints the same. residual_tests: whether the residual within runs is white, see
+    `series.within_runs`. units: units of the columns as stated.
     """
 
     experiment: str
@@ -245,7 +247,7 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 def estimate(scored: Scored, index: int) -> Estimate:
     """The estimate of one parameter (by its index) of a fitted model. The interval is wider for few
-    runs, and allows for errors of the predictions themselves, and for that in the form of the
+    runs. It allows for errors of the predictions themselves, and for an error in the form of the
     equation (`Rules.form_error`).
     """
     fitted, scales = scored.fit, scored.fit.likelihood.scales

@@ -28,12 +28,13 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Signature:
-    """What an effect would change in the predictions of the model it is added to, at trial values.
+    """How the predictions of a model change if an effect is added, at trial values of the k
+    parameters of the effect.
 
-    values (trials, k): values of its parameters. usual (2, k): lower and upper ends of their usual
-    ranges. change (trials, samples): change in whitened coefficients, without the part that the
+    values (trials, k): trial values. usual (2, k): lower and upper ends of the usual ranges of the
+    parameters. change (trials, samples): change in whitened coefficients, without the part that the
     model's own parameters can imitate. size (trials,): root mean square of `change` in the unit of
-    the outputs. raw (trials,): the same of the whole change.
+    the outputs. raw (trials,): root mean square of the whole change, in this unit, too.
     """
 
     values: Array
@@ -169,10 +170,10 @@ def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | Non
 class Scored:
     """A fitted model with its prediction of held-out data.
 
-    known: whether, for every effect, some parameter can be estimated. improvement: fall of the
-    deviance from the model without the last effect. signature: of the effect that was added last.
-    unusual: deviance for what makes the model unlikely besides its error (`priors`). rules:
-    thresholds by which it is judged.
+    known: whether, for every effect, some parameter can be estimated. improvement: by how much the
+    effect that was added last lowered the deviance. signature: that of the effect that was added
+    last. unusual: deviance for what makes the model unlikely besides its error (`priors`). rules:
+    thresholds of the judgement.
     """
 
     effects: tuple[str, ...]

@@ -341,9 +341,11 @@ def closer_press(
 def press_errors(
     data: MeasurementSet, model: Model, calibration: Mapping[str, Array] | None = None
 ) -> OwnErrors:
-    """Errors of a model's predictions themselves, which repeats do not show: by a wrong zero of
-    each channel's pressure sensor, by a wrong height of the plate, by too few segments, and by
-    differences between engines.
+    """Errors of the wrenches that a model predicts for presses of a hand on a plate. The scatter
+    between repeats does not show these errors, as they are the same in each repeat.
+
+    Their causes: wrong inputs of the model (the zero of each channel's pressure sensor, the height
+    of the plate), too few segments, and whatever makes two engines differ.
     """
     calibration = calibration or {}
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]

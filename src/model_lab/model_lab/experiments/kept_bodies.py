@@ -54,8 +54,10 @@ class ShapesOverScales:
         self._columns: Array | None = None
 
     def at(self, make: Callable[[float], Shape | None], scale: float) -> Shape | None:
-        """The shape at a scale. make: calculates it, and returns None where there is no
-        equilibrium.
+        """The shape of the body with its modulus multiplied by `scale` [-].
+
+        make: function of a scale that calculates the shape, and returns None where there is no
+        equilibrium. It is called unless the polynomials are there and cover this scale.
         """
         low, high = USUAL_MODULUS_SCALES
         self._asked += 1
@@ -99,12 +101,12 @@ class ShapesOverScales:
 
 @dataclass(frozen=True)
 class KeptBodies:
-    """What is kept of one hand that is driven in one way: models of its chains, its bodies, and the
-    shapes of these in all runs.
+    """Caches for one hand and the inputs of one set: models of the hand's chains, its bodies, and
+    the shapes of the bodies in all runs.
 
-    Keys of models and bodies hold what effects change; keys of shapes hold all parameters.
-    over_scales: shapes as functions of the scale of the modulus. parts: skins of bodies, and paths
-    along which they move.
+    Keys of models and bodies have the parameters that effects change; keys of shapes have all
+    parameters. over_scales: shapes as functions of the factor on the modulus. parts: skins of
+    bodies, and paths along which they move.
     """
 
     hand: HandDescription
@@ -119,8 +121,10 @@ _SETS: Recent[KeptBodies] = Recent(MOST_SETS)
 
 
 def kept_bodies(hand: HandDescription, about: Hashable, most: int) -> KeptBodies:
-    """What is kept of a hand. about: how it is cut and driven. most: largest number of bodies that
-    are kept, and of shapes.
+    """The caches of a hand.
+
+    about: number of segments and inputs, as a key. most: largest number of bodies, and of shapes,
+    in the caches.
     """
     return _SETS.once(
         (id(hand), about),  # the hand stays as it is while it is kept

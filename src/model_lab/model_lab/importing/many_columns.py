@@ -175,7 +175,7 @@ def _with_unit(column: Column, quantity: str) -> Column:
 
 
 def open_absolutes(sources: Sequence[Source]) -> dict[str, str]:
-    """What to say of pressures of pulses that are lower than any air, but not called gauge."""
+    """Questions about pressures of pulses that are too low to be absolute, but not called gauge."""
     every = [
         (source, one) for source in sources for one in source.meanings if one.quantity in ABSOLUTES
     ]

@@ -23,7 +23,7 @@ def open_questions(
     experiment: str | None,
     modes: Mapping[str, str],
 ) -> tuple[str | None, Questions]:
-    """(experiment, what is not known): the experiment as given, or the one that the files suggest.
+    """The experiment as given, or the one that the files suggest; and what the files leave unknown.
 
     Args:
         every: all files.

@@ -31,8 +31,8 @@ def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
 
 
 def answer_of(measured: Array, before: Array, after: Array) -> str:
-    """How a curve changes the predictions of a model: `flattens` (the larger the prediction, the
-    more it is lowered), `sets_in` (it rises most where it is small), or `grows` for anything else.
+    """How a curve changes the predictions of a model: `flattens` (large predictions are lowered
+    most), `sets_in` (small predictions are raised most), or `grows` for anything else.
 
     measured, before, after (samples,): measured values, and residuals without and with the curve.
     """

@@ -22,9 +22,7 @@ MOST_PIECES = 8  # pieces of the distance between two samples
 
 
 def begun(time: Array, values: Array, before: float) -> tuple[Array, Array]:
-    """(times, course), each (n + 1,), with one more sample at the start, at which the course is
-    `before`.
-    """
+    """Times and values, (n + 1,) each, with one more sample in front, whose value is `before`."""
     apart = (time[-1] - time[0]) / max(len(time) - 1, 1)
     return np.append(time[0] - apart, time), np.append(before, values)
 

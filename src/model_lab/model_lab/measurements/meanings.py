@@ -60,8 +60,8 @@ MEANINGS: Mapping[str, Mapping[str, Meaning]] = {
 
 
 def meanings_of(column: str) -> Mapping[str, Meaning]:
-    """What a column may hold, by the word for it. Columns of the channels and markers of a hand
-    have the meanings of their quantity.
+    """Quantities that a column may hold, by the words for them. Columns of the channels and markers
+    of a hand may hold those of a pressure and of a position.
 
     >>> list(meanings_of("pressure.a")), list(meanings_of("index_tip.x"))
     (['absolute', 'negative'], ['negative'])

@@ -53,11 +53,12 @@ class Series:
 class SampleTable:
     """Columns (samples,) of a set: indices, and the measured value.
 
-    run, output: of the sample. row: of its time and input, counted through all runs. group: of the
-    repeats of its run. fold: of the part that is held out together, an index into `folds`; holdout:
-    what folds are, such as protocols or blocks. block: of the part that is drawn together in a
-    bootstrap: a run, or a part of one if there are few runs (then `blocks_are_runs` is False).
-    value: measured value in SI units, NaN if not measured.
+    run, output: index of the run and of the output of a sample. row: index of its time and input,
+    counted through all runs. group: index of the group of runs that repeat each other. fold: index,
+    into `folds`, of the part of the set that is held out together; holdout: what folds are, such as
+    protocols or blocks. block: index of the part that is drawn together in a bootstrap: a run, or a
+    part of a run if there are few runs (then `blocks_are_runs` is False). value: measured value in
+    SI units, NaN if not measured.
     """
 
     run: IntArray

@@ -169,8 +169,8 @@ FLOOR_KEY = Key("noise floor", "floor", "strip")
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure of the page. name: its anchor. alt: text for those who cannot see it. keys: its
-    legend.
+    """A figure of the page. name: anchor of the figure. alt: text in place of the picture. keys:
+    entries of the legend.
     """
 
     name: str

@@ -96,7 +96,7 @@ def main(
     """
     parser = argparse.ArgumentParser(name, description=__doc__)
     parser.add_argument("set", metavar="SET", type=Path, help="folder of a set of a hand")
-    parser.add_argument("models", metavar="MODEL", nargs="+", help="names or files")
+    parser.add_argument("models", metavar="MODEL", nargs="+", help="name or file of a model")
     parser.add_argument("out", metavar="OUT.png", type=Path, help="picture to write")
     given = parser.parse_args(arguments)
     try:

@@ -153,8 +153,8 @@ def examine(
 
 
 def of_the_other(event: Event, data: MeasurementSet) -> Event:
-    """The event if not `event.run` but the other one of its two repeats, `event.other`, is the odd
-    run.
+    """The event under the hypothesis that of the two repeats `event.run` and `event.other` the
+    second is the odd run.
     """
     run = next(index for index, run in enumerate(data.runs) if run.name == event.other)
     size = 1.0 / (1.0 + event.size) - 1.0 if event.quantity == OUTPUT_SCALE else -event.size

@@ -28,12 +28,13 @@ JSON_DECIMALS = 9  # of correlations, whose last bits depend on where arrays lie
 class WithinRuns:
     """Correlations of the residual within runs, over all runs.
 
-    lag (lags,): in samples, from 0. autocorrelation (lags,): of the residual. white_band:
-    half-width of the band in which 95 % of its values lie if the residual is white. white_p_value:
-    of a white residual, from the autocorrelation at a lag of one sample. input_correlation (lags,):
-    of the residual with the input `lag` samples earlier. input_band: half-width within which the
-    largest of these stays with 95 % if the signs of runs are random. p_value: of a residual that
-    does not follow the input. Both are None for too few runs.
+    lag (lags,): lags in samples, from 0. autocorrelation (lags,): that of the residual. white_band:
+    half-width of the band in which 95 % of the autocorrelations of white noise lie. white_p_value:
+    p-value of the hypothesis that the residual is white, from the autocorrelation at a lag of one
+    sample. input_correlation (lags,): correlation of the residual with the input `lag` samples
+    earlier. input_band: bound of the largest absolute input_correlation in 95 % of the cases if the
+    signs of runs are random. p_value: of the hypothesis that the residual does not follow the
+    input. input_band and p_value are None for too few runs.
     """
 
     lag: Array

@@ -1,5 +1,5 @@
-"""Slips (mistakes in units, signs or names) that a measurement set may have, each with the set as
-it would be without it.
+"""Slips (mistakes in units, signs or names) that a measurement set may have, each with the
+corrected set.
 """
 
 from __future__ import annotations

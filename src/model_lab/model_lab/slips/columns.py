@@ -37,8 +37,8 @@ Change = Callable[[Run], Mapping[str, Array]]
 class Candidate:
     """A slip that a set may have.
 
-    name, column, said, fits, mend: as in `Slip`. mended: the set without the slip. rare: whether
-    the slip is so rare that one that fits as well comes before it.
+    name, column, said, fits, mend: as in `Slip`. mended: the corrected set. rare: whether the slip
+    is so rare that another slip is preferred if it fits as well.
     """
 
     name: str
@@ -58,8 +58,8 @@ def stated_unit(data: MeasurementSet, column: str) -> str:
 
 
 def factors_of(data: MeasurementSet, column: str) -> list[tuple[str, float]]:
-    """(unit, factor) of each other usual unit of a column; numbers in it, times the factor, are in
-    the stated unit.
+    """(unit, factor) of each usual unit of a column other than the stated one. A number in `unit`
+    times the factor is the number in the stated unit.
     """
     stated = column_unit(column, stated_unit(data, column)).scale
     known = MISTAKEN_UNITS.get(unit_of(column) or "", ()) if column not in WITHOUT_UNIT else ()
@@ -99,8 +99,9 @@ def _changed(
 def with_units(
     data: MeasurementSet, columns: Sequence[str], unit: str, factor: float
 ) -> MeasurementSet:
-    """The set as it is if some columns are in `unit` and not in the stated unit: values and noise
-    are multiplied by `factor`.
+    """A copy of the set for the hypothesis that `columns` were recorded in `unit`, not in the unit
+    that the set states. factor: one `unit` over one stated unit [-], by which values and noise of
+    these columns are multiplied.
     """
     changed = with_columns(
         data, lambda run: {name: factor * run.columns[name] for name in columns}, tuple(columns)
@@ -114,8 +115,10 @@ def with_units(
 def with_meaning(
     data: MeasurementSet, columns: Sequence[str], word: str, ambient: float = ATMOSPHERE
 ) -> MeasurementSet:
-    """The set as it is if some columns hold what a word of `meanings` says, such as `absolute`;
-    ambient: pressure of the air [Pa].
+    """A copy of the set for the hypothesis that `columns` hold another quantity than is expected.
+
+    word: which quantity, by a word of `meanings` such as `absolute`. ambient: pressure of the air
+    [Pa].
     """
     meanings = dict.fromkeys(columns, word)
 

@@ -1,8 +1,8 @@
 """Search for slips: which mistake in how the data are stated explains the error of the model.
 
-A slip has no free parameter: the data are changed as it says, and the calibration alone is fitted
-again. So the whole search is one prediction for each slip, and a fit to thinned data for those that
-come nearest.
+A slip has no free parameter: the data are corrected, and the calibration alone is fitted again. So
+the whole search is one prediction for each slip, and a fit to thinned data for those with the least
+error.
 """
 
 from __future__ import annotations
@@ -157,9 +157,9 @@ def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, Measurement
 def absolute_pressures(
     data: MeasurementSet, model: Model, before: Score
 ) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip of absolute pressures that are stated as gauge pressures, as `best_slip` returns it,
-    where the pressures at rest show it and the data fit better without it: no matter how much is
-    left, as a model may lack more. None if not.
+    """The slip of absolute pressures that are stated as gauge pressures, as `best_slip` returns it;
+    None if the pressures at rest do not show this slip, or if its correction does not lower the
+    error. The corrected data may still have a large error, as the model may also lack effects.
     """
     if not seem_absolute(data):
         return None

@@ -93,7 +93,7 @@ def _noise(data: MeasurementSet) -> str | None:
 def below_ambient(data: MeasurementSet, base: str) -> str | None:
     """A sentence about pressures below ambient, for which the model has no equations; None if there
     are none, or if the base model is not one of an actuator under pressure. Pressures that are
-    below zero at rest already come from a gauge whose zero is off.
+    below zero at rest do not count, as there the zero of the sensor is wrong.
     """
     if base == "linear" or data.experiment not in ACTUATED:
         return None

@@ -41,7 +41,7 @@ def add_show(commands: Any) -> None:
         help="gauge pressures [kPa], each one drawn: one number for all channels, or one for each "
         "as in 20,28,50,70 (40%% of their limits)",
     )
-    add("--segments", type=int, default=10, help="an actuator (%(default)s)")
+    add("--segments", type=int, default=10, help="segments per actuator (%(default)s)")
     add(
         "-o",
         "--out",
@@ -104,7 +104,7 @@ def add_urdf(commands: Any) -> None:
     )
     parser.add_argument("hand", help="name of a shipped hand or path of its YAML")
     parser.add_argument(
-        "--segments", type=int, default=5, help="an actuator, as in the simulator (%(default)s)"
+        "--segments", type=int, default=5, help="segments per actuator (%(default)s)"
     )
     parser.add_argument("-o", "--out", type=Path, help="file (standard output)")
     parser.add_argument("--force", action="store_true", help="overwrite that file")

@@ -44,9 +44,14 @@ def parser() -> argparse.ArgumentParser:
         help="gauge pressure [Pa] of every channel, or one for all "
         f"({DEFAULT_PRESSURE_SHARE:.0%} of their limits)".replace("%", "%%"),
     )
-    add("--frames", type=int, default=5, help="from open to closed (%(default)s)")
-    add("--format", choices=("stl", "obj", "png"), default="obj", help="(%(default)s)")
-    add("--segments", type=int, default=10, help="an actuator (%(default)s)")
+    add("--frames", type=int, default=5, help="number of frames, open to closed (%(default)s)")
+    add(
+        "--format",
+        choices=("stl", "obj", "png"),
+        default="obj",
+        help="format of the frames (%(default)s)",
+    )
+    add("--segments", type=int, default=10, help="segments per actuator (%(default)s)")
     add("--out", type=Path, default=SKIN_FOLDER, help="folder (%(default)s)")
     add("--figure", type=Path, help="write one picture (PNG) of first and last frame instead")
     add("--force", action="store_true", help="overwrite frames or figure of an earlier run")

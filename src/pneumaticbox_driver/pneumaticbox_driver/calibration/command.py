@@ -176,7 +176,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="PA",
         help="gauge supply pressures [Pa] (260e3 320e3)",
     )
-    add("--volume", type=float, default=BOTTLE, help="of the bottles [m3] (%(default)s)")
+    add("--volume", type=float, default=BOTTLE, help="volume of each bottle [m3] (%(default)s)")
     add(
         "--outlets",
         "--channels",
@@ -187,7 +187,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--pneumatics", help="YAML file of the box, or pneumaticbox or ideal (ideal)")
     add("--box", default=SIMULATED_BOX, help="name of the box in the file (%(default)s)")
-    add("--seed", type=int, default=0, help="of durations and noise (%(default)s)")
+    add("--seed", type=int, default=0, help="draws durations and noise (%(default)s)")
     return parser
 
 

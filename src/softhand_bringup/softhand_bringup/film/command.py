@@ -48,11 +48,11 @@ def parser() -> argparse.ArgumentParser:
     add("--bag", type=Path, help="draw this recording instead of a trial")
     add("--cell", help="play this trial of a sweep, such as push_map/marker/20,0 or .../20,0/1")
     add("--results", type=Path, help="folder of the sweep's results (of its name, in out/)")
-    add("--hand", help="of the bag (rbo_hand_2), or in place of the strategy's hand")
+    add("--hand", help="hand of the recording (rbo_hand_2), or to replace the strategy's")
     add_settings(found)
-    add("--seed", type=int, default=0, help="draws the object's shift and mass, as in trials")
-    add("--offset", nargs=2, type=float, metavar=("X", "Y"), help="shift [m], not the drawn one")
-    add("--mass-scale", type=_positive, help="factor on the object's mass, not the drawn one")
+    add("--seed", type=int, default=0, help="draws shift and mass of the object, as in trials")
+    add("--offset", nargs=2, type=float, metavar=("X", "Y"), help="shift of the object [m]")
+    add("--mass-scale", type=_positive, help="factor on the mass of the object")
     add("--fps", type=_positive, default=25.0, help="frames per second of film (%(default)s)")
     pace = found.add_mutually_exclusive_group()
     pace.add_argument("--slow", type=_positive, default=1.0, help="4: slow motion, 4 times as long")
@@ -64,8 +64,8 @@ def parser() -> argparse.ArgumentParser:
         default="oblique",
         help="direction of the camera (%(default)s)",
     )
-    add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], instead of a view")
-    add("--distance", type=_positive, help="of the camera [m] (such that the hand stays in view)")
+    add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], in place of --view")
+    add("--distance", type=_positive, help="of the camera [m] (so that the hand stays in view)")
     add("--pressure", action="store_true", help="colour actuators by pressure: sand to red")
     add("--force", action="store_true", help="overwrite an earlier film")
     return found

@@ -320,7 +320,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="softhand demo", description="Grasp, lift and hold an object with three ROS 2 nodes."
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the object's offset and mass")
+    parser.add_argument("--seed", type=int, default=0, help="draws offset and mass of the object")
     parser.add_argument(
         "--driver",
         choices=suite.DRIVERS,
@@ -329,7 +329,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
     parser.add_argument(
-        "--engine", choices=ENGINES, default="", help="of the physics (PyBullet where installed)"
+        "--engine", choices=ENGINES, default="", help="physics engine (PyBullet where installed)"
     )
     parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument(
@@ -341,8 +341,8 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--scene", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument("--model", help="model file of the physics (that of the strategy)")
     parser.add_argument(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
-    parser.add_argument("--friction", default="", help="file with own pairs of materials")
-    parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")
+    parser.add_argument("--friction", default="", help="file with friction of your own materials")
+    parser.add_argument("--wall-inclination", type=float, help="inclination of the wall [deg]")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
     return parser.parse_args(arguments)
 

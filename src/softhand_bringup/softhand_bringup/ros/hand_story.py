@@ -49,7 +49,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--hide", choices=[*HIDDEN_SIZES], default="crosstalk")
     parser.add_argument("--hand", default=STORY_HAND, help="name, or path of a YAML file")
-    parser.add_argument("--seed", type=int, default=0, help="of the place and the size")
+    parser.add_argument("--seed", type=int, default=0, help="draws place and size of the effect")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
     return parser.parse_args(arguments)
 

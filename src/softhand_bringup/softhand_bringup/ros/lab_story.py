@@ -160,7 +160,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         "the bags, the effect added, and watched live by the monitor.",
     )
     parser.add_argument("--hide", choices=HIDDEN_EFFECTS, default="viscoelasticity")
-    parser.add_argument("--seed", type=int, default=0, help="of sensor noise and valve jitter")
+    parser.add_argument("--seed", type=int, default=0, help="draws sensor noise and valve jitter")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
     return parser.parse_args(arguments)
 

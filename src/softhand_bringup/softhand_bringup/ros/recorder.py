@@ -231,7 +231,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
     parser.add_argument(
-        "--topics", nargs="+", default=(), help="only these; by default all but hand/markers"
+        "--topics", nargs="+", default=(), help="topics to record (all but hand/markers)"
     )
     parsed = parser.parse_args(remove_ros_args(words))
     bag = _open_bag(parsed.folder)

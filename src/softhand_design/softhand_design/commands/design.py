@@ -79,11 +79,11 @@ def add_to(commands: Any) -> None:
     add, number = found.add_argument, {"type": float}
     add("--ratio", **number, help="curvature over pressure [1/(m kPa)]")
     add("--stiffness", **number, help="bending stiffness at the base [mN m2]")
-    add("--length", **number, help="[mm]")
-    add("--tip-stiffness", **number, help="that at the tip [mN m2] (0)")
+    add("--length", **number, help="length of the actuator [mm]")
+    add("--tip-stiffness", **number, help="bending stiffness at the tip [mN m2] (0)")
     add("--rubber", default=USUAL_RUBBER, help=f"{RUBBER_HELP} (%(default)s)")
     add("--modulus", **number, help="shear modulus of a rubber of your own [kPa]")
-    add("--max-stretch", **number, help="its largest stretch [-], given together with --modulus")
+    add("--max-stretch", **number, help="largest stretch of that rubber [-]")
     add("--density", **number, help="of the rubber [kg/m3] (that of --rubber)")
     add("--wall", **number, help="thickness [mm], where it is fixed")
     add("--height", **number, help="height at the base [mm], where it is fixed")
@@ -100,10 +100,10 @@ def add_to(commands: Any) -> None:
     add("--side-share", **number, help="side wall over wall [-] (1)")
     largest = "the largest in use [1/m], which sets the pressure limit"
     add("--max-curvature", **number, help=largest)
-    add("--pressure", **number, help="the largest there is [kPa]")
-    arc = "[mm] in place of --length, of an arc; with --arc-angle"
+    add("--pressure", **number, help="largest pressure in use [kPa]")
+    arc = "radius of a curved actuator [mm], instead of --length"
     add("--arc-radius", **number, help=arc)
-    add("--arc-angle", **number, help="[deg]")
+    add("--arc-angle", **number, help="angle of a curved actuator [deg]")
     add("--figure", type=Path, help="picture of profiles, section and bend to write")
     found.set_defaults(run=run)
 
@@ -282,8 +282,7 @@ def chosen_rubber(
     if modulus is None or max_stretch is None:
         missing, given = ("modulus", "max-stretch")[:: 1 if modulus is None else -1]
         raise ValueError(
-            f"{missing}: expected a number beside {given}, since rule 5 and the pressure limit "
-            "take both of one rubber, got none"
+            f"{missing}: expected a number, as {given} is given and a rubber needs both, got none"
         )
     modulus = within("modulus", modulus, REQUIRED_MODULUS)
     max_stretch = within("max-stretch", max_stretch, REQUIRED_STRETCH)

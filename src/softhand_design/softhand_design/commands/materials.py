@@ -132,25 +132,26 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="softhand materials", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     number: dict[str, Any] = {"type": float}
+    youngs = "Young's modulus of the rubber [MPa] (%(default)s)"
     add = _adder(commands, "table", rubbers, "rubbers and their suitability (Table 3.2)")
     add(
         "--tear-strength",
         **number,
-        help="largest tensile load [kPa], of all alike: the index by 3.11 too",
+        help="of all rubbers [kPa], to add the index by eq. 3.11",
     )
     add = _adder(commands, "fibres", fibres, "how far fibres let the hull grow (Table 3.1)")
-    add("--modulus", **number, default=SOFT_SILICONE, help="rubber's Young's [MPa] (%(default)s)")
-    add("--share", **number, help="of fibre in the hull's volume [-] (0.02)")
-    add("--stretch", **number, default=AXIAL_STRETCH, help="along the actuator (%(default)s)")
+    add("--modulus", **number, default=SOFT_SILICONE, help=youngs)
+    add("--share", **number, help="share of fibre in the hull's volume [-] (0.02)")
+    add("--stretch", **number, default=AXIAL_STRETCH, help="along the actuator [-] (%(default)s)")
     add = _adder(commands, "defect", defects, "stress that a thread in rubber allows (eq. 3.4)")
-    add("widths", nargs="*", **number, help="of threads [um] (those that are used)")
-    add("--modulus", **number, default=SOFT_SILICONE, help="rubber's Young's [MPa] (%(default)s)")
-    add("--surface-energy", **number, help="G_c [J/m2]: the stress in kPa; the thesis gives none")
+    add("widths", nargs="*", **number, help="widths of threads [um] (those of the shipped fibres)")
+    add("--modulus", **number, default=SOFT_SILICONE, help=youngs)
+    add("--surface-energy", **number, help="of the rubber [J/m2], to print the stress in kPa")
     add = _adder(commands, "choose", rubber_for, "which rubber for a curvature and stiffness")
-    add("--curvature", **number, required=True, help="the largest [1/m]")
-    add("--stiffness", **number, required=True, help="in bending [mN m2]")
+    add("--curvature", **number, required=True, help="largest curvature [1/m]")
+    add("--stiffness", **number, required=True, help="bending stiffness [mN m2]")
     add("--diameter", **number, help="height and width of the section [mm] (free)")
-    add("--share", **number, default=1.0, help="of the largest stretch in use (%(default)s)")
+    add("--share", **number, default=1.0, help="used share of the largest stretch (%(default)s)")
     add("--json", action="store_true", help="print JSON in SI units in place of the table")
     return parser
 

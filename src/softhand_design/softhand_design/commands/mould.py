@@ -40,7 +40,7 @@ def add_to(commands: Any) -> None:
         metavar="MM",
         help="where the chamber is parted in two [mm]; one kind of actuator only",
     )
-    add("--bed", type=float, nargs=2, metavar="MM", default=BED, help="bed of the printer")
+    add("--bed", type=float, nargs=2, metavar="MM", default=BED, help="size of the printing bed")
     found.set_defaults(run=run)
 
 

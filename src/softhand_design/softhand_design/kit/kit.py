@@ -22,9 +22,9 @@ IN_PLACE = np.eye(3, 4)
 
 @dataclass(frozen=True)
 class Kit:
-    """Parts of a hand, lengths in mm: what is cast in the moulds of its actuators, passive layers,
-    scaffold, saddles and sheet; trays by what is cast in them; outlines of mesh as SVG, and their
-    areas [mm2]; how far the sheet was lifted.
+    """Parts of a hand, lengths in mm: castings of its actuators, passive layers, scaffold, saddles
+    and sheet; trays, by the names of the parts that are cast in them; outlines of mesh as SVG, and
+    their areas [mm2]; how far the sheet was lifted.
     """
 
     hand: HandDescription

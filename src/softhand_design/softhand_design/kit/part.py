@@ -19,9 +19,9 @@ RAYS_ACROSS = 40  # and as many along, through each part
 
 @dataclass(frozen=True)
 class Part:
-    """A part: name of its file, material and density [kg/m3], its solid [mm], the poses (3, 4) [mm]
-    in the wrist frame of its copies by their names, and the volume [mm3] that it has by a formula,
-    if there is one; for an actuator also the solid with its chamber filled.
+    """A part: name of its file, material and density [kg/m3]; its solid [mm]; poses (3, 4) [mm] of
+    its copies in the frame of the wrist, by their names; its volume [mm3] by a formula, if there
+    is one; for an actuator also the solid with the chamber filled.
 
     A tray is in no hand: it has no copies.
     """

@@ -28,8 +28,8 @@ SWEPT_WAY = 200.0  # past any sheet [mm]
 
 @dataclass(frozen=True)
 class Scaffold:
-    """The scaffold in the wrist frame [mm]; how far [mm] its plate and its struts are behind the
-    places of the hand's file, and the struts' free length [mm] by their chains.
+    """The scaffold in the frame of the wrist [mm]; how far [mm] its plate and its struts lie behind
+    their positions in the hand's file; and the free length [mm] of each strut, by its chain.
     """
 
     solid: Solid

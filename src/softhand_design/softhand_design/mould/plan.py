@@ -28,7 +28,9 @@ APART = 0.1  # at least, from those that are asked for [mm]
 
 
 class Line:
-    """Sizes of an actuator [mm] at s [mm], and its line in the plane."""
+    """Sizes of an actuator [mm] at positions s [mm] along it, and its centre line, straight or an
+    arc, in the plane of the mould.
+    """
 
     def __init__(self, actuator: Actuator) -> None:
         self.name = actuator.name

@@ -125,7 +125,9 @@ def _refuse_meeting(line: Line, outline: Outline, moved: Array, fillet: float) -
 
 
 def lid_points(ring: Array) -> Array:
-    """Points (rows, inner, 3) of the rows across a ring, without their ends."""
+    """Points (rows, inner, 3) that lie in rows across the opening of a ring; the ends of the rows,
+    which are points of the ring, are left out.
+    """
     half = len(ring) // 2
     left, right = ring[1:half], ring[:half:-1]
     share = SECTION_STATIONS[1:-1, None]

@@ -116,50 +116,56 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 class Effect:
-    """Base class of all effects; a subclass sets the class attributes and the method of its stage.
+    """Base class of all effects. A subclass sets the class attributes below and defines the method
+    of its `stage`: the part of the model in which it acts, one of STAGES (`effects.stages` has a
+    base class for each).
 
-    `values` of an instance holds the parameters by name: numbers, or in the lab arrays (lanes, 1,
-    1) of many trial values at once (`in_lanes`), so methods calculate with numpy. Raises ValueError
-    for a parameter that is unknown, missing or out of bounds.
+    `values` of an instance maps names of parameters to numbers. In the lab they map to arrays
+    (lanes, 1, 1) with many values of the parameter at once, one in each lane (`in_lanes`);
+    therefore methods calculate with numpy. Raises ValueError for a parameter that is unknown,
+    missing or out of bounds.
 
-    experiments: those in which it can be seen. unseen_in: by other experiments, why it is not seen
-    there.
+    experiments: names of the experiments in which the effect can be seen, of EXPERIMENTS.
+    unseen_in: maps names of other experiments to the reason why they do not show the effect.
 
-    confounded_with: by name of an effect or calibration that acts nearly alike, in what respect.
-    stands_for: names of effects that look like this one if they have another form than in the
-    catalogue.
+    confounded_with: maps names of effects (or of calibrations) that look nearly like this one to
+    what is alike. stands_for: names of effects for which this one may be taken if they follow other
+    equations than those here.
 
-    has_memory: whether it depends on earlier inputs, and so needs `time`. endless: whether its
-    memory fades with the logarithm of time, without an end given by its parameters, so that samples
-    far apart show it too.
+    has_memory: whether the effect depends on earlier inputs, and so needs `time`. endless: whether
+    its memory fades with the logarithm of time and so has no longest time constant; then samples
+    far apart show it, too.
 
-    rank: within a stage, effects of lower rank act first, whatever the order in the file.
+    rank: within a stage, effects of lower rank act first, whatever the order in the model file.
 
-    bases: base models with which it has a meaning.
+    bases: names of the base models, of BASES, to which the effect can be added.
 
-    physical: False for a generic term, which the lab adds on request but never names as a cause.
+    physical: False for a term without physical meaning, which the lab adds on request but never
+    names as a cause.
 
-    axes: what of a run it depends on besides its arguments, as names of AXES. In
-    `chamber_pressure`, `modulus_factor` and `reading`, `around` has their values, or names, for the
-    rows of the call, as arrays (1, rows, 1). Without runs, as in the simulator, they may be missing
-    from `around`.
+    axes: properties of a run on which the effect depends besides the arguments of its methods, of
+    AXES, such as its temperature. While `chamber_pressure`, `modulus_factor` or `reading` is
+    called, `around` maps each of these names to an array (1, rows, 1) of its values (or names),
+    where a row is a run or a sample. The simulator, which has no runs, may leave them out.
 
-    refines: names of the simpler effects of which it is a finer form. The lab adds it on request,
-    but searches it only where a stretch is imposed and these have not sufficed.
+    refines: names of simpler effects of which this one is a finer form. The lab adds it on request.
+    It searches the effect only in tests of the rubber alone (`uniaxial`, `rubber`), and only if the
+    simpler effects leave too much error.
 
-    fewest_runs: least number of runs in a set with which it can be told from an effect of the input
-    over time.
+    fewest_runs: least number of runs in a measurement set with which the effect can be told from
+    one that changes the input over time.
 
-    not_simulated: why the simulator refuses it; "" if it simulates it.
+    not_simulated: why the simulator refuses the effect; "" if it simulates the effect.
 
-    kernel: compiled form of an elastic effect or a wall, with which the lab is fast. A subclass
-    with other methods needs a kernel of its own (`matching_kernel`).
+    kernel: compiled form of the methods `stress`, `remember` or `wall_stress`, which makes the lab
+    fast. A subclass that overrides one of them needs a kernel of its own (`matching_kernel`).
 
-    origin: file and class of a user's own effect, for messages; "" for a built-in one.
+    origin: file and class of an effect that a user has written, for messages; "" for a built-in
+    one.
 
-    cause, member: the class of causes it belongs to, such as "lag", and its name in that class,
-    such as "tube". Effects of one class often explain a set equally well, and the lab then names
-    the class. "" for an effect that is a class of its own.
+    cause, member: the class of causes to which the effect belongs, such as "lag", and its name in
+    that class, such as "tube". Effects of one class often explain a set equally well, and the lab
+    then names the class. "" for an effect that is a class of its own.
     """
 
     name: ClassVar[str] = ""

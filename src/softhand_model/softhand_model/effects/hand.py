@@ -32,10 +32,10 @@ PLACED: dict[tuple[type[Effect], str], Any] = {}  # the classes of places, each 
 class HandEffect(Effect):
     """Base class of the effects of a hand.
 
-    place_keys: what names a place, such as `actuator`; empty for an effect of the whole hand.
-    where: the place, as names by key; empty for a class without a place. kind: name of the effect
-    without its place. of_measurement: whether it changes how markers were measured, and not the
-    hand, so that a simulated hand does not change with it.
+    place_keys: keys that together name a place, such as `actuator`; empty for an effect of the
+    whole hand. where: the place, as names by these keys; empty for a class without a place. kind:
+    name of the effect without its place. of_measurement: whether the effect is one of the
+    measurement, such as a displaced marker, and so does not change a simulated hand.
     """
 
     stage = "hand"

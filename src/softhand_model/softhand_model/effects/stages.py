@@ -1,7 +1,7 @@
 """One base class per stage of the model: the methods by which its effects act.
 
 Pressures are gauge. Every argument is a number or an array that broadcasts to (lanes, rows,
-sections): lanes are trial values of the parameters, rows are runs, samples or segments, sections
+sections): a lane is one set of parameter values, a row is a run, sample or segment, and sections
 lie along the actuator; what has no sections has a last axis of 1 (or is a number). `memory` is a
 dictionary of the effect's own, empty at the start and after a reset, one for each actuator; a
 method may be called several times within a time step, so it changes memory in `remember` alone

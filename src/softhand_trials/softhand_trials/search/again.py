@@ -56,8 +56,8 @@ def try_again(
         folder: folder of the results, from which an interrupted run continues.
 
     Returns:
-        All evaluations of the first round: those that came furthest first, and among these those
-        with the lowest worst cost.
+        All evaluations of the first round, sorted: those that were in most rounds come first, and
+        among these the ones with the lowest worst cost.
 
     Raises ValueError when all evaluations of the search ended in errors.
     """

@@ -39,8 +39,8 @@ def check_name(name: str, allow_any: bool) -> None:
         raise ValueError(f"objective: expected module:function, got {name!r}")
     if not allow_any and name not in {point.value for point in entry_points(group=GROUP)}:
         raise ValueError(
-            f"objective: expected one that an installed package registers, got {name}; its code "
-            f"would be run, so only if you trust it: {ALLOW}"
+            f"objective: expected one that an installed package registers, got {name}; if you "
+            f"trust the code of its module, run it with {ALLOW}"
         )
 
 

@@ -4,12 +4,13 @@ The file has the keys
 
 * `format: softhand-search/1`, `name` (first part of every key), `objective: module:function`;
 * `variables: {name: [low, high]}`;
-* `evaluations`: the budget; `generation` (8): evaluations that are chosen together, before any of
-  them has a result; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
+* `evaluations`: the budget; `generation` (8): how many evaluations are chosen together, before any
+  of them has a result; `seed` (0); `sampler`, which chooses them: `cma` (CMA-ES), `tpe` (tree of
+  Parzen estimators) or `random`;
 * `start: {name: value}`, or a list of such: what is tried first. With a single start, `spread` lets
-  CMA-ES search around it after a random first generation; it is the standard deviation, as a share
-  of each range;
-* `enough`: a cost; the search ends after the generation in which one is as low;
+  CMA-ES search around this start after a random first generation; it is the standard deviation, as
+  a share of each range;
+* `enough`: a cost; the search ends after the first generation with a cost that is at most this;
 * `settings`: what the objective is given besides the values. A text that is the path of a file
   relative to the problem's folder becomes an absolute path, and a change of the file's content
   makes it another evaluation.
@@ -47,7 +48,9 @@ class Variable:
 
 @dataclass(frozen=True)
 class SearchProblem:
-    """A search: see the module's text. `allow_any`: whether the objective may be in any module.
+    """A search, with the fields that the module's text describes.
+
+    allow_any: whether the objective may be in any module.
 
     Raises ValueError for what cannot be searched.
     """
@@ -73,7 +76,8 @@ class SearchProblem:
             )
         if self.sampler == "cma" and (len(self.variables) < 2 or self.generation < 4):
             raise ValueError(
-                "sampler: cma: expected 2 or more variables and generations of 4 or more"
+                f"sampler: cma: expected 2 or more variables, got {len(self.variables)}, and "
+                f"4 or more evaluations in a generation, got {self.generation}"
             )
         if self.spread is not None and (self.sampler != "cma" or len(self.starts) != 1):
             raise ValueError("spread: expected only with the sampler cma and a single start")
@@ -86,7 +90,7 @@ class SearchProblem:
                     f"range, got {value}"
                 )
         if self.spread is not None and len(self.starts[0]) < len(by_name):
-            raise ValueError("start: expected a value of every variable beside spread")
+            raise ValueError("start: expected a value of every variable, as spread is given")
 
     @property
     def starts(self) -> tuple[Mapping[str, float], ...]:

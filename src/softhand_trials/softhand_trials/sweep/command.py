@@ -56,7 +56,7 @@ def _report_parser() -> argparse.ArgumentParser:
         description="Writes the report of a sweep: report.md, report.json, shares.png and, where "
         "the cells are a grid, maps.png.",
     )
-    parser.add_argument("folder", type=Path, help="of the results, finished or not")
+    parser.add_argument("folder", type=Path, help="folder of the results, finished or not")
     parser.add_argument("--out", type=Path, help="folder of the report (that of the results)")
     parser.add_argument("--force", action="store_true", help="overwrite a report that is there")
     return parser

@@ -6,18 +6,19 @@ The file has the keys
 * `objects`: a list of names, or a mapping of them to settings of their own, among these `place`
   (x, y) [m] where the object lies for a hand that is not displaced;
 * `cells`: a list of displacements (x, y) [m] of the hand, or `grid: {x: [first, last, pitch], y:
-  ...}` [m]. A cell is what the hand is displaced by: its object is placed at minus that, and the
-  strategy runs unchanged. With `moves: object` the object is displaced by it instead;
+  ...}` [m]. Such a displacement is called a cell. It is simulated by the opposite displacement of
+  the object, while the strategy runs unchanged; with `moves: object` the object is displaced by
+  the cell itself;
 * `replicates` (1): jittered trials of each cell, numbered from 1; `nominal: true` runs one without
   jitter as number 0; `seed` (0) and `jitter: {place, yaw, mass, friction, modulus}`: largest shift
   in x and y [m], largest turn [rad], and shares on mass, friction of all pairs and shear modulus;
 * any setting of a trial: scene, model, step, segments, solver, friction, wall_inclination, options,
   without, air_scale, displacement, hand, object_rpy, early_end (true here);
-* `vary: {setting: [value, ...]}`: all of it again with each value.
+* `vary: {setting: [value, ...]}`: all trials are run with each value.
 
-The jitter of a trial follows from seed, object, cell and replicate alone: trials of other settings
-see the same places. All cells of a replicate have the same factor on the modulus, as each factor
-needs a newly built hand.
+The jitter of a trial follows from seed, object, cell and replicate alone, so trials with other
+settings have the same jitter. All cells of a replicate have the same factor on the modulus, as each
+factor needs a newly built hand.
 """
 
 from __future__ import annotations
@@ -79,7 +80,9 @@ class SweptObject:
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A sweep: see the module's text. `settings` are the settings that all its trials share."""
+    """A sweep, with the fields that the module's text describes. `settings`: the settings that all
+    its trials share.
+    """
 
     name: str
     settings: TrialSettings

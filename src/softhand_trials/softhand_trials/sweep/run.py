@@ -82,10 +82,10 @@ def pace(count: int, elapsed: float, left: int, what: str = "trials") -> str:
     """Rate, and time left as minutes:seconds, in words.
 
     Args:
-        count: done so far.
+        count: number of tasks done so far.
         elapsed: time that these took [s].
-        left: to be done in all, with those of `count`.
-        what: is counted.
+        left: number of tasks in all, including those of `count`.
+        what: word for the tasks.
 
     >>> pace(10, 20.0, 40)  # 30 are left, at 2 s each
     '1,800 trials an hour, 1:00 left'

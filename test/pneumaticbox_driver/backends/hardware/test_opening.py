@@ -225,9 +225,9 @@ def test_a_board_of_ones_own_is_made_from_the_file(tmp_path, own_module, monkeyp
 @pytest.mark.parametrize(
     ("board", "settings", "expected"),
     [
-        ("no_such_module:Board", {}, ": board: expected linux or an importable module:Cla"),
-        ("boards_of_the_test:Nothing", {}, ": board: expected linux or an importable mod"),
-        ("boards_of_the_test", {}, ": board: expected linux or an importable module:Class"),
+        ("no_such_module:Board", {}, ": board: expected linux (GPIO and IIO of this"),
+        ("boards_of_the_test:Nothing", {}, ": board: expected linux (GPIO and IIO of this"),
+        ("boards_of_the_test", {}, ": board: expected linux (GPIO and IIO of this"),
         (OWN_BOARD, {"baud": 9600}, ": settings: expected settings that boards_of_the_te"),
     ],
     ids=["module", "class", "no class", "settings"],

@@ -214,7 +214,7 @@ def _check(around: Surroundings) -> None:
     """Raise ValueError for what this engine does not do."""
     if around.gui:
         raise ValueError(
-            "gui: expected false with engine mujoco, which opens no window; use `softhand play`, "
+            "gui: expected false with engine mujoco, which opens no window; use softhand-play, "
             "or engine pybullet"
         )
     if around.finger_contact and around.step > LARGEST_TOUCHING_STEP:

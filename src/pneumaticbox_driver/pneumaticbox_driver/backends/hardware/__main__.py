@@ -56,12 +56,12 @@ def _parser() -> argparse.ArgumentParser:
     actions = parser.add_subparsers(dest="action", required=True)
     read = actions.add_parser("read", help="mean and spread of the sensors; every coil stays off")
     pulse = actions.add_parser("pulse", help="switch one coil on, then off, then vent the outlet")
-    pulse.add_argument("outlet", type=int, help="from 1")
+    pulse.add_argument("outlet", type=int, help="number of the outlet, from 1")
     pulse.add_argument("direction", choices=VALVE_OF_DIRECTION)
     pulse.add_argument("duration", type=float, help=f"[ms], at most {LONGEST_PULSE:.0f}")
     vent = actions.add_parser("vent", help="open outlets for the file's vent_time")
     for action in (read, vent):
-        action.add_argument("outlets", type=int, nargs="+", help="numbers, from 1")
+        action.add_argument("outlets", type=int, nargs="+", help="numbers of outlets, from 1")
     return parser
 
 

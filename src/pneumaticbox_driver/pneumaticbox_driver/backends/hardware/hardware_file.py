@@ -122,8 +122,8 @@ def read_hardware(
     if board is not None and board.text() != LINUX:
         if not allow_board_module:
             raise board.error(
-                f"{LINUX}, as another board's module would be run; if you trust it: "
-                f"{ALLOW_BOARD_MODULE}, or the driver's parameter allow_board_module: true"
+                f"{LINUX}; if you trust the code of another board, allow it by "
+                f"{ALLOW_BOARD_MODULE}, or by the driver's parameter allow_board_module: true"
             )
         return _other_hardware(document)
     return _linux_hardware(document)

@@ -167,4 +167,5 @@ def _load_class(hardware: OtherHardware) -> Any:
     try:
         return getattr(importlib.import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise hardware.board.error(f"linux or an importable module:Class ({error})") from error
+        expected = "linux (GPIO and IIO of this computer) or the class of a board as module:Class"
+        raise hardware.board.error(f"{expected}, which Python can import ({error})") from error

@@ -59,10 +59,10 @@ class HardwareRig:
     """A valve board with n channels; `open_rig` makes one from a hardware file.
 
     No call waits for the board longer than 150 ms. When no command comes for 200 ms, or the board
-    does not take one, the outlets are opened until the next command. The next reading says so;
-    before it, no command is taken that would close or inflate them again.
-    At `close`, which a regular end of the process calls too, it opens them, waits until they have
-    been open for `vent_time`, and gives the board back.
+    does not take a command, the outlets are opened. The next reading reports this; until it has
+    been read, commands that would close or inflate outlets are not carried out. `close`, which is
+    also called at a regular end of the process, opens the outlets, waits until they have been open
+    for `vent_time`, and releases the board.
 
     Args:
         board: the board; its valves are closed first.
