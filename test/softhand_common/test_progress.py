@@ -38,6 +38,16 @@ def test_into_a_pipe_go_lines_that_say_what_is_done_and_how_far(at_once):
     ]
 
 
+def test_into_a_pipe_work_within_work_moves_no_cursor(at_once):
+    stream = io.StringIO()
+    with Progress("maps", stream, patience=0.0) as whole:
+        whole("push", 1, 2)
+        with Progress("sweep", stream, patience=0.0) as part:
+            part("trial", 3, 9)
+    assert "sweep: trial, 3 of 9 (00:00)" in stream.getvalue().splitlines()
+    assert "\33" not in stream.getvalue()
+
+
 def test_into_a_pipe_lines_go_rarely(monkeypatch):
     monkeypatch.setattr(progress, "LINE_EVERY", 3600.0)
     stream = io.StringIO()

@@ -65,6 +65,11 @@ class Progress(tqdm):
             self.last_print_t = 0.0  # as if nothing had been shown, so tqdm removes nothing
         super().close()
 
+    def moveto(self, n: int) -> None:
+        """Move the cursor to a line of progress within another; elsewhere lines are only added."""
+        if self._moves:
+            super().moveto(n)
+
     @staticmethod
     def status_printer(file: Any) -> Callable[[str], None]:
         """The function that writes a line to a stream."""
