@@ -96,7 +96,7 @@ class Track:
 
 
 def static_scene_of(simulation: Simulation) -> StaticScene:
-    """The static scene of a simulation."""
+    """What stays the same while a simulation runs."""
     return StaticScene(simulation.shape.layout, simulation.object, simulation.scene)
 
 

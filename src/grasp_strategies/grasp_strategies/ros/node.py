@@ -68,7 +68,7 @@ class Background:
         """
 
         def run() -> None:
-            """The work, and word of how it ended."""
+            """Do the work, then call `tell`."""
             result = on_error
             try:
                 result = work()

@@ -68,7 +68,7 @@ def _points(parameter: Parameter, count: int) -> Array:
 
 
 def signature(likelihood: Likelihood, fit: Fit, effect: type[Effect]) -> Signature:
-    """The signature of an effect; all other parameters stay as in `fit`.
+    """How predictions change if an effect is added, all other parameters being those of `fit`.
 
     likelihood: of the model with the effect. fit: of the model without it.
     """

@@ -54,7 +54,7 @@ def set_compliance(
 
 
 def rigid_skin(model: mujoco.MjModel) -> None:
-    """Make the hand's links as rigid as all else."""
+    """Make contacts of the hand's links as stiff as those of other rigid things."""
     model.body_invweight0[:, 0] = PER_COMPLIANCE * RIGID_COMPLIANCE
 
 
