@@ -7,8 +7,8 @@ The file has the keys
 * `evaluations`: the budget; `generation` (8): evaluations that are chosen together, before any of
   them has a result; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
 * `start: {name: value}`, or a list of such: what is tried first. With a single start, `spread` lets
-  CMA-ES search around it after a random first generation; it is the standard deviation, as a share
-  of each range;
+  CMA-ES search around it, after a first generation of the start alone; it is the standard
+  deviation, as a share of each range;
 * `enough`: a cost; the search ends after the generation in which one is as low;
 * `settings`: what the objective is given besides the values. A text that is the path of a file
   relative to the problem's folder becomes an absolute path, and a change of the file's content
