@@ -60,7 +60,7 @@ __all__ = ["SIZE", "draw"]
 CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
 CHECKS = (AGAIN, HALF, SLIPPERY, FINER)  # the stored patterns, run from their file
 NO_FRICTION = 1e-6  # factor on that of all pairs
-ENOUGH = 8.0  # cost [mm] of a grasp with which a search around a known one ends
+ENOUGH = 10.0  # cost [mm] with which a search around a known grasp ends: half of the judge's limits
 SPREAD = 0.08  # of CMA-ES around a known grasp, as a share of each range
 OBJECTIVE = "thesis.chapter_8.dexterity.feix_search:grasp"
 PATTERNS, STRATEGIES = "patterns.yaml", "strategies"
@@ -69,7 +69,7 @@ SMALL = {
     "cases": (FOUR,),
     "checks": (SLIPPERY,),
     "evaluations": 4,
-    "around": 5,
+    "known": "",
     "generation": 4,
     "tried": (1,),
     "trials": 1,
@@ -86,7 +86,7 @@ class Parameters:
     types: tuple[int, ...] = option(ALL, "by their numbers [-]")
     cases: tuple[str, ...] = option((FOUR, UNTURNED), f"hands that are searched, of {CASES} [-]")
     checks: tuple[str, ...] = option(CHECKS, "runs of the stored patterns [-]")
-    known: str = option(str(KNOWN), "file of grasps to search around; none: no warm start [-]")
+    known: str = option(str(KNOWN), "file of grasps that are searched around; empty: none [-]")
     evaluations: int = option(260, "of a search without a known grasp, its budget [-]")
     around: int = option(31, "of a search around a known grasp [-]")
     tried: tuple[int, ...] = option(
@@ -215,13 +215,14 @@ def _searched(
     used = 0 if known is None else len(search.settings["draws"])
     draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(used, used + len(given.tried))]
     named = {str(draw[1]): draw for draw in draws}  # not those of the trials
-    tried = try_again(workers, search, result, named, given.tried, place / "tried")
-    winner = tried[0]
+    others = SearchResult(result.records[0 if known is None else 1 :])
+    tried: list[Tried] = []
+    if known is None or others.failed < len(others.records):
+        tried = try_again(workers, search, others, named, given.tried, place / "tried")
     if known is not None:
-        before = SearchResult(result.records[:1])
-        often = [1] * len(given.tried)
+        before, often = SearchResult(result.records[:1]), [1] * len(given.tried)
         tried += try_again(workers, search, before, named, often, place / "known_tried")
-        winner = better(winner, tried[-1])
+    winner = tried[0] if known is None else better(tried[0], tried[-1])
     times = [record["cpu_time"] for record in result.records]
     times += [record["cpu_time"] for one in tried for record in one.records]
     own: dict[str, Any] = {

@@ -6,7 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from softhand_trials.search import Tried
+from softhand_trials.sweep.run import start_workers
 from thesis.chapter_8 import feix
+from thesis.chapter_8.dexterity.feix_search import pattern_of
+from thesis.chapter_8.dexterity.grasping import drawn
+from thesis.chapter_8.dexterity.patterns import FILE as KNOWN
 from thesis.chapter_8.dexterity.patterns import load_patterns
 from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, NOT_COUNTED, SLIPPERY
@@ -141,6 +146,52 @@ def test_searches_have_the_budget_and_seeds_of_their_own():
     assert first.seed == 3003 != other.seed
     assert len(first.variables) == 8 + 1 + 3 + 2
     assert problem(given, UNTURNED, 3).settings["hand"] == UNTURNED
+    assert {p.settings["step"] for p in (first, other)} == {feix._settings(given, FOUR, 3).step}
+
+
+def test_a_search_around_a_known_grasp_begins_with_it_and_shakes_it_both_ways():
+    known = load_patterns().grasps[3].pattern
+    search = problem(Parameters(), FOUR, 3, known)
+    begin = pattern_of(3, search.starts[0])
+    assert begin.position == pytest.approx(known.position)
+    assert search.spread == feix.SPREAD and search.evaluations == Parameters().around
+    one, other = map(drawn, search.settings["draws"])
+    assert one.shift == pytest.approx([-part for part in other.shift])
+
+
+def tried(*costs, good=(True, True)):
+    reasons = ["" if ok else "drifts by 12 mm" for ok in good]
+    records = [
+        {"cost": cost, "typed": "", "held_reason": reason, "dropped": False}
+        for cost, reason in zip(costs, reasons, strict=True)
+    ]
+    return Tried({"cost": 1.0, "key": "k"}, records)
+
+
+@pytest.mark.parametrize(
+    ("found", "known", "which"),
+    [
+        (tried(9.0, 8.0), tried(9.0, 9.0), "found"),
+        (tried(9.0, 9.0), tried(9.0, 8.0), "known"),
+        (tried(12.0, 12.0), tried(1.0, 41.0, good=(True, False)), "found"),
+        (tried(1.0, 41.0, good=(True, False)), tried(22.0, 24.0), "known"),
+        (tried(41.0, 41.0, good=(False, False)), tried(50.0, 50.0, good=(False, False)), "known"),
+        (Tried({"cost": 1.0}, [{"error": "diverged"}] * 2), tried(9.0, 9.0), "known"),
+    ],
+)
+def test_a_known_grasp_stays_unless_another_is_better(found, known, which):
+    assert feix.better(found, known) is {"found": found, "known": known}[which]
+
+
+def test_a_known_grasp_that_stays_keeps_its_origin(tmp_path, monkeypatch):
+    monkeypatch.setattr(feix, "better", lambda found, known: known)
+    given = replace(Parameters(**feix.SMALL), known=str(KNOWN), around=1)
+    with start_workers(0) as workers:
+        winner = feix._searched(workers, given, tmp_path, FOUR, 9)
+    stored = load_patterns().grasps[9]
+    assert winner["pattern"] == stored.pattern and winner["seed"] == stored.seed
+    assert (winner["evaluation"], winner["cost"]) == (stored.evaluation, stored.cost)
+    assert winner["evaluations"] == 1 + len(given.tried)
 
 
 @pytest.mark.parametrize(
