@@ -19,7 +19,7 @@ APART = {  # other verdicts, beside the one that counts
     "by_thirds": "no contact past the border of its third",
     "at_rest": "by what is left of drift and turn at the end",
 }
-HELD, RIGHT, POWER, FEWER, MOST_SLIPPERY, MOST_CHANGED = 24, 20, 8, 8, 3, 3
+HELD, RIGHT, POWER, FEWER, MOST_SLIPPERY, MOST_CHANGED = 27, 24, 8, 8, 3, 3
 LONGEST = 300  # [s] that all stored grasps take
 
 
