@@ -51,15 +51,15 @@ from thesis.chapter_8.dexterity.patterns import (
 )
 from thesis.chapter_8.dexterity.posture import FOUR, HAND
 from thesis.chapter_8.dexterity.strategy_file import write_strategies
-from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, SLIPPERY, told
+from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, SLIPPERY, STICKY, told
 from thesis.chapter_8.feix_sheet import SIZE, draw, human_verdicts, write_verdicts
 from thesis.frame import Job, Report, Results, option
 
 __all__ = ["SIZE", "draw"]
 
 CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
-CHECKS = (AGAIN, HALF, SLIPPERY, FINER)  # the stored patterns, run from their file
-NO_FRICTION = 1e-6  # factor on that of all pairs
+CHECKS = (AGAIN, HALF, SLIPPERY, FINER, STICKY)  # the stored patterns, run from their file
+FRICTION = {SLIPPERY: 1e-6, STICKY: 2.0}  # factors on that of all pairs
 ENOUGH = 10.0  # cost [mm] with which a search around a known grasp ends: half of the judge's limits
 SPREAD = 0.08  # of CMA-ES around a known grasp, as a share of each range
 OBJECTIVE = "thesis.chapter_8.dexterity.feix_search:grasp"
@@ -85,7 +85,7 @@ class Parameters:
 
     types: tuple[int, ...] = option(ALL, "by their numbers [-]")
     cases: tuple[str, ...] = option((FOUR, UNTURNED), f"hands that are searched, of {CASES} [-]")
-    checks: tuple[str, ...] = option(CHECKS, "runs of the stored patterns [-]")
+    checks: tuple[str, ...] = option(CHECKS[:-1], "runs of the stored patterns [-]")
     known: str = option(str(KNOWN), "file of grasps that are searched around; empty: none [-]")
     evaluations: int = option(260, "of a search without a known grasp, its budget [-]")
     around: int = option(31, "of a search around a known grasp [-]")
@@ -311,7 +311,7 @@ def _check(
             given.trial_seed,
             1 if name == AGAIN else given.trials,
             strength=0.5 if name == HALF else 1.0,
-            friction_scale=NO_FRICTION if name == SLIPPERY else 1.0,
+            friction_scale=FRICTION.get(name, 1.0),
         )
         if name != AGAIN:
             trials = [replace(trial, robust=False) for trial in trials]

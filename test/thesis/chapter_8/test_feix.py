@@ -87,6 +87,8 @@ def test_verdicts_beside_the_one_that_counts_are_told_and_not_judged():
     beside = results(found=found, finer=(3, 4))
     more, rest = row(beside, "the same patterns"), row(beside, "held, by what is left")
     assert (more.ours, more.met) == ("2 held: 3, 4", None)
+    beside["checks"] = {feix.STICKY: beside["checks"][FINER]}
+    assert row(beside, "the same patterns with twice").ours == more.ours
     assert (rest.ours, rest.met) == ("2 of 32", None)
 
 
