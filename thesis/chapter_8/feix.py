@@ -98,7 +98,7 @@ class Parameters:
     finer_step: float = option(0.001, "of another verdict on the stored patterns [s]")
     segments: int = option(6, "an actuator [-]")
     seed: int = option(3000, "of searches and tries [-]")
-    trial_seed: int = option(5000, "of the trials that judge, and of the checks [-]")
+    trial_seed: int = option(7000, "of the trials that judge, and of the checks [-]")
     jobs: int = option(2, "processes [-]")
     patterns: str = option("", "file of winners with four channels; empty: they are searched [-]")
 

@@ -9,7 +9,8 @@ import pytest
 from softhand_trials.search import Tried
 from softhand_trials.sweep.run import start_workers
 from thesis.chapter_8 import feix
-from thesis.chapter_8.dexterity.feix_search import pattern_of
+from thesis.chapter_8.dexterity import feix_search
+from thesis.chapter_8.dexterity.feix_search import pattern_of, values_of
 from thesis.chapter_8.dexterity.grasping import drawn
 from thesis.chapter_8.dexterity.patterns import FILE as KNOWN
 from thesis.chapter_8.dexterity.patterns import load_patterns
@@ -185,15 +186,29 @@ def test_a_known_grasp_stays_unless_another_is_better(found, known, which):
     assert feix.better(found, known) is {"found": found, "known": known}[which]
 
 
-def test_a_known_grasp_that_stays_keeps_its_origin(tmp_path, monkeypatch):
-    monkeypatch.setattr(feix, "better", lambda found, known: known)
-    given = replace(Parameters(**feix.SMALL), known=str(KNOWN), around=1)
+@pytest.mark.parametrize("toward", [1.0, -1.0])
+def test_a_search_from_a_known_grasp_keeps_it_with_its_origin_or_finds_another(
+    tmp_path, monkeypatch, toward
+):
+    """The cost rises or falls with the distance from the known grasp."""
+    stored = load_patterns().grasps[9]
+    begin = values_of(9, stored.pattern)
+
+    def tried(values, settings, seed):
+        away = sum(abs(values[name] - begin[name]) for name in "xyz")
+        cost = 20.0 + toward * 100.0 * away
+        return {"cost": cost, "typed": "", "held_reason": "", "dropped": False}
+
+    monkeypatch.setattr(feix_search, "_tried", tried)
+    given = replace(Parameters(**feix.SMALL), known=str(KNOWN), around=9)
     with start_workers(0) as workers:
         winner = feix._searched(workers, given, tmp_path, FOUR, 9)
-    stored = load_patterns().grasps[9]
-    assert winner["pattern"] == stored.pattern and winner["seed"] == stored.seed
-    assert (winner["evaluation"], winner["cost"]) == (stored.evaluation, stored.cost)
-    assert winner["evaluations"] == 1 + len(given.tried)
+    assert winner["evaluations"] == given.around + 2 * len(given.tried)
+    kept = (winner["pattern"], winner["seed"], winner["evaluation"], winner["cost"]) == (
+        (stored.pattern, stored.seed, stored.evaluation, stored.cost)
+    )
+    assert kept == (toward > 0.0)
+    assert kept or winner["evaluation"].startswith("four_channels_9/")
 
 
 @pytest.mark.parametrize(
