@@ -85,7 +85,9 @@ class Parameters:
 
     types: tuple[int, ...] = option(ALL, "by their numbers [-]")
     cases: tuple[str, ...] = option((FOUR, UNTURNED), f"hands that are searched, of {CASES} [-]")
-    checks: tuple[str, ...] = option(CHECKS[:-1], "runs of the stored patterns [-]")
+    checks: tuple[str, ...] = option(
+        CHECKS[:-1], "runs of the stored patterns; none are allowed [-]"
+    )
     known: str = option(str(KNOWN), "file of grasps that are searched around; empty: none [-]")
     evaluations: int = option(260, "of a search without a known grasp, its budget [-]")
     around: int = option(31, "of a search around a known grasp [-]")
@@ -107,6 +109,8 @@ class Parameters:
         for name, usual in known.items():
             if unknown := set(getattr(self, name)) - set(usual):
                 raise ValueError(f"{name}: expected some of {usual}, got {sorted(unknown)}")
+        if not self.types:
+            raise ValueError("types: expected one or more, got none")
         if FOUR not in self.cases:
             raise ValueError(f"cases: expected {FOUR} among them, got {self.cases}")
 

@@ -212,7 +212,14 @@ def test_a_search_from_a_known_grasp_keeps_it_with_its_origin_or_finds_another(
 
 
 @pytest.mark.parametrize(
-    "given", [{"types": (34,)}, {"cases": (UNTURNED,)}, {"checks": ("twice",)}, {"cases": ("x",)}]
+    "given",
+    [
+        {"types": (34,)},
+        {"types": ()},
+        {"cases": (UNTURNED,)},
+        {"checks": ("twice",)},
+        {"cases": ("x",)},
+    ],
 )
 def test_what_there_is_not_is_refused(given):
     with pytest.raises(ValueError, match="expected"):
