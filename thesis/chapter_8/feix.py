@@ -63,7 +63,7 @@ FRICTION = {SLIPPERY: 1e-6, STICKY: 2.0}  # factors on that of all pairs
 ENOUGH = 10.0  # cost [mm] with which a search around a known grasp ends: half of the judge's limits
 SPREAD = 0.08  # of CMA-ES around a known grasp, as a share of each range
 OBJECTIVE = "thesis.chapter_8.dexterity.feix_search:grasp"
-PATTERNS, STRATEGIES = "patterns.yaml", "strategies"
+PATTERNS, STRATEGIES, SHIPPED = "patterns.yaml", "strategies", "shipped"
 SMALL = {
     "types": (9,),
     "cases": (FOUR,),
@@ -88,7 +88,9 @@ class Parameters:
     checks: tuple[str, ...] = option(
         CHECKS[:-1], "runs of the stored patterns; none are allowed [-]"
     )
-    known: str = option(str(KNOWN), "file of grasps that are searched around; empty: none [-]")
+    known: str = option(
+        SHIPPED, f"file of grasps that are searched around, or {SHIPPED}; empty: none [-]"
+    )
     evaluations: int = option(260, "of a search without a known grasp, its budget [-]")
     around: int = option(31, "of a search around a known grasp [-]")
     tried: tuple[int, ...] = option(
@@ -212,7 +214,8 @@ def _searched(
     workers: Workers, given: Parameters, folder: Path, case: str, number: int
 ) -> dict[str, Any]:
     """The winner of a search."""
-    stored = load_patterns(Path(given.known)).grasps if given.known and case == FOUR else {}
+    path = KNOWN if given.known == SHIPPED else Path(given.known)
+    stored = load_patterns(path).grasps if given.known and case == FOUR else {}
     known = stored[number].pattern if number in stored else None
     search, place = problem(given, case, number, known), folder / "searches" / case / str(number)
     result = search_with(workers, search, place)

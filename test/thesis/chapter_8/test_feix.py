@@ -12,7 +12,6 @@ from thesis.chapter_8 import feix
 from thesis.chapter_8.dexterity import feix_search
 from thesis.chapter_8.dexterity.feix_search import pattern_of, values_of
 from thesis.chapter_8.dexterity.grasping import drawn
-from thesis.chapter_8.dexterity.patterns import FILE as KNOWN
 from thesis.chapter_8.dexterity.patterns import load_patterns
 from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, NOT_COUNTED, SLIPPERY
@@ -200,7 +199,7 @@ def test_a_search_from_a_known_grasp_keeps_it_with_its_origin_or_finds_another(
         return {"cost": cost, "typed": "", "held_reason": "", "dropped": False}
 
     monkeypatch.setattr(feix_search, "_tried", tried)
-    given = replace(Parameters(**feix.SMALL), known=str(KNOWN), around=9)
+    given = replace(Parameters(**feix.SMALL), known=feix.SHIPPED, around=9)
     with start_workers(0) as workers:
         winner = feix._searched(workers, given, tmp_path, FOUR, 9)
     assert winner["evaluations"] == given.around + 2 * len(given.tried)
