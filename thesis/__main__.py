@@ -111,7 +111,7 @@ def _add_parameter(group: Any, name: str, default: Any, help: str) -> None:
     group.add_argument(
         f"--{name.replace('_', '-')}",
         type=kind,
-        nargs="+" if many else None,
+        nargs="*" if many else None,
         default=argparse.SUPPRESS,
         metavar={float: "X", int: "N"}.get(kind, "NAME"),
         help=f"{help.replace('%', '%%')} (default: {shown})",

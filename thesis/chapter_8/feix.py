@@ -6,11 +6,13 @@ by trial and error. Grasp types, starting points, judge and cost are those of
 that the search did not see; a type counts when all of them succeed. A person's verdict goes into
 verdicts.csv and is reported separately.
 
-A search has 300 evaluations. It first pulls the object, at steps of 5 ms; the best grasps are then
-shaken at steps of 2 ms, in pairs of opposite draws, by successive halving. Winners are judged at 2
-ms with new draws. Budget, seeds and judge were fixed before any search; the settings of the search
-were chosen on type 14 alone (seed 3014). docs/thesis/feix.md has the results, and why these steps
-are used.
+All is simulated at the same step. Where a grasp is known from an earlier run (`known`), CMA-ES goes
+on around it, and each evaluation shakes the object with two opposite draws of jitter. Where none is
+known, as for the controls, it starts from hand-written values and pulls the object, which takes a
+fifth of the time. The best grasps are shaken with more draws, by successive halving. A known grasp
+is shaken with the same draws, and stays unless another one is held by the right parts with more of
+them, or with as many (and at least one) at a lower mean cost. Winners are judged with new draws.
+Budget, seeds and judge were fixed before each search. docs/thesis/feix.md has the results.
 """
 
 from __future__ import annotations
@@ -22,13 +24,23 @@ from typing import Any
 
 import numpy as np
 
-from softhand_trials.search import SearchProblem, search_with, try_again
+from softhand_trials.search import SearchProblem, SearchResult, Tried, search_with, try_again
+from softhand_trials.search.again import IN_ERROR
+from softhand_trials.search.objective import COST
 from softhand_trials.sweep.results import Results as Lines
 from softhand_trials.sweep.run import Workers, finish, start_workers
 from thesis.chapter_8.dexterity.feix import grasp_types
-from thesis.chapter_8.dexterity.feix_search import pattern_of, start_values, variables
+from thesis.chapter_8.dexterity.feix_search import (
+    pattern_of,
+    start_values,
+    values_of,
+    variables,
+)
 from thesis.chapter_8.dexterity.feix_trials import HandSettings, PatternTrial, fresh_trials
 from thesis.chapter_8.dexterity.grasping import UNTURNED
+from thesis.chapter_8.dexterity.patterns import (
+    FILE as KNOWN,
+)
 from thesis.chapter_8.dexterity.patterns import (
     Pattern,
     Patterns,
@@ -39,26 +51,29 @@ from thesis.chapter_8.dexterity.patterns import (
 )
 from thesis.chapter_8.dexterity.posture import FOUR, HAND
 from thesis.chapter_8.dexterity.strategy_file import write_strategies
-from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, SLIPPERY, told
+from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, SLIPPERY, STICKY, told
 from thesis.chapter_8.feix_sheet import SIZE, draw, human_verdicts, write_verdicts
 from thesis.frame import Job, Report, Results, option
 
 __all__ = ["SIZE", "draw"]
 
 CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
-CHECKS = (AGAIN, HALF, SLIPPERY, FINER)  # the stored patterns, run from their file
-NO_FRICTION = 1e-6  # factor on that of all pairs
+CHECKS = (AGAIN, HALF, SLIPPERY, FINER, STICKY)  # the stored patterns, run from their file
+FRICTION = {SLIPPERY: 1e-6, STICKY: 2.0}  # factors on that of all pairs
+ENOUGH = 10.0  # cost [mm] with which a search around a known grasp ends: half of the judge's limits
+SPREAD = 0.08  # of CMA-ES around a known grasp, as a share of each range
 OBJECTIVE = "thesis.chapter_8.dexterity.feix_search:grasp"
-PATTERNS, STRATEGIES = "patterns.yaml", "strategies"
+PATTERNS, STRATEGIES, SHIPPED = "patterns.yaml", "strategies", "shipped"
 SMALL = {
     "types": (9,),
     "cases": (FOUR,),
     "checks": (SLIPPERY,),
     "evaluations": 4,
+    "known": "",
     "generation": 4,
     "tried": (1,),
     "trials": 1,
-    "judged_step": 0.004,
+    "step": 0.004,
     "segments": 5,
     "jobs": 0,
 }
@@ -70,19 +85,24 @@ class Parameters:
 
     types: tuple[int, ...] = option(ALL, "by their numbers [-]")
     cases: tuple[str, ...] = option((FOUR, UNTURNED), f"hands that are searched, of {CASES} [-]")
-    checks: tuple[str, ...] = option(CHECKS, "runs of the stored patterns [-]")
-    evaluations: int = option(260, "of a search, its budget [-]")
+    checks: tuple[str, ...] = option(
+        CHECKS[:-1], "runs of the stored patterns; none are allowed [-]"
+    )
+    known: str = option(
+        SHIPPED, f"file of grasps that are searched around, or {SHIPPED}; empty: none [-]"
+    )
+    evaluations: int = option(260, "of a search without a known grasp, its budget [-]")
+    around: int = option(31, "of a search around a known grasp [-]")
     tried: tuple[int, ...] = option(
         (18, 6, 3, 3, 2, 2, 2, 2), "candidates that each draw of jitter is tried on, and shaken [-]"
     )
     generation: int = option(10, "evaluations a generation [-]")
     trials: int = option(3, "jittered runs that judge a winner [-]")
-    step: float = option(0.005, "of the physics in the searches [s]")
-    judged_step: float = option(0.002, "where the best are shaken and winners are judged [s]")
+    step: float = option(0.002, "of the physics in searches and trials [s]")
     finer_step: float = option(0.001, "of another verdict on the stored patterns [s]")
     segments: int = option(6, "an actuator [-]")
     seed: int = option(3000, "of searches and tries [-]")
-    trial_seed: int = option(5000, "of the trials that judge, and of the checks [-]")
+    trial_seed: int = option(7000, "of the trials that judge, and of the checks [-]")
     jobs: int = option(2, "processes [-]")
     patterns: str = option("", "file of winners with four channels; empty: they are searched [-]")
 
@@ -91,6 +111,8 @@ class Parameters:
         for name, usual in known.items():
             if unknown := set(getattr(self, name)) - set(usual):
                 raise ValueError(f"{name}: expected some of {usual}, got {sorted(unknown)}")
+        if not self.types:
+            raise ValueError("types: expected one or more, got none")
         if FOUR not in self.cases:
             raise ValueError(f"cases: expected {FOUR} among them, got {self.cases}")
 
@@ -103,16 +125,19 @@ class Parameters:
         return replace(self, types=tuple(sorted({*there, *self.types})))
 
 
-def problem(given: Parameters, case: str, number: int) -> SearchProblem:
-    """The search for one type with one hand."""
-    return SearchProblem(
+def problem(
+    given: Parameters, case: str, number: int, known: Pattern | None = None
+) -> SearchProblem:
+    """The search for one type with one hand, around a known grasp if there is one."""
+    seed = given.seed + number
+    search = SearchProblem(
         f"{case}_{number}",
         OBJECTIVE,
         variables(number),
         given.evaluations,
         given.generation,
         "cma",
-        seed=given.seed + number,
+        seed=seed,
         start=start_values(number),
         settings={
             "type": number,
@@ -122,6 +147,16 @@ def problem(given: Parameters, case: str, number: int) -> SearchProblem:
         },
         allow_any=True,
     )
+    if known is None:
+        return search
+    around = replace(
+        search,
+        start=values_of(number, known),
+        spread=SPREAD,
+        evaluations=given.around,
+        enough=ENOUGH,
+    )
+    return around.with_settings(draws=[[seed, 1], [seed, -1]])
 
 
 # ---------------------------------------------------------------- run
@@ -179,24 +214,52 @@ def _searched(
     workers: Workers, given: Parameters, folder: Path, case: str, number: int
 ) -> dict[str, Any]:
     """The winner of a search."""
-    search, place = problem(given, case, number), folder / "searches" / case / str(number)
+    path = KNOWN if given.known == SHIPPED else Path(given.known)
+    stored = load_patterns(path).grasps if given.known and case == FOUR else {}
+    known = stored[number].pattern if number in stored else None
+    search, place = problem(given, case, number, known), folder / "searches" / case / str(number)
     result = search_with(workers, search, place)
-    draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(len(given.tried))]
+    used = 0 if known is None else len(search.settings["draws"])
+    draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(used, used + len(given.tried))]
     named = {str(draw[1]): draw for draw in draws}  # not those of the trials
-    shaken = search.with_settings(step=given.judged_step)
-    tried = try_again(workers, shaken, result, named, given.tried, place / "tried")
-    winner = tried[0]
+    others = SearchResult(result.records[0 if known is None else 1 :])
+    tried: list[Tried] = []
+    if known is None or others.failed < len(others.records):
+        tried = try_again(workers, search, others, named, given.tried, place / "tried")
+    if known is not None:
+        before, often = SearchResult(result.records[:1]), [1] * len(given.tried)
+        tried += try_again(workers, search, before, named, often, place / "known_tried")
+    winner = tried[0] if known is None else better(tried[0], tried[-1])
     times = [record["cpu_time"] for record in result.records]
     times += [record["cpu_time"] for one in tried for record in one.records]
-    return {
+    own: dict[str, Any] = {
         "pattern": pattern_of(number, winner.record["values"]),
         "seed": search.seed,
         "evaluation": winner.record["key"],
         "cost": winner.worst,
+    }
+    if known is not None and winner is tried[-1]:
+        own = {key: getattr(stored[number], key) for key in own}
+    return {
+        **own,
         "evaluations": len(times),
         "failed": result.failed,
         "cpu_time": sum(times),
     }
+
+
+def better(found: Tried, known: Tried) -> Tried:
+    """The one that is held by the right parts with more draws, then that of the lower mean cost;
+    the known one if there are no such draws.
+    """
+    counts, means = [], []
+    for one in (found, known):
+        records = [record for record in one.records if "error" not in record]
+        counts.append(sum(not (r["typed"] or r["held_reason"] or r["dropped"]) for r in records))
+        costs = [record.get(COST, IN_ERROR) for record in one.records]
+        means.append(sum(costs) / max(1, len(costs)))
+    more = (counts[0], -means[0]) > (counts[1], -means[1])
+    return found if counts[0] and more else known
 
 
 def _trials(folder: Path, name: str, number: int, evaluation: str) -> Path:
@@ -205,7 +268,7 @@ def _trials(folder: Path, name: str, number: int, evaluation: str) -> Path:
 
 
 def _settings(given: Parameters, case: str, number: int) -> HandSettings:
-    return HandSettings(grasp_types()[number].object, case, given.judged_step, given.segments)
+    return HandSettings(grasp_types()[number].object, case, given.step, given.segments)
 
 
 def _judged(workers: Workers, trials: Sequence[PatternTrial], folder: Path) -> list[dict[str, Any]]:
@@ -219,7 +282,7 @@ def _store(given: Parameters, found: Mapping[str, Any], path: Path) -> None:
     kept = load_patterns(path).grasps if path.exists() else {}
     grasps = {**kept, **{int(number): _stored(one) for number, one in found.items()}}
     ordered = dict(sorted(grasps.items()))
-    write_patterns(Patterns(HAND, given.judged_step, given.segments, Times(), ordered), path)
+    write_patterns(Patterns(HAND, given.step, given.segments, Times(), ordered), path)
 
 
 def _stored(one: Mapping[str, Any]) -> StoredGrasp:
@@ -255,7 +318,7 @@ def _check(
             given.trial_seed,
             1 if name == AGAIN else given.trials,
             strength=0.5 if name == HALF else 1.0,
-            friction_scale=NO_FRICTION if name == SLIPPERY else 1.0,
+            friction_scale=FRICTION.get(name, 1.0),
         )
         if name != AGAIN:
             trials = [replace(trial, robust=False) for trial in trials]

@@ -12,6 +12,7 @@ from thesis.frame import Finding, Report, Results
 
 # runs of the stored patterns
 AGAIN, HALF, SLIPPERY, FINER = "again", "half_strength", "no_friction", "finer_step"
+STICKY = "double_friction"
 ALL = tuple(sorted(grasp_types()))
 NOT_COUNTED = 19  # whether scissors cut is not judged
 FAILED = (5, 19)  # in the thesis
@@ -19,7 +20,7 @@ APART = {  # other verdicts, beside the one that counts
     "by_thirds": "no contact past the border of its third",
     "at_rest": "by what is left of drift and turn at the end",
 }
-HELD, RIGHT, POWER, FEWER, MOST_SLIPPERY, MOST_CHANGED = 24, 20, 8, 8, 3, 3
+HELD, RIGHT, POWER, FEWER, MOST_SLIPPERY, MOST_CHANGED = 27, 24, 8, 8, 3, 3
 LONGEST = 300  # [s] that all stored grasps take
 
 
@@ -137,10 +138,11 @@ def _checked(results: Results, whole: bool) -> list[Finding]:
         ours = f"{len(held)} held (<= {MOST_SLIPPERY}): {_listed(held)}"
         met = len(held) <= MOST_SLIPPERY if whole else None
         rows.append(Finding("negative control: no friction", "-", ours, met))
-    if FINER in checks:
-        held = [n for n, trials in checks[FINER].items() if good(trials, "held")]
-        ours = f"{len(held)} held: {_listed(held)}"
-        rows.append(Finding("the same patterns in finer steps", "-", ours))
+    for name, words in ((FINER, "in finer steps"), (STICKY, "with twice the friction")):
+        if name in checks:
+            held = [n for n, trials in checks[name].items() if good(trials, "held")]
+            ours = f"{len(held)} held: {_listed(held)}"
+            rows.append(Finding(f"the same patterns {words}", "-", ours))
     return rows
 
 

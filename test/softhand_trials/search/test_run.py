@@ -141,8 +141,9 @@ def test_a_search_ends_with_the_generation_that_is_good_enough(tmp_path):
 def test_a_search_goes_on_around_its_start_where_a_spread_is_given(tmp_path):
     start = {"x": -0.6, "y": 3.0}
     problem = replace(BOWL, evaluations=12, generation=6, start=start, spread=0.05)
-    second = run_search(problem, tmp_path, jobs=0).records[6:]
-    away = [abs(r["values"]["x"] + 0.6) / 2 + abs(r["values"]["y"] - 3.0) / 10 for r in second]
+    first, *others = run_search(problem, tmp_path, jobs=0).records
+    assert first["values"] == start and len(others) == 11
+    away = [abs(r["values"]["x"] + 0.6) / 2 + abs(r["values"]["y"] - 3.0) / 10 for r in others]
     assert max(away) < 0.5 and np.median(away) < 0.15
     for wrong in ({"start": {}}, {"start": {"x": 0.0}}, {"start": [start] * 2}, {"sampler": "tpe"}):
         with pytest.raises(ValueError, match="spread"):

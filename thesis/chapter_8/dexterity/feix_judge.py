@@ -61,8 +61,9 @@ class Touch:
 @dataclass(frozen=True)
 class Shaken:
     """Observations of a grasp that was turned and shaken: contacts before and after, greatest drift
-    [m] and turn [rad] of the object in the wrist frame during the motions, and the drift and turn
-    at the end, after elastic recovery.
+    [m] and turn [rad] of the object in the wrist frame during the motions, the drift and turn at
+    the end, after elastic recovery, and the share of the motions' time in which drift and turn were
+    within the limits (0 to 1).
     """
 
     before: Sequence[Touch]
@@ -70,6 +71,7 @@ class Shaken:
     drift: float
     turn: float
     left: tuple[float, float] = (math.inf, math.inf)
+    kept: float = 1.0
 
     @property
     def at_rest(self) -> Shaken:

@@ -1,8 +1,8 @@
 """Search for a grasp of the Feix taxonomy: its starting point, variables and objective.
 
-A search starts from values written by hand for the type (`data/feix_starts.yaml`) and is limited to
-a range around them: four air masses before and four after the grasp, the filling order, and the
-pose of the object where the types differ in it.
+A search is limited to a range around values written by hand for the type
+(`data/feix_starts.yaml`), where it starts unless a grasp is known: four air masses before and four
+after the grasp, the filling order, and the pose of the object where the types differ in it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ MOST_OVERLAP = 0.005  # of the object with the pre-grasp posture [m]
 # cost [mm]: what is held by the right parts costs what it drifts
 OVERLAPS, DROPPED, AT_ONCE = 150.0, 60.0, 30.0
 MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, WRONG = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
-A_DEGREE, MOST_TURN, WHILE_RELEASED, NOT_HELD = 0.5, 30.0, 0.1, 20.0
+A_DEGREE, MOST_TURN, WHILE_RELEASED = 0.5, 30.0, 0.1
+NOT_HELD, LOST, AT_FIRST = 20.0, 40.0, 20.0
 
 
 @dataclass(frozen=True)
@@ -159,19 +160,35 @@ def pattern_of(number: int, values: Mapping[str, float]) -> Pattern:
     )
 
 
+def values_of(number: int, pattern: Pattern) -> dict[str, float]:
+    """Values of the variables that stand for a pattern, the opposite of `pattern_of`; those out of
+    range are brought to its border.
+    """
+    start = starts()[number].pattern
+    own = {f"pre_{c}": m for c, m in pattern.pre.items()}
+    own |= {f"final_{c}": m for c, m in pattern.final.items()} | {ORDER: float(pattern.palm_first)}
+    own |= dict(zip(PLACE, np.subtract(pattern.position, start.position).tolist(), strict=True))
+    turn = Rotation.from_quat(start.orientation).inv() * Rotation.from_quat(pattern.orientation)
+    own |= dict(zip(TURN, turn.as_rotvec().tolist(), strict=True))
+    return {v.name: min(v.high, max(v.low, own[v.name])) for v in variables(number)}
+
+
 # ---------------------------------------------------------------- objective
 @dataclass(frozen=True)
 class Moved:
     """How far [m] and by which angle [rad] the object moved in the hand when it was pulled or
-    shaken, and why the judge does not count it as held, if it was asked.
+    shaken, why the judge does not count it as held, if it was asked, and the share of the shaking
+    in which it was within the judge's limits.
     """
 
     moved: float
     turned: float
     held_reason: str = ""
+    kept: float = 1.0
 
 
 NOT_TRIED = Moved(0.0, 0.0)  # it was not in the hand
+NOT_SHAKEN = Moved(0.0, 0.0, "not shaken", kept=0.0)  # it was in the hand in another way
 
 
 @objective
@@ -180,16 +197,35 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
 
     Args:
         values: of `variables`.
-        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`, `draw`:
-            seed of the jitter with which the grasp is shaken; without it the object is pulled
-            without jitter, which takes a fifth of the time.
+        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`, `draws`:
+            seeds of the jitter with which the grasp is shaken, one after the other until it fails
+            (`draw`: a single one, instead); without them the object is pulled without jitter,
+            which takes a fifth of the time.
 
     Returns:
-        `cost` [mm] (see `cost`), and its parts.
+        `cost` [mm] (see `cost`), the mean over the draws, where those after a failure cost as
+        much as the failure; and the parts of the last one.
     """
+    draws = [settings["draw"]] if "draw" in settings else settings.get("draws", ())
+    if not draws:
+        return _tried(values, settings, None)
+    costs: list[float] = []
+    last: dict[str, Any] = {}
+    for seed in draws:
+        last = _tried(values, settings, seed)
+        costs.append(last["cost"])
+        if last["typed"] or last["held_reason"] or last["dropped"]:
+            break
+    costs += costs[-1:] * (len(draws) - len(costs))
+    return {**last, "cost": sum(costs) / len(costs)}
+
+
+def _tried(
+    values: Mapping[str, float], settings: Mapping[str, Any], seed: Sequence[int] | None
+) -> dict[str, Any]:
+    """Cost and its parts with one draw of jitter, or without."""
     kind = grasp_types()[int(settings["type"])]
-    jittered = "draw" in settings
-    draw = drawn(settings["draw"]) if jittered else Draw()
+    draw = Draw() if seed is None else drawn(seed)
     hand = grasping(
         kind.object,
         str(settings.get("hand", FOUR)),
@@ -201,7 +237,7 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
         found = hand.grasp(pattern_of(kind.number, values), Times(), draw, MOST_OVERLAP)
         tried = NOT_TRIED
         if found.overlap <= MOST_OVERLAP and not found.dropped:
-            tried = _shaken(hand) if jittered else Moved(*hand.pull())
+            tried = Moved(*hand.pull()) if seed is None else _shaken(hand, kind, found)
     except RuntimeError:
         grasping.cache_clear()  # the engine has diverged
         raise
@@ -215,9 +251,12 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
     }
 
 
-def _shaken(hand: GraspingHand) -> Moved:
-    seen = hand.shaken()
-    return Moved(seen.drift, seen.turn, judge_held(seen).reason)
+def _shaken(hand: GraspingHand, kind: GraspType, found: Grasped) -> Moved:
+    """What is held by the wrong parts is not shaken, and what is lost no longer than until then."""
+    if not judge_type(kind, found.touches).good:
+        return NOT_SHAKEN
+    seen = hand.shaken(until_lost=True)
+    return Moved(seen.drift, seen.turn, judge_held(seen).reason, seen.kept)
 
 
 def cost(kind: GraspType, found: Grasped, tried: Moved) -> float:
@@ -227,7 +266,7 @@ def cost(kind: GraspType, found: Grasped, tried: Moved) -> float:
     it are grasps that drop the object: the cost is higher the earlier it is dropped and the more
     the contacts before that differ from the type's. Lowest are grasps that hold it: the cost grows
     with the difference of the contacts from the type's, and with the motion of the object when it
-    is pulled or shaken.
+    is pulled or shaken. What moves too far when it is shaken costs more the earlier it does.
     """
     if found.overlap > MOST_OVERLAP:
         return OVERLAPS + 1e3 * found.overlap
@@ -236,6 +275,8 @@ def cost(kind: GraspType, found: Grasped, tried: Moved) -> float:
         return DROPPED + early + 0.5 * lacking(kind, found.held_out, found.gaps)
     way, turn = 1e3 * min(tried.moved, FAR), min(MOST_TURN, A_DEGREE * math.degrees(tried.turned))
     off = way + turn + WHILE_RELEASED * 1e3 * found.drift + (NOT_HELD if tried.held_reason else 0.0)
+    if tried.kept < 1.0:
+        off = LOST + AT_FIRST * (1.0 - tried.kept)
     return min(DROPPED, off) + lacking(kind, found.touches, found.gaps)
 
 

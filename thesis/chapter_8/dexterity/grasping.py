@@ -21,7 +21,7 @@ from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.pose import IDENTITY_QUATERNION, Pose
 from softhand_model.hand.hand import HandDescription
 from thesis.chapter_8.dexterity.feix import FINGERS, PALM, THUMB
-from thesis.chapter_8.dexterity.feix_judge import Shaken, Touch
+from thesis.chapter_8.dexterity.feix_judge import MOST_DRIFT, MOST_TURN, Shaken, Touch
 from thesis.chapter_8.dexterity.patterns import Pattern, Times
 from thesis.chapter_8.dexterity.posture import FOUR, first_channels, hand_variant
 from thesis.chapter_8.dexterity.shaking import motions
@@ -267,13 +267,17 @@ class GraspingHand:
                 break
         return max(way for way, _ in drifts), max(angle for _, angle in drifts)
 
-    def shaken(self, strength: float = 1.0) -> Shaken:
+    def shaken(self, strength: float = 1.0, until_lost: bool = False) -> Shaken:
         """Turn gravity through six directions, shake the wrist along each axis and swing it about
-        each; amplitudes of shaking and swinging are scaled by a strength.
+        each; amplitudes of shaking and swinging are scaled by a strength. `until_lost`: end when
+        drift or turn exceeds the judge's limit.
         """
         self._mark()
         before, worst = self.look(), np.zeros(2)
-        for duration, pose in motions(self._upright, strength):
+        kept: float | None = None
+        path, start = motions(self._upright, strength), self.simulation.time
+        whole = sum(duration for duration, _ in path)
+        for duration, pose in path:
             begin = self.simulation.time
             for number in range(1, round(duration / self.simulation.step_size) + 1):
                 target = pose(min(1.0, (self.simulation.time - begin) / duration))
@@ -281,11 +285,15 @@ class GraspingHand:
                 self.simulation.step()
                 if number % 4 == 0:
                     worst = np.maximum(worst, self._drift())
-                    if worst[0] > FAR:
-                        return Shaken(before, [], *map(float, worst))
+                    if kept is None and (worst > (MOST_DRIFT, MOST_TURN)).any():
+                        kept = (self.simulation.time - start) / whole
+                    if worst[0] > FAR or (until_lost and kept is not None):
+                        drift, turn = map(float, worst)
+                        return Shaken(before, [], drift, turn, kept=kept or 0.0)
         self._run(REST)
         after, left = self.look(), self._drift()
-        return Shaken(before, after, *map(float, np.maximum(worst, left)), left)
+        drift, turn = map(float, np.maximum(worst, left))
+        return Shaken(before, after, drift, turn, left, 1.0 if kept is None else kept)
 
     def robust(self) -> float:
         """Least force [N], of six directions in the wrist frame, that moves the object by 10 mm;
@@ -309,9 +317,11 @@ class GraspingHand:
         self.scene.close()
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def grasping(
     object: str, variant: str, step: float, segments: int, modulus_scale: float = 1.0
 ) -> GraspingHand:
-    """The hand of the latest settings; each process keeps one."""
+    """The hand of given settings; each process keeps the latest two, as a search tries each grasp
+    with two moduli.
+    """
     return GraspingHand(object, variant, step, segments, modulus_scale)

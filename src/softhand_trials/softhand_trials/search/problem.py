@@ -8,8 +8,8 @@ The file has the keys
   of them has a result; `seed` (0); `sampler`, which chooses them: `cma` (CMA-ES), `tpe` (tree of
   Parzen estimators) or `random`;
 * `start: {name: value}`, or a list of such: what is tried first. With a single start, `spread` lets
-  CMA-ES search around this start after a random first generation; it is the standard deviation, as
-  a share of each range;
+  CMA-ES search around this start, after a first generation of the start alone; it is the standard
+  deviation, as a share of each range;
 * `enough`: a cost; the search ends after the first generation with a cost that is at most this;
 * `settings`: what the objective is given besides the values. A text that is the path of a file
   relative to the problem's folder becomes an absolute path, and a change of the file's content

@@ -47,6 +47,8 @@ class Study:
         problem, begun = self._problem, len(self._study.trials)
         queued = len(self._study.get_trials(False, (optuna.trial.TrialState.WAITING,)))
         wanted = problem.generation if count is None else count
+        if problem.spread is not None and not begun - queued:
+            wanted = 1  # the start, from whose result on CMA-ES samples around it
         count = min(wanted, problem.evaluations - begun + queued)
         trials = [self._study.ask(self._ranges) for _ in range(count)]
         return [Evaluation(problem, trial.number, trial.params) for trial in trials]

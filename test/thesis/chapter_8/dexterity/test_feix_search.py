@@ -8,10 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.objects import load_object
+from thesis.chapter_8.dexterity import feix_search
 from thesis.chapter_8.dexterity.feix import grasp_types
 from thesis.chapter_8.dexterity.feix_judge import Touch
 from thesis.chapter_8.dexterity.feix_search import (
     MOST_OVERLAP,
+    NOT_SHAKEN,
     Moved,
     cost,
     grasp,
@@ -19,9 +21,11 @@ from thesis.chapter_8.dexterity.feix_search import (
     pattern_of,
     start_values,
     starts,
+    values_of,
     variables,
 )
 from thesis.chapter_8.dexterity.grasping import FAR, Grasped
+from thesis.chapter_8.dexterity.patterns import load_patterns
 
 TYPES = grasp_types()
 THUMB = Touch("thumb", 0.0, "pad", (-1.0, 0.0, 0.0), 1.0)
@@ -69,6 +73,41 @@ def test_what_the_judge_would_not_take_as_held_costs_more():
     moved = Moved(0.004, 0.0)
     lost = replace(moved, held_reason="loses palm")
     assert cost(TYPES[9], PINCH, lost) > cost(TYPES[9], PINCH, moved) + 10.0
+
+
+def test_what_is_lost_costs_more_the_earlier_and_more_than_a_lost_contact():
+    contact = Moved(0.010, math.radians(20.0), "loses palm")
+    late, early = (Moved(0.011, 0.1, "drifts by 11 mm", kept) for kept in (0.9, 0.2))
+    costs = [cost(TYPES[9], PINCH, moved) for moved in (contact, late, early, NOT_SHAKEN)]
+    dropped = replace(PINCH, touches=[], dropped=True)
+    costs += [cost(TYPES[9], dropped, STILL)]
+    assert costs == sorted(costs) and costs[1] < costs[2]
+
+
+def test_values_of_a_pattern_stand_for_it():
+    for number, stored in load_patterns().grasps.items():
+        again, known = pattern_of(number, values_of(number, stored.pattern)), stored.pattern
+        assert again.final == pytest.approx(known.final) and again.pre == pytest.approx(known.pre)
+        assert again.position == pytest.approx(known.position)
+        assert again.palm_first == known.palm_first
+        assert abs(np.dot(again.orientation, known.orientation)) == pytest.approx(1.0)
+    far = replace(stored.pattern, position=(1.0, 0.0, 0.1))
+    assert values_of(number, far)["x"] == max(v.high for v in variables(number) if v.name == "x")
+
+
+def test_a_draw_after_a_failure_costs_as_much_and_is_not_run(monkeypatch):
+    good = {"typed": "", "held_reason": "", "dropped": False}
+    seen = []
+
+    def tried(values, settings, seed):
+        seen.append(seed)
+        return {1: {**good, "cost": 4.0}, 2: {**good, "cost": 40.0, "held_reason": "lost"}}[seed]
+
+    monkeypatch.setattr(feix_search, "_tried", tried)
+    found = grasp(start_values(9), {"type": 9, "draws": [1, 2, 1]})
+    assert seen == [1, 2]
+    assert found["cost"] == pytest.approx((4.0 + 40.0 + 40.0) / 3) and found["held_reason"]
+    assert grasp(start_values(9), {"type": 9, "draws": [1, 2], "draw": 1})["cost"] == 4.0
 
 
 def test_costs_rise_from_held_over_the_wrong_type_and_dropped_to_what_does_not_fit():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from thesis.chapter_8.dexterity.feix import THUMB, grasp_types
-from thesis.chapter_8.dexterity.feix_judge import judge_type, shares
+from thesis.chapter_8.dexterity.feix_judge import MOST_DRIFT, judge_held, judge_type, shares
 from thesis.chapter_8.dexterity.feix_search import pattern_of, start_values
 from thesis.chapter_8.dexterity.feix_trials import HandSettings, PatternTrial, fresh_trials
 from thesis.chapter_8.dexterity.grasping import (
@@ -53,6 +53,16 @@ def test_what_is_held_stays_when_it_is_pulled_and_leaves_when_pulled_hard(hand):
     hand.grasp(WRAP, Times())
     assert hand.pull()[0] < 0.010
     assert 0.5 < hand.robust() < 20.0
+
+
+def test_shaking_ends_when_the_object_is_lost_and_tells_when(hand):
+    slippery = Draw(friction_scale=0.05)
+    assert not hand.grasp(WRAP, Times(), slippery).dropped
+    begin = hand.simulation.time
+    lost = hand.shaken(until_lost=True)
+    took = hand.simulation.time - begin
+    assert 0.0 < lost.kept < 1.0 and not judge_held(lost).good
+    assert took < 25.0 * lost.kept and lost.drift < 2.0 * MOST_DRIFT
 
 
 def test_without_fingers_it_is_dropped(hand):
@@ -137,13 +147,13 @@ def test_the_unturned_thumb_lies_along_the_palm():
     assert grasping_hand("four_channels").chain(THUMB).mount.rpy[2] != 0.0
 
 
-def test_the_hand_of_other_settings_takes_the_place_of_the_last_one():
+def test_a_hand_of_third_settings_takes_the_place_of_the_oldest_one():
     grasping.cache_clear()
     worlds = [
         grasping(name, "four_channels", 0.005, 1).simulation.engine.world
-        for name in ("bead", "pen")
+        for name in ("bead", "pen", "card")
     ]
-    assert worlds[0].closed and not worlds[1].closed
+    assert [world.closed for world in worlds] == [True, False, False]
     assert grasping("pen", "four_channels", 0.005, 1).simulation.engine.world is worlds[1]
 
 
