@@ -454,6 +454,15 @@ class Rules:
         "the pressures near each other",
         STANDARD,
     )
+    pulse_durations: tuple[float, float] = _rule(
+        (1e-3, 10.0), "plausible median duration of the pulses of a valve", BY_HAND, unit="s"
+    )
+    conductances: tuple[float, float] = _rule(
+        (1e-12, 1e-7),
+        "plausible conductance of a valve: choked holes of 0.02 to 7 mm diameter",
+        STANDARD,
+        unit="kg/(s Pa)",
+    )
     time_gap: float = _rule(5.0, "time between samples over the usual one, of a gap", BY_HAND)
     # ------------------------------------------------------------------ readings that do not count
     frequent_wild: float = _rule(0.002, "share of wild samples from which more are sought", BY_HAND)

@@ -568,3 +568,34 @@ def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp
         assert run.columns["p_in"] == pytest.approx(expected.columns["p_in"], abs=200.0)
     with pytest.raises(ValueError, match="is: gauge"):
         compare(said, BASE)
+
+
+INTEGRALS = ("friction_integral", "injector_integral")
+PULSE_SLIPS = {  # factors of columns whose numbers are of another unit, and the first such unit
+    "duration": ({"duration": 1e3}, "ms"),
+    "both": (dict.fromkeys(("duration", *INTEGRALS), 1e3), "ms"),
+    "integrals": (dict.fromkeys(INTEGRALS, 1e3), "Pa*ms"),
+    "pressures": (dict.fromkeys(("p_in", "p_out"), 0.145038), "psi"),
+    "all pressures": (dict.fromkeys(("p_in", "p_out", *INTEGRALS), 0.01), "bar"),
+    "mass": ({"mass": 1e-3}, "g"),
+}
+
+
+@pytest.mark.parametrize(("factors", "fits"), PULSE_SLIPS.values(), ids=PULSE_SLIPS)
+def test_units_of_pulses_that_contradict_each_other_are_a_slip(factors, fits, tmp_path):
+    """The calibration takes up the factor, so no error of the model shows it."""
+    make_set(tmp_path / "true", "valve_pulse", [("injector_flow", {})], seed=3, ratio=5.0)
+    true = said = load_measurements(tmp_path / "true")
+    assert find_all_slips(true, BASE, effect_classes()).slips == ()
+    for column, factor in factors.items():
+        said = scaled(said, column, factor)
+    write_files(set_files(said, tmp_path / "said"))
+    checked = find_all_slips(load_measurements(tmp_path / "said"), BASE, effect_classes())
+    (slip,) = checked.slips
+    assert (slip.name, slip.column) == ("unit", ", ".join(factors))
+    assert slip.fits.split(", ")[0] == fits
+    assert "contradict each other" in verdict_sentence(diagnose(said, BASE).diagnosis)
+    again = mended(tmp_path / "said", checked.slips)
+    for run, expected in zip(again.runs, true.runs, strict=True):
+        for column in factors:
+            assert run.columns[column] == pytest.approx(expected.columns[column], rel=1e-4)

@@ -29,6 +29,7 @@ from model_lab.slips.candidates import candidates
 from model_lab.slips.columns import Candidate
 from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
+from model_lab.slips.pulses import agreeing_units, contradict
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
@@ -119,9 +120,9 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     """
     if data.doubts:
         return _possible_reading(data, model)
-    jump = jumping_angle(data, model)
-    if jump is not None:
-        return jump
+    shown = shown_by_readings(data, model)
+    if shown is not None:
+        return shown
     before = score(data, model)
     if before.explains or scatters(data, _scatter(data, before.floor)) or dead_readings(data):
         return None
@@ -133,17 +134,33 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
         alike = _best(_of_runs(data, model, before), before)
     if not alike:
         return None
-    (candidate, after), *others = alike
+    (candidate, after), *_ = alike
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
-    slip, mended, error = _told(candidate, before.rmse, after)
-    return replace(slip, alike=tuple(words(other) for other, _ in others)), mended, error
+    return _told([one for one, _ in alike], before.rmse, after)
 
 
-def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip of a tip angle that jumps by 360 deg between samples, as `best_slip` returns it. It
-    is reported even if the model explains little of the data; None if no angle jumps, or the data
-    fit no better without the jumps.
+def shown_by_readings(
+    data: MeasurementSet, model: Model
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip that readings show by themselves, as `best_slip` returns it: an angle that jumps, or
+    units of pulses that contradict each other. It is a slip even if the model explains little of
+    the data; None if there is none.
+    """
+    return _jumping_angle(data, model) or _contradicting_units(data, model)
+
+
+def _contradicting_units(
+    data: MeasurementSet, model: Model
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of units of pulses that contradict each other; None if no others agree."""
+    alike = agreeing_units(data) if contradict(data) else []
+    return _told(alike, score(data, model).rmse, score(alike[0].mended, model)) if alike else None
+
+
+def _jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of a tip angle that jumps by 360 deg between samples; None if no angle jumps, or the
+    data fit no better without the jumps.
     """
     if not any(_jumps(run.columns["tip_angle"]) for run in data.runs if "tip_angle" in run.columns):
         return None
@@ -151,7 +168,7 @@ def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, Measurement
     if wrapped is None:
         return None
     before, after = score(data, model), score(wrapped.mended, model)
-    return _told(wrapped, before.rmse, after) if after.relative < before.relative else None
+    return _told([wrapped], before.rmse, after) if after.relative < before.relative else None
 
 
 def absolute_pressures(
@@ -168,7 +185,7 @@ def absolute_pressures(
         return None
     after = score(found.mended, model)
     better = after.relative <= RULES.slip_absolute_share * before.relative
-    return _told(found, before.rmse, after) if better else None
+    return _told([found], before.rmse, after) if better else None
 
 
 def _jumps(angle: Array) -> bool:
@@ -223,11 +240,17 @@ def _possible_reading(data: MeasurementSet, model: Model) -> tuple[Slip, Measure
         raise ValueError(data.doubts[0])
     candidate, after = min(tried, key=lambda pair: pair[1].relative)
     size = float(np.sqrt(np.mean(data.table.value**2)))
-    slip, mended, error = _told(candidate, size, after)
+    slip, mended, error = _told([candidate], size, after)
     return slip, replace(mended, doubts=()), error
 
 
-def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, MeasurementSet, float]:
+def _told(
+    alike: Sequence[Candidate], before: float, after: Score
+) -> tuple[Slip, MeasurementSet, float]:
+    """The first of some slips that explain the data about as well, with the others beside it;
+    before: error of the data as stated; after: score without the first.
+    """
+    candidate, *others = alike
     slip = Slip(
         candidate.name,
         candidate.column,
@@ -236,6 +259,7 @@ def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, Meas
         before,
         after.rmse,
         candidate.mend,
+        alike=tuple(map(words, others)),
     )
     return slip, candidate.mended, after.relative
 
