@@ -424,6 +424,9 @@ class Rules:
     line_in_input: float = _rule(0.05, "share of the input at the frequency of a line", BY_HAND)
     line_share: float = _rule(0.1, "share of the error of a run that a line makes up", BY_HAND)
     line_runs: float = _rule(2 / 3, "share of the runs in which it does", BY_HAND)
+    line_of_error: float = _rule(
+        0.7, "root mean square of a line over the error, from which the error is no noise", BY_HAND
+    )
     notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
     notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")

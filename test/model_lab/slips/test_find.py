@@ -22,9 +22,13 @@ from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
 from model_lab.rules import RULES
+from model_lab.slips.candidates import candidates
 from model_lab.slips.find import (
+    PREDICTED_SAMPLES,
     Score,
     _jumps,
+    _predicted_error,
+    _scores,
     absolute_pressures,
     find_slips,
     is_slip,
@@ -568,6 +572,27 @@ def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp
         assert run.columns["p_in"] == pytest.approx(expected.columns["p_in"], abs=200.0)
     with pytest.raises(ValueError, match="is: gauge"):
         compare(said, BASE)
+
+
+def test_specimens_out_of_whose_reach_some_poses_lie_are_not_exchanged(tmp_path):
+    """Of each run a few samples are predicted, here none of those that only the long one reaches."""
+    make_set(tmp_path, "base_torque", [], seed=1, runs=2, repeats=1)
+    true = load_measurements(tmp_path)
+    (finger,) = true.specimens.values()
+    short = replace(finger, name="short", values={**finger.values, "length": 0.08})
+    runs = []
+    for run, specimen, size in zip(
+        true.runs, (finger.name, "short"), (1.0, 8.0 / 9.0), strict=True
+    ):
+        seen = np.where(np.arange(run.samples) % (run.samples // PREDICTED_SAMPLES), 1.0, 0.9)
+        place = {key: size * seen * run.columns[key] for key in TIP_POSE[:3]}
+        runs.append(replace(run, specimen=specimen, columns={**run.columns, **place}))
+    data = replace(true, runs=tuple(runs), specimens={**true.specimens, "short": short})
+    exchanged = [one for one in candidates(data) if one.column == f"{finger.name}, short"]
+    assert np.isfinite(_predicted_error(exchanged[0].mended, BASE))
+    with pytest.raises(ValueError, match="not farther from the base"):
+        score(exchanged[0].mended, BASE)
+    assert _scores(exchanged, BASE) == []
 
 
 INTEGRALS = ("friction_integral", "injector_integral")

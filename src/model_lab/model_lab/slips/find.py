@@ -221,7 +221,7 @@ def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Ca
     """Runs that belong to other specimens than stated, where that lowers the error enough. Whether
     the error is then about the floor tells little: the floor depends on which runs are repeats.
     """
-    tried = [(one, score(one.mended, model)) for one in mislabelled(data, model)]
+    tried = _scores(mislabelled(data, model), model)
     return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
 
 
@@ -284,7 +284,20 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
 
 def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
     """The slips of `nearest` with the scores that the fitted model has without them."""
-    return [(one, score(one.mended, model)) for one in nearest(data, model)]
+    return _scores(nearest(data, model), model)
+
+
+def _scores(tried: Sequence[Candidate], model: Model) -> list[tuple[Candidate, Score]]:
+    """Slips with their scores, without those whose data the model refuses: some poses may be out of
+    reach that no prediction of a few samples saw.
+    """
+    found = []
+    for one in tried:
+        try:
+            found.append((one, score(one.mended, model)))
+        except ValueError:  # such data the model refuses: so that is not the slip
+            continue
+    return found
 
 
 def nearest(data: MeasurementSet, model: Model) -> list[Candidate]:
