@@ -291,4 +291,7 @@ def test_an_error_that_oscillates_is_no_noise(tmp_path):
     said = diagnose_folder(tmp_path)
     assert [one["kind"] for one in said["notices"]] == ["line"]
     assert said["rmse_before"] < 1.5 * said["noise_floor"]
-    assert (said["verdict"], said["unexplained"]["against"]) == ("unexplained", ["time_since_step"])
+    assert (said["verdict"], said["unexplained"]["against"]) == (
+        "unexplained",
+        ("time_since_step",),
+    )

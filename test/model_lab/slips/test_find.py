@@ -575,7 +575,7 @@ def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp
 
 
 def test_specimens_out_of_whose_reach_some_poses_lie_are_not_exchanged(tmp_path):
-    """Of each run a few samples are predicted, here none of those that only the long one reaches."""
+    """A few samples of each run are predicted, here none that only the long one reaches."""
     make_set(tmp_path, "base_torque", [], seed=1, runs=2, repeats=1)
     true = load_measurements(tmp_path)
     (finger,) = true.specimens.values()
