@@ -574,6 +574,16 @@ def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp
         compare(said, BASE)
 
 
+@pytest.mark.parametrize(("said", "unit"), [("psi", PSI), ("Pa", 1.0), ("kPa", 1e3)])
+def test_the_unit_is_told_by_which_a_free_modulus_is_about_the_stated_one(said, unit, tmp_path):
+    """Any unit fits rubber of which the modulus is sought, up to fifty times the stated one."""
+    make_set(tmp_path, "rubber", [], seed=1)
+    data = scaled(load_measurements(tmp_path), "stress", unit / 1e6)
+    data = replace(data, units={**data.units, "stress": said})
+    (slip,) = find_slips(data, BASE).slips
+    assert (slip.name, slip.column, slip.said, slip.fits) == ("unit", "stress", said, "MPa")
+
+
 def test_specimens_out_of_whose_reach_some_poses_lie_are_not_exchanged(tmp_path):
     """A few samples of each run are predicted, here none that only the long one reaches."""
     make_set(tmp_path, "base_torque", [], seed=1, runs=2, repeats=1)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import FREE_MODULUS_RANGE, Forward
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
@@ -62,12 +62,14 @@ class Score:
 
     rmse, floor: held-out error and noise floor. size: root mean square of the outputs; all three in
     the SI unit of the outputs. at_bound: whether a parameter of the calibration lies on a bound.
+    scaled: of a free modulus, the logarithm of its ratio to the stated one, without sign.
     """
 
     rmse: float
     floor: float
     size: float
     at_bound: bool = False
+    scaled: float = 0.0
 
     @property
     def relative(self) -> float:
@@ -209,11 +211,12 @@ def scatters(data: MeasurementSet, floor: float) -> bool:
 
 def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
     """The slips that fit about as well as the best one does, none if that is no slip: first those
-    that need no modulus at the end of what is usual, of these the commonest.
+    that need no modulus at the end of what is usual, of these those with a free modulus about the
+    stated one, of these the commonest.
     """
     least = min((after.relative for _, after in tried), default=np.inf)
     alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
-    alike.sort(key=lambda pair: (pair[1].at_bound, pair[0].rare))
+    alike.sort(key=lambda pair: (pair[1].at_bound, round(pair[1].scaled), pair[0].rare))
     return alike if alike and is_slip(alike[0][0].name, before, alike[0][1]) else []
 
 
@@ -325,7 +328,7 @@ def _predicted_error(data: MeasurementSet, model: Model) -> float:
         return np.inf
     measured, square = forward.measured, float(predicted @ predicted)
     factor = float(predicted @ forward.measured) / square if square > 0.0 else 1.0
-    low, high = (0.0, np.inf) if data.free_modulus else USUAL_MODULUS_SCALES
+    low, high = FREE_MODULUS_RANGE if data.free_modulus else USUAL_MODULUS_SCALES
     left = measured - np.clip(factor, low, high) * predicted
     return float(np.linalg.norm(left) / np.linalg.norm(measured))
 
@@ -338,7 +341,8 @@ def score(data: MeasurementSet, model: Model) -> Score:
     size = float(np.sqrt(np.mean(problem.data.table.value**2)))
     free = [parameter.effect is None for parameter in likelihood.parameters]
     at_bound = bool(np.any(found.at_limit & np.array(free, bool)))
-    return Score(hold_out(found).rmse, _floor(problem), size, at_bound)
+    scales = np.abs(np.log(found.values[free])) if data.free_modulus else np.zeros(1)
+    return Score(hold_out(found).rmse, _floor(problem), size, at_bound, float(np.max(scales)))
 
 
 def _floor(problem: FitProblem) -> float:

@@ -25,13 +25,13 @@ from model_lab.slips.columns import (
     with_units,
 )
 
-PRESSURES, INTEGRALS = ("p_in", "p_out"), ("friction_integral", "injector_integral")
-TOGETHER = (
+PULSE_PRESSURES, INTEGRALS = ("p_in", "p_out"), ("friction_integral", "injector_integral")
+PULSE_GROUPS = (
     ("duration",),
     INTEGRALS,
-    PRESSURES,
+    PULSE_PRESSURES,
     ("duration", *INTEGRALS),
-    (*PRESSURES, *INTEGRALS),
+    (*PULSE_PRESSURES, *INTEGRALS),
     ("mass",),
 )
 """Columns whose unit is mistaken together, those of a single kind first."""
@@ -54,7 +54,7 @@ def _other_units(data: MeasurementSet) -> Iterator[Candidate]:
     """Groups of columns in each other usual unit, by one factor for a group."""
     groups = (
         tuple(name for name in group if all(name in run.columns for run in data.runs))
-        for group in TOGETHER
+        for group in PULSE_GROUPS
     )
     for columns in filter(None, dict.fromkeys(groups)):
         known = {name: factors_of(data, name) for name in columns}
@@ -89,7 +89,7 @@ def _unit_by(factor: float, known: list[tuple[str, float]], like: str) -> str:
 
 def _agree(data: MeasurementSet) -> bool:
     """Whether all that the columns of pulses say of each other lies in its usual range."""
-    duration, p_in, p_out = (data.column(name) for name in ("duration", *PRESSURES))
+    duration, p_in, p_out = (data.column(name) for name in ("duration", *PULSE_PRESSURES))
     leaving = data.column("direction") != INFLATE
     ranges = (
         (pulse_shares(data), RULES.pulse_shares),
