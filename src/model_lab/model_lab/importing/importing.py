@@ -371,7 +371,8 @@ def _by_run(option: str, said: Mapping[str, T], runs: Sequence[ImportedRun]) -> 
 
 
 def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
-    """What was computed from columns, and what was left out."""
+    """What was computed from columns, and what was left out, once for all files alike."""
+    alike: dict[str, list[str]] = {}
     for source in sources:
         for meant in source.meanings:
             call = derivation(meant.column)
@@ -382,7 +383,9 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
-        yield from (f"{source.table.path.name}: {said}" for said in source.table.remarks)
+        for said in source.table.remarks:
+            alike.setdefault(said, []).append(source.table.path.name)
+    yield from (f"{listed(files)}: {said}" for said, files in alike.items())
 
 
 def _remarks_on_specimens(
