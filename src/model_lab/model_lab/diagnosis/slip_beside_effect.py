@@ -109,13 +109,9 @@ def find_all_slips(
     """
     shown = None if data.doubts else shown_by_readings(data, model)
     if shown is not None:  # that is a slip whatever else is missing
-        slip, mended, error = shown
+        slip, mended, _ = shown
         rest = find_all_slips(mended, model, classes, tell)
-        return replace(
-            rest,
-            slips=(slip, *rest.slips),
-            relative_error=rest.relative_error if rest.slips else error,
-        )
+        return replace(rest, slips=(slip, *rest.slips))
     checked = find_slips(data, model, tell)
     if data.doubts:
         return checked

@@ -96,16 +96,16 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
         for slip in slips
     ]
     return [
-        f"{claim}{_besides(slip)}: {_fall(slip, display)}. In experiment.yaml: "
+        f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
         f"{slip.mend}{_or_else(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
 
 
-def _fall(slip: Slip, display: Display) -> str:
+def _shown_by(slip: Slip, display: Display) -> str:
     """What shows a slip: how far the error falls, or for a factor of pulses, their readings."""
     if slip.column == "mass" or isclose(slip.rmse_after, slip.rmse_before):
-        return "as stated, the columns contradict each other, though the error does not show it"
+        return "otherwise the columns contradict each other, which no error shows"
     before, after = display.shown(slip.rmse_before), display.shown(slip.rmse_after)
     return f"the error falls from {before} to {after}"
 

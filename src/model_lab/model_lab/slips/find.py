@@ -46,8 +46,8 @@ class Checked:
     """A measurement set without the slips that were found in it.
 
     relative_error: held-out error on this set over the size of the outputs; NaN if no slip was
-    found. instead: effects, or pairs of effects, that explain the set as it was stated as well as
-    the slips do.
+    found by the error. instead: effects, or pairs of effects, that explain the set as it was stated
+    as well as the slips do.
     """
 
     data: MeasurementSet

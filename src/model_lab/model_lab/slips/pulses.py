@@ -91,12 +91,13 @@ def _agree(data: MeasurementSet) -> bool:
     """Whether all that the columns of pulses say of each other lies in its usual range."""
     duration, p_in, p_out = (data.column(name) for name in ("duration", *PULSE_PRESSURES))
     leaving = data.column("direction") != INFLATE
-    ranges = (
-        (pulse_shares(data), RULES.pulse_shares),
-        (duration, RULES.pulse_durations),
-        (np.abs(data.table.value) / (p_in * duration), RULES.conductances),
-        (p_out[leaving], RULES.atmosphere),
-    )
+    with np.errstate(all="ignore"):  # the model refuses durations of 0
+        ranges = (
+            (pulse_shares(data), RULES.pulse_shares),
+            (duration, RULES.pulse_durations),
+            (np.abs(data.table.value) / (p_in * duration), RULES.conductances),
+            (p_out[leaving], RULES.atmosphere),
+        )
     return all(_is_within(values, limits) for values, limits in ranges)
 
 
