@@ -424,6 +424,9 @@ class Rules:
     line_in_input: float = _rule(0.05, "share of the input at the frequency of a line", BY_HAND)
     line_share: float = _rule(0.1, "share of the error of a run that a line makes up", BY_HAND)
     line_runs: float = _rule(2 / 3, "share of the runs in which it does", BY_HAND)
+    line_of_error: float = _rule(
+        0.7, "root mean square of a line over the error, from which the error is no noise", BY_HAND
+    )
     notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
     notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
@@ -453,6 +456,15 @@ class Rules:
         "integral of p_in - p_out over its first value and the duration: 1 at first, and falls as "
         "the pressures near each other",
         STANDARD,
+    )
+    pulse_durations: tuple[float, float] = _rule(
+        (1e-3, 10.0), "plausible median duration of the pulses of a valve", BY_HAND, unit="s"
+    )
+    conductances: tuple[float, float] = _rule(
+        (1e-12, 1e-7),
+        "plausible conductance of a valve: choked holes of 0.02 to 7 mm diameter",
+        STANDARD,
+        unit="kg/(s Pa)",
     )
     time_gap: float = _rule(5.0, "time between samples over the usual one, of a gap", BY_HAND)
     # ------------------------------------------------------------------ readings that do not count

@@ -21,7 +21,7 @@ from model_lab.cli.options import (
     DECIMAL_SIGNS,
     attitude,
     column_map,
-    sheet_of,
+    name_of_file,
     stretch_before,
 )
 from model_lab.importing.cells import Ambiguous
@@ -77,7 +77,9 @@ class LabTab:
                     "sheet", "", hint="of a spreadsheet; of single files FILE=SHEET; FILE=SHEET"
                 )
                 self.specimen = gui.add_text(
-                    "specimen", "", hint="name of the only specimen; empty: as the files' names say"
+                    "specimen",
+                    "",
+                    hint="of all files, or of single ones FILE=NAME; empty: as their names say",
                 )
                 self.stretched = gui.add_text(
                     "stretched to",
@@ -146,7 +148,11 @@ class LabTab:
         hand, maps = self.finger.value, self._given_maps()
         if hand in _hands():
             held = _said(self.wrist, attitude)
-            read = (None, DECIMAL_SIGNS.get(self.decimal.value, ""), _said(self.sheet, sheet_of))
+            read = (
+                None,
+                DECIMAL_SIGNS.get(self.decimal.value, ""),
+                _said(self.sheet, name_of_file),
+            )
             of_hand = set_of_hand(self._files, hand, HAND_POSE, maps, None, *read, held)
             if of_hand is not None:
                 self._columns.content = _table(table_rows(of_hand[1]))
@@ -156,7 +162,7 @@ class LabTab:
         return proposal, make_set(
             proposal,
             None if hand == NO_HAND else hand,
-            specimen=self.specimen.value.strip() or None,
+            specimens=_said(self.specimen, name_of_file),
             stretched_to=_said(self.stretched, stretch_before),
         )
 
@@ -164,7 +170,7 @@ class LabTab:
         named = {path.name for path in files}
         sheets = {
             file: sheet
-            for file, sheet in _said(self.sheet, sheet_of).items()
+            for file, sheet in _said(self.sheet, name_of_file).items()
             if not file or file in named
         }
         decimal = DECIMAL_SIGNS.get(self.decimal.value, "")

@@ -280,5 +280,18 @@ def test_no_model_is_adequate_within_a_floor_as_large_as_the_readings(floor, fai
     problem = SimpleNamespace(
         floor=SimpleNamespace(source=REPEATS, total=floor), data=SimpleNamespace(table=table)
     )
-    judged = SimpleNamespace(verdict=ADEQUATE, problem=problem)
-    assert _failing(judged, SimpleNamespace(certain_failures=()), None, False) == failing
+    judged = SimpleNamespace(verdict=ADEQUATE, problem=problem, named=None)
+    assert _failing(judged, SimpleNamespace(certain_failures=()), None, False, ()) == failing
+
+
+def test_an_error_that_oscillates_is_no_noise(tmp_path):
+    """It raises the floor of runs without repeats, within which any model would be adequate."""
+    options = {"runs": 3, "repeats": 1, "with_noise": False, "noise": 0.006}
+    make_set(tmp_path, "uniaxial", [("interference", {})], 200, seed=6, ratio=5.0, **options)
+    said = diagnose_folder(tmp_path)
+    assert [one["kind"] for one in said["notices"]] == ["line"]
+    assert said["rmse_before"] < 1.5 * said["noise_floor"]
+    assert (said["verdict"], said["unexplained"]["against"]) == (
+        "unexplained",
+        ("time_since_step",),
+    )

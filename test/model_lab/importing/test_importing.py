@@ -160,6 +160,33 @@ def test_one_specimen_can_be_said(tmp_path, capsys):
     assert "--specimen mine" in capsys.readouterr().out
 
 
+def test_what_is_taken_as_repeats_is_told_and_how_to_say_otherwise(tmp_path, capsys):
+    names = ["left_1", "left_2", "right_1"]
+    of_names(tmp_path, names)
+    told = capsys.readouterr().out
+    assert "taken as repeats, whose differences are noise: left_1 = left_2; if" in told
+    said = [word for name in names for word in ("--specimen", f"{name}.csv={name}")]
+    found = of_names(tmp_path, names, *said, "--force")
+    assert [specimen for specimen, _ in found.values()] == names
+    told = capsys.readouterr().out
+    assert "taken as repeats" not in told and "--specimen left_1.csv=left_1" in told
+
+
+@pytest.mark.parametrize("option", ["--shift", "--specimen"])
+def test_what_is_said_of_an_unknown_file_is_refused(option, tmp_path, capsys):
+    file = write(tmp_path / "bent.csv", *BEND)
+    command = ["import", str(file), "-o", str(tmp_path / "set"), option, "other.csv=1", "--yes"]
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert f"{option}: expected one of the files bent.csv, got other.csv" in said
+
+
+def test_a_clock_that_is_not_there_is_not_shifted(tmp_path):
+    file = write(tmp_path / "bent.csv", "pressure [kPa],angle [deg]", PRESSURE, ANGLE)
+    with pytest.raises(DocumentError, match="expected a file with a column of time"):
+        make_set(propose([file]), shifts={"bent.csv": 1.0})
+
+
 def test_the_next_commands_run_without_dimensions_too(tmp_path, capsys):
     file = write(tmp_path / "bent_1.csv", *BEND)
     assert main(["import", str(file), "-o", str(tmp_path / "set"), "--yes"]) == 0

@@ -70,7 +70,7 @@ def workbook(path, headers):
     book = openpyxl.Workbook()
     book.remove(book.active)
     for number, header in enumerate(headers, 1):
-        sheet = book.create_sheet(f"run {number}")
+        sheet = book.create_sheet(f"{'run' if number < 3 else 'half'} {number}")
         for row in [header, *zip(PRESSURE, number * PRESSURE, strict=True)]:
             sheet.append(list(row))
     book.save(path)
@@ -78,9 +78,9 @@ def workbook(path, headers):
 
 
 def test_sheets_with_the_same_columns_are_runs(tmp_path):
-    path = workbook(tmp_path / "day.xlsx", 2 * [("p (kPa)", "angle (deg)")])
+    path = workbook(tmp_path / "day.xlsx", 3 * [("p (kPa)", "angle (deg)")])
     found = make_set(propose([path]))
-    assert [run.name for run in found.runs] == ["day_run-1", "day_run-2"]
+    assert [run.name for run in found.runs] == ["day_run-1", "day_run-2", "day_half-3"]
     np.testing.assert_allclose(found.runs[1].columns["tip_angle"], 2.0 * PRESSURE)
     (only,) = make_set(propose([path], sheets={"": "run 2"})).runs
     assert only.name == "day"

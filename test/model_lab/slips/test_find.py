@@ -22,9 +22,13 @@ from model_lab.measurements.save import set_files
 from model_lab.report.comparison_text import comparison_text
 from model_lab.report.sentences import verdict_sentence
 from model_lab.rules import RULES
+from model_lab.slips.candidates import candidates
 from model_lab.slips.find import (
+    PREDICTED_SAMPLES,
     Score,
     _jumps,
+    _predicted_error,
+    _scores,
     absolute_pressures,
     find_slips,
     is_slip,
@@ -568,3 +572,66 @@ def test_gauge_pressures_of_pulses_are_told_though_those_of_the_air_are_zero(tmp
         assert run.columns["p_in"] == pytest.approx(expected.columns["p_in"], abs=200.0)
     with pytest.raises(ValueError, match="is: gauge"):
         compare(said, BASE)
+
+
+@pytest.mark.parametrize(("said", "unit"), [("psi", PSI), ("Pa", 1.0), ("kPa", 1e3)])
+def test_the_unit_is_told_by_which_a_free_modulus_is_about_the_stated_one(said, unit, tmp_path):
+    """Any unit fits rubber of which the modulus is sought, up to fifty times the stated one."""
+    make_set(tmp_path, "rubber", [], seed=1)
+    data = scaled(load_measurements(tmp_path), "stress", unit / 1e6)
+    data = replace(data, units={**data.units, "stress": said})
+    (slip,) = find_slips(data, BASE).slips
+    assert (slip.name, slip.column, slip.said, slip.fits) == ("unit", "stress", said, "MPa")
+
+
+def test_specimens_out_of_whose_reach_some_poses_lie_are_not_exchanged(tmp_path):
+    """A few samples of each run are predicted, here none that only the long one reaches."""
+    make_set(tmp_path, "base_torque", [], seed=1, runs=2, repeats=1)
+    true = load_measurements(tmp_path)
+    (finger,) = true.specimens.values()
+    short = replace(finger, name="short", values={**finger.values, "length": 0.08})
+    runs = []
+    for run, specimen, size in zip(
+        true.runs, (finger.name, "short"), (1.0, 8.0 / 9.0), strict=True
+    ):
+        seen = np.where(np.arange(run.samples) % (run.samples // PREDICTED_SAMPLES), 1.0, 0.9)
+        place = {key: size * seen * run.columns[key] for key in TIP_POSE[:3]}
+        runs.append(replace(run, specimen=specimen, columns={**run.columns, **place}))
+    data = replace(true, runs=tuple(runs), specimens={**true.specimens, "short": short})
+    exchanged = [one for one in candidates(data) if one.column == f"{finger.name}, short"]
+    assert np.isfinite(_predicted_error(exchanged[0].mended, BASE))
+    with pytest.raises(ValueError, match="not farther from the base"):
+        score(exchanged[0].mended, BASE)
+    assert _scores(exchanged, BASE) == []
+
+
+INTEGRALS = ("friction_integral", "injector_integral")
+PULSE_SLIPS = {  # factors of columns whose numbers are of another unit, and the first such unit
+    "duration": ({"duration": 1e3}, "ms"),
+    "both": (dict.fromkeys(("duration", *INTEGRALS), 1e3), "ms"),
+    "integrals": (dict.fromkeys(INTEGRALS, 1e3), "Pa*ms"),
+    "pressures": (dict.fromkeys(("p_in", "p_out"), 0.145038), "psi"),
+    "all pressures": (dict.fromkeys(("p_in", "p_out", *INTEGRALS), 0.01), "bar"),
+    "mass": ({"mass": 1e-3}, "g"),
+}
+
+
+@pytest.mark.parametrize(("factors", "fits"), PULSE_SLIPS.values(), ids=PULSE_SLIPS)
+def test_units_of_pulses_that_contradict_each_other_are_a_slip(factors, fits, tmp_path):
+    """The calibration takes up the factor, so no error of the model shows it."""
+    make_set(tmp_path / "true", "valve_pulse", [("injector_flow", {})], seed=3, ratio=5.0)
+    true = said = load_measurements(tmp_path / "true")
+    assert find_all_slips(true, BASE, effect_classes()).slips == ()
+    for column, factor in factors.items():
+        said = scaled(said, column, factor)
+    write_files(set_files(said, tmp_path / "said"))
+    checked = find_all_slips(load_measurements(tmp_path / "said"), BASE, effect_classes())
+    (slip,) = checked.slips
+    assert (slip.name, slip.column) == ("unit", ", ".join(factors))
+    assert slip.fits.split(", ")[0] == fits
+    found = diagnose(said, BASE).diagnosis
+    assert "contradict each other" in verdict_sentence(found) and found.instead == ()
+    again = mended(tmp_path / "said", checked.slips)
+    for run, expected in zip(again.runs, true.runs, strict=True):
+        for column in factors:
+            assert run.columns[column] == pytest.approx(expected.columns[column], rel=1e-4)

@@ -195,7 +195,7 @@ def import_files(
     shifts: Mapping[str, float] | None = None,
     decimal: str = "",
     sheets: str | Mapping[str, str] = "",
-    specimen: str | None = None,
+    specimen: str | Mapping[str, str] | None = None,
     stretched_to: float | Mapping[str, float] | None = None,
     wrist: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
     modes: str | Mapping[str, str] = "",
@@ -216,7 +216,8 @@ def import_files(
         decimal: decimal sign of numbers in text files, "." or ","; "": found out from the file.
         sheets: sheet to read of spreadsheets with several sheets of numbers: one name for all
             files, or a name for each file by the name of the file; "": the only one.
-        specimen: name of the specimen of all runs; None: taken from the file names.
+        specimen: name of the specimen: one for all files, or one for each by the name of the file;
+            None: taken from the file names.
         stretched_to: largest stretch [-] that the specimen had seen before the run: one number for
             all files, or one for each by the name of the file; None: not known.
         wrist: how the wrist of a hand was held, as roll, pitch and yaw [rad]: one triple for all
@@ -240,7 +241,8 @@ def import_files(
     else:
         proposal = propose(files, experiment, columns, *given, _by_file(modes), split_restarts)
         before = _by_file(stretched_to)
-        found = make_set(proposal, hand, shifts, specimen=specimen, stretched_to=before)
+        named = _by_file(specimen)
+        found = make_set(proposal, hand, shifts, specimens=named, stretched_to=before)
     with tempfile.TemporaryDirectory() as folder:
         found.write(Path(folder))
         loaded = replace(load_measurements(folder), folder=Path("imported"))

@@ -263,7 +263,8 @@ def pulse_columns(
     duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)
     duration = np.where(inflating, duration, duration / DEFLATION_SPEEDUP)
     low, high = CHANNEL_PRESSURES
-    channel = AMBIENT_PRESSURE + random.uniform(low, min(high, 0.9 * supply - 101e3), PULSES)
+    high = min(high, 0.9 * supply - 101e3)
+    channel = AMBIENT_PRESSURE + random.uniform(min(low, 0.5 * high), high, PULSES)
     sagging = supply * random.uniform(0.94, 1.0, PULSES)  # other channels draw from it as well
     p_in = np.where(inflating, sagging, channel)
     p_out = np.where(inflating, channel, AMBIENT_PRESSURE)

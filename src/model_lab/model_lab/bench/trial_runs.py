@@ -39,6 +39,7 @@ THICKEST_WALL = 0.9  # of half the height
 LENGTH_FACTOR = 0.6  # length of another specimen
 PLANNED_HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
 PROTOCOL_SEED = 0  # of the pulses
+LEAST_SUPPLY = 120e3  # [Pa] absolute, with which a channel can be filled a little
 RIGHT_ANGLE = float(np.pi / 2.0)
 WRIST_ATTITUDES = {  # roll, pitch, yaw [rad] of the wrist of the shipped hands
     "fingers up": (0.0, 0.0, 0.0),
@@ -234,6 +235,8 @@ def _pulses(data: MeasurementSet) -> Iterator[TrialRun]:
     middle = float(np.sqrt(low * high))
     random = np.random.default_rng(PROTOCOL_SEED)
     for supply in dict.fromkeys([supplies[0], supplies[1], 0.75 * supplies[0]]):
+        if supply < LEAST_SUPPLY:
+            continue
         for name, length in {"short": (low, middle), "long": (middle, high)}.items():
             words = (
                 f"{name} pulses both ways, each from a pressure of its own, at a supply of "

@@ -90,7 +90,7 @@ COMMANDS: Mapping[str, Command] = {
             ),
             argument(
                 "--sheet",
-                type=options.sheet_of,
+                type=options.name_of_file,
                 action="append",
                 default=[],
                 metavar="[FILE=]SHEET",
@@ -122,8 +122,12 @@ COMMANDS: Mapping[str, Command] = {
             ),
             argument(
                 "--specimen",
-                metavar="NAME",
-                help="name of the specimen of all runs (default: as the names of the files say)",
+                type=options.name_of_file,
+                action="append",
+                default=[],
+                metavar="[FILE=]NAME",
+                help="name of the specimen of a file or of all (default: as the names of the files "
+                "say); may be given again",
             ),
             argument(
                 "--stretched-to",

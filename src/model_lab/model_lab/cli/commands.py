@@ -35,8 +35,9 @@ def import_files(arguments: argparse.Namespace) -> None:
     from model_lab.report.text import text_table
 
     check_folder(arguments.out, arguments.force)
-    maps, shifts, sheets = (
-        _once(f"--{name}", getattr(arguments, name)) for name in ("map", "shift", "sheet")
+    maps, shifts, sheets, specimens = (
+        _once(f"--{name}", getattr(arguments, name))
+        for name in ("map", "shift", "sheet", "specimen")
     )
     given = (arguments.msgs, options.DECIMAL_SIGNS.get(arguments.decimal, ""), sheets)
     stretched_to, held, modes = (
@@ -52,7 +53,7 @@ def import_files(arguments: argparse.Namespace) -> None:
         shifts,
         arguments.msgs,
         arguments.decimal,
-        arguments.specimen,
+        specimens,
         stretched_to,
         sheets,
         held,
@@ -72,7 +73,7 @@ def import_files(arguments: argparse.Namespace) -> None:
     if proposal.unsure and not arguments.yes and sys.stdin.isatty():
         maps = told.asked(proposal, maps, input)
         proposal = propose(arguments.files, arguments.experiment, maps, *given, *parting)
-    found = make_set(proposal, hand, shifts, "", arguments.specimen, stretched_to)
+    found = make_set(proposal, hand, shifts, "", specimens, stretched_to)
     said = replace(said, maps=maps)
     _write_imported(found, str(proposal.experiment), arguments, said)
 

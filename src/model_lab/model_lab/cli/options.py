@@ -140,16 +140,14 @@ def mode_of(text: str) -> tuple[str, str]:
     return file, mode
 
 
-def sheet_of(text: str) -> tuple[str, str]:
-    """(file name, sheet) from the text [FILE=]SHEET; without FILE, the name is "", which stands for
-    all files.
+def name_of_file(text: str) -> tuple[str, str]:
+    """(file name, name of its sheet or specimen) from the text [FILE=]NAME; without FILE, the first
+    is "", which stands for all files.
     """
-    file, _, sheet = text.rpartition("=")
-    if not sheet:
-        raise argparse.ArgumentTypeError(
-            f"expected a sheet of a spreadsheet, SHEET or FILE=SHEET, got {text}"
-        )
-    return file, sheet
+    file, _, name = text.rpartition("=")
+    if not name:
+        raise argparse.ArgumentTypeError(f"expected NAME or FILE=NAME, got {text}")
+    return file, name
 
 
 # ---------------------------------------------------------------------- declared

@@ -314,7 +314,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
     odd = notices(problem.data, floor, named.held_out.residual)
     localised = localise(problem.data, base.held_out.residual, seed)
     within = residual_tests(problem.data, named.fit.residual)
-    failing = _failing(judged, localised, within, doubted)
+    failing = _failing(judged, localised, within, doubted, odd)
     verdict = UNEXPLAINED if failing else judged.verdict
     evidence = evidence_of(problem, selection, judged.black_boxes, len(odd))
     experiment = problem.data.experiment
@@ -382,11 +382,16 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
 
 
 def _failing(
-    judged: Judgement, localised: Localisation, within: WithinRuns | None, doubted: bool
+    judged: Judgement,
+    localised: Localisation,
+    within: WithinRuns | None,
+    doubted: bool,
+    odd: Sequence[Notice],
 ) -> tuple[str, ...]:
     """Axes against which a model fails beyond chance and by much though its error lies within the
     noise floor: then it is not adequate. So is the order of the runs where repeats differ by about
-    as much as the readings of one run do. Empty with any other verdict.
+    as much as the readings of one run do, and the time where most of the error oscillates: that
+    raises the floor, and is no noise. Empty with any other verdict.
     """
     if judged.verdict != ADEQUATE:
         return ()
@@ -396,7 +401,10 @@ def _failing(
     failing = [axis.against for axis in localised.certain_failures]
     follows = ["pressure"] if within is not None and within.follows_input else []
     of_series = ["run_order"] if doubted else []
-    return tuple(dict.fromkeys([*failing, *follows, *of_series]))[:3]
+    lines = [notice.size for notice in odd if notice.kind == "line"]
+    most = any(size > RULES.line_of_error * judged.named.held_out.rmse for size in lines)
+    of_time = ["time_since_step"] if most else []
+    return tuple(dict.fromkeys([*failing, *follows, *of_series, *of_time]))[:3]
 
 
 def _rest_against(judged: Judgement, of_base: Localisation, seed: int) -> tuple[str, ...]:

@@ -30,9 +30,9 @@ from model_lab.slips.find import (
     SLIP_SAMPLES,
     Checked,
     find_slips,
-    jumping_angle,
     nearest,
     scatters,
+    shown_by_readings,
     words,
 )
 from model_lab.slips.outside import outside
@@ -107,15 +107,11 @@ def find_all_slips(
 
     classes: effects to try, by name. Raises ValueError for data that the model cannot use.
     """
-    jump = None if data.doubts else jumping_angle(data, model)
-    if jump is not None:  # that is a slip whatever else is missing
-        slip, mended, error = jump
+    shown = None if data.doubts else shown_by_readings(data, model)
+    if shown is not None:  # that is a slip whatever else is missing
+        slip, mended, _ = shown
         rest = find_all_slips(mended, model, classes, tell)
-        return replace(
-            rest,
-            slips=(slip, *rest.slips),
-            relative_error=rest.relative_error if rest.slips else error,
-        )
+        return replace(rest, slips=(slip, *rest.slips))
     checked = find_slips(data, model, tell)
     if data.doubts:
         return checked

@@ -376,13 +376,9 @@ def _duration(data: MeasurementSet) -> Notice | None:
 
 def _pulses(data: MeasurementSet) -> Notice | None:
     """Pulses whose integral of p_in - p_out is not about the duration times what it was first."""
-    needed = ("friction_integral", "p_in", "p_out", "duration")
-    runs = [run.columns for run in data.runs if all(name in run.columns for name in needed)]
-    if data.experiment != "valve_pulse" or not runs:
+    if data.experiment != "valve_pulse":
         return None
-    integral, before, after, lasting = (np.concatenate([r[name] for r in runs]) for name in needed)
-    flows = before > after
-    shares = integral[flows] / ((before - after) * lasting)[flows]
+    shares = pulse_shares(data)
     share = float(np.median(shares)) if len(shares) else 1.0
     low, high = RULES.pulse_shares
     if low <= share <= high:
@@ -393,6 +389,19 @@ def _pulses(data: MeasurementSet) -> Notice | None:
     )
     order, marked = np.arange(len(shares), dtype=float), np.zeros(0, np.int64)
     return Notice("pulses", share, 0.0, text, order, shares, marked)
+
+
+def pulse_shares(data: MeasurementSet) -> Array:
+    """Integrals of p_in - p_out over its first value and the duration, of the pulses (n,) that have
+    a pressure drop and of which the integral was recorded.
+    """
+    needed = ("friction_integral", "p_in", "p_out", "duration")
+    runs = [run.columns for run in data.runs if all(name in run.columns for name in needed)]
+    if not runs:
+        return np.zeros(0)
+    integral, before, after, lasting = (np.concatenate([r[name] for r in runs]) for name in needed)
+    flows = before > after
+    return integral[flows] / ((before - after) * lasting)[flows]
 
 
 def _timed(run: Run) -> bool:

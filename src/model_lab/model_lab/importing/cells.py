@@ -108,7 +108,7 @@ def _chosen(path: Path, sheets: Mapping[str, list[Row]], sheet: str) -> list[Row
     filled = _filled(sheets)
     if len(filled) > 1:
         raise Ambiguous(
-            f"{path}: expected one sheet with numbers, or run 1, run 2, ... with the same "
+            f"{path}: expected one sheet with numbers, or run 1, run 2, half 1, ... with the same "
             f"columns, got {listed(filled)}; say which sheet "
             f"(--sheet {shlex.quote(next(iter(filled)))})"
         )

@@ -31,6 +31,7 @@ DISPLACEMENT_WORDS = (
     *("weg", "verlangerung", "deplacement", "course", "spostamento", "desplazamiento"),
 )  # how testing machines name by how much the clamps have moved
 OPEN_LENGTH, OPEN_AREA = "LENGTH", "AREA"  # what a suggestion leaves to the user
+UNIT_AT_END = re.compile(r"_(?:mm|cm|m|px)$")  # of a length
 PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 CURVATURE_WORDS = ("curvature", "kappa", "krummung", "courbure", "curvatura", "κ")
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)$")
@@ -331,12 +332,18 @@ def _plain(name: str) -> str:
 
 
 def _wholes(names: Sequence[str], parts: str) -> dict[str, list[str]]:
-    """Columns of all the parts of what has them, by the name of the whole."""
+    """Columns of all the parts of what has them, by the name of the whole.
+
+    >>> _wholes(["t", "tip_x_mm", "tip_y_mm"], "xy")
+    {'tip': ['tip_x_mm', 'tip_y_mm']}
+    """
     found = {}
     for name in names:
+        unit = "".join(UNIT_AT_END.findall(name))
+        part_of = name.removesuffix(unit)
         for spelt in (parts, parts.upper()):
-            columns = [name[:-1] + part for part in spelt]
-            whole = name[:-1].rstrip("".join(PART_SIGNS))
-            if name.endswith(spelt[0]) and set(columns) <= set(names) and whole:
+            columns = [part_of[:-1] + part + unit for part in spelt]
+            whole = part_of[:-1].rstrip("".join(PART_SIGNS))
+            if part_of.endswith(spelt[0]) and set(columns) <= set(names) and whole:
                 found[whole] = columns
     return found

@@ -22,7 +22,7 @@ from model_lab.importing.hand_courses import HandCourse
 from model_lab.importing.hand_motions import set_of_motions
 from model_lab.importing.hand_poses import held_poses, set_of_poses
 from model_lab.importing.hand_tables import HandFile, courses_of
-from model_lab.importing.importing import ImportedSet, Proposal
+from model_lab.importing.importing import ImportedSet, Proposal, check_files
 from model_lab.importing.runs import Source
 from model_lab.importing.tables import read_tables
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
@@ -72,6 +72,8 @@ def set_of_hand(
     cut = set_of_motions if kind == HAND_MOTION else set_of_poses
     stated, given = hand if hand in hand_names() else str(Path(hand).resolve()), maps or {}
     if not given and are_bags_of_hand(files):
+        if shifts:
+            raise DocumentError("--shift: expected files of a hand at two clocks, got bags")
         courses = [course_of_bag(bag, described) for bag in files]
         specimen = HandSpecimen(stated, described, _segments_of(files, described))
         return cut(courses, specimen), Proposal((), kind, {})
@@ -93,6 +95,9 @@ def set_of_hand(
     _check_maps(given, described)
     read = [HandFile(table, hand_meanings(table, described, given)) for table in tables]
     read = [one for one in read if one.parts.meanings] or read
+    names = [one.table.path.name for one in read]
+    check_files("--shift", shifts or {}, names)
+    check_files("--wrist", wrist or {}, names)
     proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), kind, {})
     courses = courses_of(read, described, shifts or {}, wrist or {})
     courses, said = _in_frame_of_wrist(courses, described)

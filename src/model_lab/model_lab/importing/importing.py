@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import yaml
@@ -47,6 +48,7 @@ from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
 SPECIMEN = "finger"  # where no hand says what was measured
+T = TypeVar("T")
 STRIPS = {
     "uniaxial": "strip",
     RUBBER_TEST: "sheet",
@@ -184,7 +186,7 @@ def _tables(
 ) -> list[Table]:
     """The tables of the runs in the files, with derived columns."""
     names = told_apart(paths)
-    _check_files("--sheet", sheets, [name.name for name in names])
+    check_files("--sheet", sheets, [name.name for name in names])
     tables: list[Table] = []
     for path, name in zip(paths, names, strict=True):
         before = name.name.removesuffix(path.name)
@@ -201,7 +203,7 @@ def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, st
     neither says it.
     """
     names = [source.table.path.name for source in sources]
-    _check_files("--mode", stated, names)
+    check_files("--mode", stated, names)
     said = stated.get("", "")
     return {name: stated.get(name) or mode_in(Path(name).stem) or said for name in names}
 
@@ -221,7 +223,7 @@ def told_apart(paths: Sequence[Path]) -> list[Path]:
     ]
 
 
-def _check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
+def check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
     """Raise DocumentError where something is said of a file that is not there ("": of all)."""
     known = dict.fromkeys(files)
     unknown = [name for name in given if name and name not in known]
@@ -247,7 +249,7 @@ def make_set(
     hand: str | None = None,
     shifts: Mapping[str, float] | None = None,
     title: str = "",
-    specimen: str | None = None,
+    specimens: Mapping[str, str] | None = None,
     stretched_to: Mapping[str, float] | None = None,
 ) -> ImportedSet:
     """Make the measurement set of a proposal that leaves nothing open.
@@ -258,7 +260,8 @@ def make_set(
             the specimen is not known.
         shifts: time [s] to add to the clock of a file, by its name.
         title: title of the set; "": made from the name of a file.
-        specimen: name of the specimen of all runs; None: taken from the file names.
+        specimens: name of the specimen of a run, by the name of its file; "" for all others. Those
+            of files without are taken from the file names.
         stretched_to: largest stretch [-] that the specimen had seen before a run, by the name of
             the file of the run; "" for all others.
 
@@ -269,6 +272,7 @@ def make_set(
         missing = "; ".join(f"{what} ({how})" for what, how in proposal.unsure.items())
         raise DocumentError(f"expected an answer to these questions: {missing}")
     needed = NEEDED[experiment]
+    check_files("--shift", shifts or {}, [one.table.path.name for one in proposal.sources])
     sources = [_shifted(source, shifts or {}) for source in proposal.sources]
     sources, converted = in_one_unit(sources)
     many = experiment in (VALVE_PULSE, BASE_TORQUE)
@@ -285,11 +289,11 @@ def make_set(
     name = name if hand else STRIPS.get(experiment, SPECIMEN)
     names = [run.name for run in runs]
     found = assigned(names, telling_mode=experiment == RUBBER_TEST)
-    if specimen or len(found.names) < 2:
+    said = _by_run("--specimen", specimens or {}, runs)
+    if len(said) == len(runs) or len(found.names) < 2:
         protocols = {run: protocol_of(run) for run in names}
-        found = replace(
-            found, specimens=dict.fromkeys(names, specimen or name), protocols=protocols
-        )
+        found = replace(found, specimens=dict.fromkeys(names, name), protocols=protocols)
+    found = replace(found, specimens={**found.specimens, **said})
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
     strips = INPUT.get(experiment) == "stretch" and not hand
@@ -318,7 +322,8 @@ def make_set(
         *converted,
         *remarks_on_air(columns, runs),
         *_remarks_on_files(sources),
-        *_remarks_on_specimens(found, entry, experiment, bool(specimen)),
+        *_remarks_on_specimens(found, entry, experiment, bool(said)),
+        *_remarks_on_repeats(found, modes),
     ]
     if modulus is not None:
         remarks.append(
@@ -347,19 +352,27 @@ def _pulled(
     runs: Sequence[ImportedRun], stretched_to: Mapping[str, float], experiment: str
 ) -> dict[str, float]:
     """Largest stretch before each run, by its name. Raises DocumentError for a file of no run."""
-    files = {path.name: run.name for run in runs for path in run.files}
     if stretched_to and INPUT.get(experiment) != "stretch":
         raise DocumentError(
             f"--stretched-to: expected an experiment whose input is the stretch, got {experiment}; "
             "import the earlier stretching of the specimen as a run"
         )
-    _check_files("--stretched-to", stretched_to, files)
-    every = {run.name: stretched_to[""] for run in runs} if "" in stretched_to else {}
-    return every | {files[name]: value for name, value in stretched_to.items() if name}
+    return _by_run("--stretched-to", stretched_to, runs)
+
+
+def _by_run(option: str, said: Mapping[str, T], runs: Sequence[ImportedRun]) -> dict[str, T]:
+    """What an option says of each run, by its name, from what it says of files ("": of all others).
+    Raises DocumentError for a file of no run.
+    """
+    files = {path.name: run.name for run in runs for path in run.files}
+    check_files(option, said, files)
+    every = {run.name: said[""] for run in runs} if "" in said else {}
+    return every | {files[name]: value for name, value in said.items() if name}
 
 
 def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
-    """What was computed from columns, and what was left out."""
+    """What was computed from columns, and what was left out, once for all files alike."""
+    alike: dict[str, list[str]] = {}
     for source in sources:
         for meant in source.meanings:
             call = derivation(meant.column)
@@ -370,7 +383,9 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
-        yield from (f"{source.table.path.name}: {said}" for said in source.table.remarks)
+        for said in source.table.remarks:
+            alike.setdefault(said, []).append(source.table.path.name)
+    yield from (f"{listed(files)}: {said}" for said, files in alike.items())
 
 
 def _remarks_on_specimens(
@@ -408,12 +423,30 @@ def _remarks_on_specimens(
         )
 
 
+def _remarks_on_repeats(found: Assigned, modes: Mapping[str, str]) -> Iterable[str]:
+    """Which runs are taken as repeats of one another, as their names differ by a number alone."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for run, specimen in found.specimens.items():
+        groups.setdefault((specimen, found.protocols[run], modes.get(run, "")), []).append(run)
+    repeats = [" = ".join(group) for group in groups.values() if len(group) > 1]
+    if repeats:
+        yield (
+            f"taken as repeats, whose differences are noise: {listed(repeats)}; if they are of "
+            "several specimens, say --specimen FILE=NAME, and if they were driven differently, "
+            "give each a protocol of its own in experiment.yaml"
+        )
+
+
 def _shifted(source: Source, shifts: Mapping[str, float]) -> Source:
     """The file with its clock shifted as the user said."""
     shift = shifts.get(source.table.path.name)
     times = {one.column: one for one in source.meanings if one.quantity == "time"}
-    if not shift or not times:
+    if not shift:
         return source
+    if not times:
+        raise DocumentError(
+            f"--shift {source.table.path.name}: expected a file with a column of time, got none"
+        )
     columns = []
     for column in source.table.columns:
         meant = times.get(column.name)

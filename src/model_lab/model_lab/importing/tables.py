@@ -99,7 +99,7 @@ def read_tables(
     path: Path, messages: Path | None = None, decimal: str = "", sheet: str = ""
 ) -> tuple[Table, ...]:
     """The tables of a file: the topics of a bag, the structures of a MAT file, the sheets of a
-    spreadsheet if their names differ by a number and they have the same columns, or a single one.
+    spreadsheet if they are numbered and have the same columns, or a single one.
 
     messages: folder of definitions of message types that a bag does not define; None: no folder.
     decimal, sheet: see `read_table`.
@@ -113,7 +113,7 @@ def read_tables(
 
         return read_bag(path, messages)
     sheets = [] if sheet else filled_sheets(path)
-    if len(sheets) > 1 and len({re.sub(r"\d+", "", name) for name in sheets}) == 1:
+    if len(sheets) > 1 and all(re.search(r"\d", name) for name in sheets):
         tables = [read_table(path, decimal, name) for name in sheets]
         if len({tuple((one.name, one.unit) for one in table.columns) for table in tables}) == 1:
             return tuple(

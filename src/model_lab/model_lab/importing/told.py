@@ -78,7 +78,7 @@ class Said:
     shifts: Mapping[str, float]
     messages: Path | None = None
     decimal: str | None = None
-    specimen: str | None = None
+    specimens: Mapping[str, str] = field(default_factory=dict)
     stretched_to: Mapping[str, float] = field(default_factory=dict)
     sheets: Mapping[str, str] = field(default_factory=dict)
     wrist: Mapping[str, Sequence[float]] = field(default_factory=dict)
@@ -92,7 +92,6 @@ class Said:
             "--experiment": self.experiment,
             "--msgs": self.messages,
             "--decimal": self.decimal,
-            "--specimen": self.specimen,
             "--hand": self.hand,
         }
         words = [word for option, value in given.items() if value for word in (option, str(value))]
@@ -100,6 +99,8 @@ class Said:
             words += ["--map", f"{quantity}={name}{f':{unit}' if unit else ''}"]
         for name, shift in self.shifts.items():
             words += ["--shift", f"{name}={shift:g}"]
+        for name, specimen in self.specimens.items():
+            words += ["--specimen", f"{name}={specimen}" if name else specimen]
         for name, stretch in self.stretched_to.items():
             words += ["--stretched-to", f"{name}={stretch:g}" if name else f"{stretch:g}"]
         for name, sheet in self.sheets.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import isclose
 from typing import Any
 
 from model_lab.diagnosis.own_moduli import OWN_MODULI
@@ -95,10 +96,18 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
         for slip in slips
     ]
     return [
-        f"{claim}{_besides(slip)}: the error falls from {display.shown(slip.rmse_before)} to "
-        f"{display.shown(slip.rmse_after)}. In experiment.yaml: {slip.mend}{_or_else(slip)}"
+        f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
+        f"{slip.mend}{_or_else(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
+
+
+def _shown_by(slip: Slip, display: Display) -> str:
+    """What shows a slip: how far the error falls, or for a factor of pulses, their readings."""
+    if slip.column == "mass" or isclose(slip.rmse_after, slip.rmse_before):
+        return "otherwise the columns contradict each other, which no error shows"
+    before, after = display.shown(slip.rmse_before), display.shown(slip.rmse_after)
+    return f"the error falls from {before} to {after}"
 
 
 def _or_else(slip: Slip) -> str:

@@ -252,8 +252,10 @@ def _used(data: MeasurementSet) -> dict[str, Specimen]:
 
 
 def _moduli(data: MeasurementSet) -> Iterator[Candidate]:
-    """Young's modulus in the place of the shear modulus, which a blocked tip barely shows."""
-    if data.experiment == "blocked_tip":
+    """Young's modulus in the place of the shear modulus: not of a blocked tip, which barely shows
+    it, nor where it is fitted freely.
+    """
+    if data.experiment == "blocked_tip" or data.free_modulus:
         return
     changes = {
         name: {"shear_modulus": SHEAR_OF_YOUNG * float(entry.values["shear_modulus"])}

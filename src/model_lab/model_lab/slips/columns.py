@@ -22,6 +22,7 @@ MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "m", "cm", "inch"),
     "kg": ("mg", "g", "kg", "oz", "lb"),
     "s": ("s", "ms", "min", "us", "h"),
+    "Pa s": ("kPa*s", "Pa*s", "bar*s", "kPa*ms", "psi*s", "mbar*s", "bar*ms", "Pa*ms", "MPa*s"),
     "": ("", "percent"),
 }
 """Usual units of a quantity by its SI unit, the commonest first."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import FREE_MODULUS_RANGE, Forward
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
@@ -29,6 +29,7 @@ from model_lab.slips.candidates import candidates
 from model_lab.slips.columns import Candidate
 from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
+from model_lab.slips.pulses import agreeing_units, contradict
 from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
@@ -45,8 +46,8 @@ class Checked:
     """A measurement set without the slips that were found in it.
 
     relative_error: held-out error on this set over the size of the outputs; NaN if no slip was
-    found. instead: effects, or pairs of effects, that explain the set as it was stated as well as
-    the slips do.
+    found by the error. instead: effects, or pairs of effects, that explain the set as it was stated
+    as well as the slips do.
     """
 
     data: MeasurementSet
@@ -61,12 +62,14 @@ class Score:
 
     rmse, floor: held-out error and noise floor. size: root mean square of the outputs; all three in
     the SI unit of the outputs. at_bound: whether a parameter of the calibration lies on a bound.
+    scaled: of a free modulus, the logarithm of its ratio to the stated one, without sign.
     """
 
     rmse: float
     floor: float
     size: float
     at_bound: bool = False
+    scaled: float = 0.0
 
     @property
     def relative(self) -> float:
@@ -119,9 +122,9 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     """
     if data.doubts:
         return _possible_reading(data, model)
-    jump = jumping_angle(data, model)
-    if jump is not None:
-        return jump
+    shown = shown_by_readings(data, model)
+    if shown is not None:
+        return shown
     before = score(data, model)
     if before.explains or scatters(data, _scatter(data, before.floor)) or dead_readings(data):
         return None
@@ -133,17 +136,33 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
         alike = _best(_of_runs(data, model, before), before)
     if not alike:
         return None
-    (candidate, after), *others = alike
+    (candidate, after), *_ = alike
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
-    slip, mended, error = _told(candidate, before.rmse, after)
-    return replace(slip, alike=tuple(words(other) for other, _ in others)), mended, error
+    return _told([one for one, _ in alike], before.rmse, after)
 
 
-def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip of a tip angle that jumps by 360 deg between samples, as `best_slip` returns it. It
-    is reported even if the model explains little of the data; None if no angle jumps, or the data
-    fit no better without the jumps.
+def shown_by_readings(
+    data: MeasurementSet, model: Model
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip that readings show by themselves, as `best_slip` returns it: an angle that jumps, or
+    units of pulses that contradict each other. It is a slip even if the model explains little of
+    the data; None if there is none.
+    """
+    return _jumping_angle(data, model) or _contradicting_units(data, model)
+
+
+def _contradicting_units(
+    data: MeasurementSet, model: Model
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of units of pulses that contradict each other; None if no others agree."""
+    alike = agreeing_units(data) if contradict(data) else []
+    return _told(alike, score(data, model).rmse, score(alike[0].mended, model)) if alike else None
+
+
+def _jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of a tip angle that jumps by 360 deg between samples; None if no angle jumps, or the
+    data fit no better without the jumps.
     """
     if not any(_jumps(run.columns["tip_angle"]) for run in data.runs if "tip_angle" in run.columns):
         return None
@@ -151,7 +170,7 @@ def jumping_angle(data: MeasurementSet, model: Model) -> tuple[Slip, Measurement
     if wrapped is None:
         return None
     before, after = score(data, model), score(wrapped.mended, model)
-    return _told(wrapped, before.rmse, after) if after.relative < before.relative else None
+    return _told([wrapped], before.rmse, after) if after.relative < before.relative else None
 
 
 def absolute_pressures(
@@ -168,7 +187,7 @@ def absolute_pressures(
         return None
     after = score(found.mended, model)
     better = after.relative <= RULES.slip_absolute_share * before.relative
-    return _told(found, before.rmse, after) if better else None
+    return _told([found], before.rmse, after) if better else None
 
 
 def _jumps(angle: Array) -> bool:
@@ -192,11 +211,12 @@ def scatters(data: MeasurementSet, floor: float) -> bool:
 
 def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple[Candidate, Score]]:
     """The slips that fit about as well as the best one does, none if that is no slip: first those
-    that need no modulus at the end of what is usual, of these the commonest.
+    that need no modulus at the end of what is usual, of these those with a free modulus about the
+    stated one, of these the commonest.
     """
     least = min((after.relative for _, after in tried), default=np.inf)
     alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
-    alike.sort(key=lambda pair: (pair[1].at_bound, pair[0].rare))
+    alike.sort(key=lambda pair: (pair[1].at_bound, round(pair[1].scaled), pair[0].rare))
     return alike if alike and is_slip(alike[0][0].name, before, alike[0][1]) else []
 
 
@@ -204,7 +224,7 @@ def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Ca
     """Runs that belong to other specimens than stated, where that lowers the error enough. Whether
     the error is then about the floor tells little: the floor depends on which runs are repeats.
     """
-    tried = [(one, score(one.mended, model)) for one in mislabelled(data, model)]
+    tried = _scores(mislabelled(data, model), model)
     return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
 
 
@@ -223,11 +243,17 @@ def _possible_reading(data: MeasurementSet, model: Model) -> tuple[Slip, Measure
         raise ValueError(data.doubts[0])
     candidate, after = min(tried, key=lambda pair: pair[1].relative)
     size = float(np.sqrt(np.mean(data.table.value**2)))
-    slip, mended, error = _told(candidate, size, after)
+    slip, mended, error = _told([candidate], size, after)
     return slip, replace(mended, doubts=()), error
 
 
-def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, MeasurementSet, float]:
+def _told(
+    alike: Sequence[Candidate], before: float, after: Score
+) -> tuple[Slip, MeasurementSet, float]:
+    """The first of some slips that explain the data about as well, with the others beside it;
+    before: error of the data as stated; after: score without the first.
+    """
+    candidate, *others = alike
     slip = Slip(
         candidate.name,
         candidate.column,
@@ -236,6 +262,7 @@ def _told(candidate: Candidate, before: float, after: Score) -> tuple[Slip, Meas
         before,
         after.rmse,
         candidate.mend,
+        alike=tuple(map(words, others)),
     )
     return slip, candidate.mended, after.relative
 
@@ -260,7 +287,20 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
 
 def scored(data: MeasurementSet, model: Model) -> list[tuple[Candidate, Score]]:
     """The slips of `nearest` with the scores that the fitted model has without them."""
-    return [(one, score(one.mended, model)) for one in nearest(data, model)]
+    return _scores(nearest(data, model), model)
+
+
+def _scores(tried: Sequence[Candidate], model: Model) -> list[tuple[Candidate, Score]]:
+    """Slips with their scores, without those whose data the model refuses: some poses may be out of
+    reach that no prediction of a few samples saw.
+    """
+    found = []
+    for one in tried:
+        try:
+            found.append((one, score(one.mended, model)))
+        except ValueError:  # such data the model refuses: so that is not the slip
+            continue
+    return found
 
 
 def nearest(data: MeasurementSet, model: Model) -> list[Candidate]:
@@ -288,7 +328,7 @@ def _predicted_error(data: MeasurementSet, model: Model) -> float:
         return np.inf
     measured, square = forward.measured, float(predicted @ predicted)
     factor = float(predicted @ forward.measured) / square if square > 0.0 else 1.0
-    low, high = (0.0, np.inf) if data.free_modulus else USUAL_MODULUS_SCALES
+    low, high = FREE_MODULUS_RANGE if data.free_modulus else USUAL_MODULUS_SCALES
     left = measured - np.clip(factor, low, high) * predicted
     return float(np.linalg.norm(left) / np.linalg.norm(measured))
 
@@ -301,7 +341,8 @@ def score(data: MeasurementSet, model: Model) -> Score:
     size = float(np.sqrt(np.mean(problem.data.table.value**2)))
     free = [parameter.effect is None for parameter in likelihood.parameters]
     at_bound = bool(np.any(found.at_limit & np.array(free, bool)))
-    return Score(hold_out(found).rmse, _floor(problem), size, at_bound)
+    scales = np.abs(np.log(found.values[free])) if data.free_modulus else np.zeros(1)
+    return Score(hold_out(found).rmse, _floor(problem), size, at_bound, float(np.max(scales)))
 
 
 def _floor(problem: FitProblem) -> float:
