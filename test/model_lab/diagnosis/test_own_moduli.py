@@ -72,6 +72,16 @@ def test_fingers_of_a_batch_that_differ_are_told_with_their_moduli(clean, classe
     assert verdict_sentence(found).startswith("The specimens of a batch differ: the data fit if")
 
 
+def test_fingers_that_differ_by_more_than_usual_are_told_with_a_free_modulus(clean, classes):
+    data = stiffened(clean, 1.4)
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert (found.verdict, found.slips) == ("unexplained", ())
+    assert "--free-modulus fits one for each" in verdict_sentence(found)
+    free = diagnose(replace(data, free_modulus=True), Model("pneuflex"), classes).diagnosis
+    assert (free.verdict, free.verdict_mended) == ("slip", "adequate")
+    assert "--free-modulus" not in verdict_sentence(free)
+
+
 def test_an_effect_is_named_beside_fingers_that_differ(clean, classes):
     data = stiffened(clean, 1.12, classes["gent_stiffening"](jm=4.0))
     found = diagnose(data, Model("pneuflex"), classes).diagnosis

@@ -29,9 +29,7 @@ def may_differ(data: MeasurementSet, found: Diagnosis) -> dict[str, str]:
     that a diagnosis leaves depends on the specimen and is more than noise; else empty.
     Specimens that differ in their mount alone count as one casting, with one batch.
     """
-    failing = {failure.against for failure in found.failures if _unexplained(found)}
-    axes = {*found.unexplained.against, *failing}
-    if "modulus_scale" not in found.calibration or not axes & OF_SPECIMENS or _explains(found):
+    if not varies_with_castings(found) or _explains(found):
         return {}
     castings: dict[str, list[Specimen]] = {}
     for name in dict.fromkeys(run.specimen for run in data.runs):
@@ -42,6 +40,13 @@ def may_differ(data: MeasurementSet, found: Diagnosis) -> dict[str, str]:
     if len(castings) <= len(batches):
         return {}
     return {one.name: batch for batch, group in castings.items() for one in group}
+
+
+def varies_with_castings(found: Diagnosis) -> bool:
+    """Whether the error of a model whose modulus is calibrated depends on the specimen."""
+    failing = {failure.against for failure in found.failures if _unexplained(found)}
+    axes = {*found.unexplained.against, *failing}
+    return "modulus_scale" in found.calibration and bool(axes & OF_SPECIMENS)
 
 
 def with_batches(data: MeasurementSet, batches: Mapping[str, str]) -> MeasurementSet:

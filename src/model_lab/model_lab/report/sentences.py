@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import isclose
 from typing import Any
 
-from model_lab.diagnosis.own_moduli import OWN_MODULI
+from model_lab.diagnosis.own_moduli import OWN_MODULI, varies_with_castings
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -15,6 +15,7 @@ from model_lab.diagnosis.result import (
     Diagnosis,
     NamedEffect,
 )
+from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_among
@@ -187,7 +188,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         f"of {floor}"
     )
     helped = f". {_helps(diagnosis)}" if diagnosis.helps else ""
-    return f"{fails}{helped}; {_depends(diagnosis)}."
+    return f"{fails}{helped}; {_depends(diagnosis)}{_freed(diagnosis)}."
 
 
 def _depends(diagnosis: Diagnosis) -> str:
@@ -196,6 +197,17 @@ def _depends(diagnosis: Diagnosis) -> str:
         f"the remaining error varies with {listed(names)}"
         if names
         else "what is left follows no input"
+    )
+
+
+def _freed(diagnosis: Diagnosis) -> str:
+    """What to try if castings may differ by more than the calibration allows."""
+    if diagnosis.modulus is not None or not varies_with_castings(diagnosis):
+        return ""
+    most = 100.0 * (USUAL_MODULUS_SCALES[1] - 1.0)
+    return (
+        f". If the moduli of the castings may differ by more than {most:.0f} %, --free-modulus "
+        "fits one for each"
     )
 
 
