@@ -219,7 +219,9 @@ def _searched(
     known = stored[number].pattern if number in stored else None
     search, place = problem(given, case, number, known), folder / "searches" / case / str(number)
     result = search_with(workers, search, place)
-    used = 0 if known is None else len(search.settings["draws"])
+    if "error" in result.records[0]:
+        known = None  # what cannot be simulated is not kept
+    used = len(search.settings.get("draws", ()))
     draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(used, used + len(given.tried))]
     named = {str(draw[1]): draw for draw in draws}  # not those of the trials
     others = SearchResult(result.records[0 if known is None else 1 :])

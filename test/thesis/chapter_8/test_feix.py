@@ -210,6 +210,22 @@ def test_a_search_from_a_known_grasp_keeps_it_with_its_origin_or_finds_another(
     assert kept or winner["evaluation"].startswith("four_channels_9/")
 
 
+def test_a_known_grasp_that_cannot_be_simulated_gives_way(tmp_path, monkeypatch):
+    begin = values_of(9, load_patterns().grasps[9].pattern)
+
+    def tried(values, settings, seed):
+        if all(values[name] == begin[name] for name in "xyz"):
+            raise RuntimeError("diverged")
+        return {"cost": 20.0, "typed": "", "held_reason": "", "dropped": False}
+
+    monkeypatch.setattr(feix_search, "_tried", tried)
+    given = replace(Parameters(**feix.SMALL), known=feix.SHIPPED, around=9)
+    with start_workers(0) as workers:
+        winner = feix._searched(workers, given, tmp_path, FOUR, 9)
+    assert winner["failed"] == 1
+    assert winner["evaluation"] not in ("four_channels_9/0000", "")
+
+
 @pytest.mark.parametrize(
     "given",
     [
