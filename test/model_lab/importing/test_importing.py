@@ -172,6 +172,29 @@ def test_what_is_taken_as_repeats_is_told_and_how_to_say_otherwise(tmp_path, cap
     assert "taken as repeats" not in told and "--specimen left_1.csv=left_1" in told
 
 
+@pytest.mark.parametrize(
+    ("drives", "expected"),
+    [
+        ([(1.0, 1.0), (1.1, 1.3), (0.9, 0.8)], ["run", "run", "run"]),  # by hand
+        ([(1.0, 1.0), (0.5, 1.0), (1.05, 1.0)], ["run", "run_b", "run"]),  # half the pressure
+        ([(1.0, 1.0), (1.0, 4.0), (0.5, 4.0), (1.0, 3.8)], ["run", "run_b", "run_c", "run_b"]),
+    ],
+)
+def test_runs_that_were_driven_otherwise_are_no_repeats(drives, expected, tmp_path, capsys):
+    rng = np.random.default_rng(3)
+    for number, (level, slower) in enumerate(drives, 1):
+        noisy = level * PRESSURE + 0.1 * rng.standard_normal(len(PRESSURE))
+        columns = (slower * TIME, noisy, ANGLE)
+        write(tmp_path / f"run{number}.csv", "time [s],pressure [kPa],tip_angle [deg]", *columns)
+    files, out = sorted(map(str, tmp_path.glob("*.csv"))), tmp_path / "set"
+    assert main(["import", *files, "-o", str(out), "--hand", HAND, "--yes"]) == 0
+    assert [run.protocol for run in load_measurements(out).runs] == expected
+    told = capsys.readouterr().out
+    apart = [f"run{at}" for at, name in enumerate(expected, 1) if name != "run"]
+    assert ("driven to another level or at another pace" in told) == bool(apart)
+    assert f"{', '.join(apart)}: driven" in told or not apart
+
+
 @pytest.mark.parametrize("option", ["--shift", "--specimen"])
 def test_what_is_said_of_an_unknown_file_is_refused(option, tmp_path, capsys):
     file = write(tmp_path / "bent.csv", *BEND)

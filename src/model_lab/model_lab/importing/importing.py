@@ -17,6 +17,7 @@ from model_lab.importing.derived import (
     derivation,
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
+from model_lab.importing.drives import protocols_by_drive
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
@@ -294,6 +295,10 @@ def make_set(
         protocols = {run: protocol_of(run) for run in names}
         found = replace(found, specimens=dict.fromkeys(names, name), protocols=protocols)
     found = replace(found, specimens={**found.specimens, **said})
+    by_name = found
+    if not many:
+        protocols = protocols_by_drive(found, runs, INPUT[experiment], modes)
+        found = replace(found, protocols=protocols)
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
     strips = INPUT.get(experiment) == "stretch" and not hand
@@ -323,7 +328,7 @@ def make_set(
         *remarks_on_air(columns, runs),
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
-        *_remarks_on_repeats(found, modes),
+        *_remarks_on_repeats(found, by_name, modes),
     ]
     if modulus is not None:
         remarks.append(
@@ -423,8 +428,18 @@ def _remarks_on_specimens(
         )
 
 
-def _remarks_on_repeats(found: Assigned, modes: Mapping[str, str]) -> Iterable[str]:
-    """Which runs are taken as repeats of one another, as their names differ by a number alone."""
+def _remarks_on_repeats(
+    found: Assigned, by_name: Assigned, modes: Mapping[str, str]
+) -> Iterable[str]:
+    """Which runs are taken as repeats of one another, as their names differ by a number alone, and
+    which are not, as they were driven otherwise.
+    """
+    apart = [run for run, protocol in by_name.protocols.items() if protocol != found.protocols[run]]
+    if apart:
+        yield (
+            f"{listed(apart)}: driven to another level or at another pace than a run of nearly "
+            "the same name, so no repeat of it, and given a protocol of its own"
+        )
     groups: dict[tuple[str, ...], list[str]] = {}
     for run, specimen in found.specimens.items():
         groups.setdefault((specimen, found.protocols[run], modes.get(run, "")), []).append(run)
@@ -432,8 +447,7 @@ def _remarks_on_repeats(found: Assigned, modes: Mapping[str, str]) -> Iterable[s
     if repeats:
         yield (
             f"taken as repeats, whose differences are noise: {listed(repeats)}; if they are of "
-            "several specimens, say --specimen FILE=NAME, and if they were driven differently, "
-            "give each a protocol of its own in experiment.yaml"
+            "several specimens, say --specimen FILE=NAME"
         )
 
 
