@@ -140,6 +140,8 @@ def of_names(tmp_path, names, *options):
         (["finger_A_1", "finger_B_1"], [("A", "finger"), ("B", "finger")]),
         (["ramp_1", "ramp_2", "half_1"], [("index", "ramp"), ("index", "ramp"), ("index", "half")]),
         (["run1", "run2"], [("index", "run"), ("index", "run")]),
+        (["pull1_slow", "pull2_slow"], [("index", "pull_slow"), ("index", "pull_slow")]),
+        (["01_ramp", "02_ramp"], [("index", "ramp"), ("index", "ramp")]),
         (["20kPa_1", "40kPa_1"], [("index", "20kPa"), ("index", "40kPa")]),
         (["ramp_1", "thick_ramp_1"], [("index", "ramp"), ("index", "thick_ramp")]),
     ],
