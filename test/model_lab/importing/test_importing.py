@@ -286,3 +286,18 @@ def test_a_strain_is_in_percent_where_its_header_says_so_or_it_would_be_too_larg
     assert main(["import", str(file), "-o", str(tmp_path / "set"), "--yes"]) == 0
     found = load_measurements(tmp_path / "set").runs[0].columns["stretch"]
     np.testing.assert_allclose(found, 1.0 + strain, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("column", "scale", "expected"),
+    [("Std [deg]", 1.0, 0.5), ("angle sd (mrad)", 17.453, 0.5), ("pressure std [kPa]", 1.0, None)],
+)
+def test_a_column_of_standard_deviations_is_the_noise(column, scale, expected, tmp_path, capsys):
+    header = f"Pressure [kPa],Mean angle [deg],{column}"
+    file = write(tmp_path / "table.csv", header, PRESSURE, ANGLE, np.full(len(TIME), 0.5 * scale))
+    out = tmp_path / "set"
+    assert main(["import", str(file), "-o", str(out), "--hand", HAND, "--yes"]) == 0
+    noise = load_measurements(out).noise
+    told = "noise: 0.5 deg of tip_angle" in capsys.readouterr().out
+    assert told == (expected is not None)
+    assert noise == ({"tip_angle": pytest.approx(np.radians(expected))} if expected else {})

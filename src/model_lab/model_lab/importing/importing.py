@@ -39,6 +39,7 @@ from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
+from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.measurement_set import SET_FORMAT
@@ -301,6 +302,7 @@ def make_set(
         found = replace(found, protocols=protocols)
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
+    noise = _noise(sources, needed, experiment)
     strips = INPUT.get(experiment) == "stretch" and not hand
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
@@ -311,6 +313,7 @@ def make_set(
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
         "specimens": {one: dict(entry) for one in found.names},
         "columns": columns,
+        **({"noise": noise} if noise else {}),
         **(
             {"calibration": {"modulus": FREE_VALUE}}
             if modulus and experiment != RUBBER_TEST
@@ -330,6 +333,11 @@ def make_set(
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
         *_remarks_on_repeats(found, by_name, modes),
     ]
+    remarks += [
+        f"noise: {level:g} {columns[name]['unit']} of {name}, the median of the stated standard "
+        "deviations (in experiment.yaml: noise)"
+        for name, level in noise.items()
+    ]
     if modulus is not None:
         remarks.append(
             f"the shear modulus is not stated: {modulus:g} Pa, from the first part of the pull, is "
@@ -342,6 +350,13 @@ def make_set(
         )
     sized = bool(entry) or experiment == VALVE_PULSE
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
+
+
+def _noise(sources: Sequence[Source], needed: Sequence[str], experiment: str) -> dict[str, float]:
+    """The noise of the output of an experiment with one, as the files state it."""
+    outputs = [name for name in needed if name != INPUT.get(experiment)]
+    level = stated_noise(sources, outputs[0]) if len(outputs) == 1 else None
+    return {outputs[0]: level} if level else {}
 
 
 def _run_entry(name: str, found: Assigned, pulled: Mapping[str, float]) -> dict[str, object]:
