@@ -4,13 +4,16 @@ import json
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from measurement_folder import csv_text
 from measurement_folder import write_set as write_folder
 from tensile_set import tensile_set
 
 from model_lab.cli.main import COMMANDS, main, make_parser
+from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import load_model
 
 OWN = """
@@ -315,3 +318,17 @@ def test_a_reader_that_has_seen_enough_is_no_error(pulls):
 def test_noise_alone_is_within_the_floor(tmp_path, capsys):
     assert main(["compare", str(_write(tmp_path / "set"))]) == 0
     assert "within the noise floor" in capsys.readouterr().out
+
+
+def test_a_fault_of_the_lab_is_not_told_as_one_of_the_input(monkeypatch, capsys):
+    def fails(_):
+        np.zeros(0).min()
+
+    def refuses(_):
+        raise DocumentError("r1.csv: expected numbers, got none")
+
+    for run, status in ((fails, 70), (refuses, 2)):
+        monkeypatch.setitem(COMMANDS, "compare", replace(COMMANDS["compare"], run=run))
+        assert main(["compare", "set"]) == status
+        said = capsys.readouterr().err
+        assert ("Traceback" in said) == ("fault of model-lab" in said) == (status == 70)

@@ -55,13 +55,13 @@ ALL = (STIFFENING, MEMORY, DRIFT)
 def together(monkeypatch):
     """Names of what helps, given the errors of all models by their effects."""
 
-    def together(errors, folds=6):
+    def together(errors, folds=6, order=1):
         problem = made_up_problem(folds=folds)
         spread = np.linspace(0.95, 1.05, folds)  # of the errors in the protocols
 
         def made(effects):
             error = errors[tuple(sorted(effects, key=ALL.index))]
-            return model(problem, effects, error * spread if np.ndim(error) == 0 else error)
+            return model(problem, effects[::order], error * spread if np.ndim(error) == 0 else error)
 
         def without(problem, before, effect):
             return made(tuple(name for name in before.effects if name != effect))
@@ -80,6 +80,10 @@ def together(monkeypatch):
 @pytest.mark.parametrize(("error", "answer"), [(20.0, list(ALL)), (34.0, [])])
 def test_several_help_that_only_together_take_the_error_to_a_third(together, error, answer):
     assert together({**ALONE, **IN_TWOS, ALL: error}) == answer
+
+
+def test_each_effect_is_told_once_in_whichever_order_its_models_were_found(together):
+    assert together({**ALONE, **IN_TWOS, ALL: 20.0}, order=-1) == list(ALL)
 
 
 def test_one_of_several_that_is_not_missed_does_not_help(together):

@@ -140,6 +140,8 @@ def of_names(tmp_path, names, *options):
         (["finger_A_1", "finger_B_1"], [("A", "finger"), ("B", "finger")]),
         (["ramp_1", "ramp_2", "half_1"], [("index", "ramp"), ("index", "ramp"), ("index", "half")]),
         (["run1", "run2"], [("index", "run"), ("index", "run")]),
+        (["pull1_slow", "pull2_slow"], [("index", "pull_slow"), ("index", "pull_slow")]),
+        (["01_ramp", "02_ramp"], [("index", "ramp"), ("index", "ramp")]),
         (["20kPa_1", "40kPa_1"], [("index", "20kPa"), ("index", "40kPa")]),
         (["ramp_1", "thick_ramp_1"], [("index", "ramp"), ("index", "thick_ramp")]),
     ],
@@ -170,6 +172,29 @@ def test_what_is_taken_as_repeats_is_told_and_how_to_say_otherwise(tmp_path, cap
     assert [specimen for specimen, _ in found.values()] == names
     told = capsys.readouterr().out
     assert "taken as repeats" not in told and "--specimen left_1.csv=left_1" in told
+
+
+@pytest.mark.parametrize(
+    ("drives", "expected"),
+    [
+        ([(1.0, 1.0), (1.1, 1.3), (0.9, 0.8)], ["run", "run", "run"]),  # by hand
+        ([(1.0, 1.0), (0.5, 1.0), (1.05, 1.0)], ["run", "run_b", "run"]),  # half the pressure
+        ([(1.0, 1.0), (1.0, 4.0), (0.5, 4.0), (1.0, 3.8)], ["run", "run_b", "run_c", "run_b"]),
+    ],
+)
+def test_runs_that_were_driven_otherwise_are_no_repeats(drives, expected, tmp_path, capsys):
+    rng = np.random.default_rng(3)
+    for number, (level, slower) in enumerate(drives, 1):
+        noisy = level * PRESSURE + 0.1 * rng.standard_normal(len(PRESSURE))
+        columns = (slower * TIME, noisy, ANGLE)
+        write(tmp_path / f"run{number}.csv", "time [s],pressure [kPa],tip_angle [deg]", *columns)
+    files, out = sorted(map(str, tmp_path.glob("*.csv"))), tmp_path / "set"
+    assert main(["import", *files, "-o", str(out), "--hand", HAND, "--yes"]) == 0
+    assert [run.protocol for run in load_measurements(out).runs] == expected
+    told = capsys.readouterr().out
+    apart = [f"run{at}" for at, name in enumerate(expected, 1) if name != "run"]
+    assert ("driven to another level or at another pace" in told) == bool(apart)
+    assert f"{', '.join(apart)}: driven" in told or not apart
 
 
 @pytest.mark.parametrize("option", ["--shift", "--specimen"])
@@ -261,3 +286,18 @@ def test_a_strain_is_in_percent_where_its_header_says_so_or_it_would_be_too_larg
     assert main(["import", str(file), "-o", str(tmp_path / "set"), "--yes"]) == 0
     found = load_measurements(tmp_path / "set").runs[0].columns["stretch"]
     np.testing.assert_allclose(found, 1.0 + strain, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("column", "scale", "expected"),
+    [("Std [deg]", 1.0, 0.5), ("angle sd (mrad)", 17.453, 0.5), ("pressure std [kPa]", 1.0, None)],
+)
+def test_a_column_of_standard_deviations_is_the_noise(column, scale, expected, tmp_path, capsys):
+    header = f"Pressure [kPa],Mean angle [deg],{column}"
+    file = write(tmp_path / "table.csv", header, PRESSURE, ANGLE, np.full(len(TIME), 0.5 * scale))
+    out = tmp_path / "set"
+    assert main(["import", str(file), "-o", str(out), "--hand", HAND, "--yes"]) == 0
+    noise = load_measurements(out).noise
+    told = "noise: 0.5 deg of tip_angle" in capsys.readouterr().out
+    assert told == (expected is not None)
+    assert noise == ({"tip_angle": pytest.approx(np.radians(expected))} if expected else {})

@@ -1,8 +1,8 @@
 """`model-lab`: compare a model with measurements, learn what it lacks, add it, see the error fall.
 
 Exit status: 0 done, whatever the verdict; 2 unusable input, with one line on the standard error
-that names file, row or key, what was expected, what was found, and how to correct it; 74 standard
-output that cannot be written; 130 interrupted.
+that names file, row or key, what was expected, what was found, and how to correct it; 70 a fault of
+the lab; 74 standard output that cannot be written; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ import argparse
 import sys
 from collections.abc import Sequence
 from textwrap import fill
+from traceback import print_exception, walk_tb
 from typing import NoReturn
 
 from model_lab.cli.catalogue import COMMANDS
+from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.standard_output import with_checked_output
 
 PROGRAM = "model-lab"
 HELP_WIDTH = 80  # of descriptions
-DONE, UNUSABLE, INTERRUPTED = 0, 2, 130
+DONE, UNUSABLE, FAULT, INTERRUPTED = 0, 2, 70, 130
+PACKAGES = ("model_lab", "softhand_")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -37,8 +40,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         COMMANDS[parsed.command].run(parsed)
     except ValueError as reason:
-        print(f"{PROGRAM}: {' '.join(str(reason).split())}", file=sys.stderr)
-        return UNUSABLE
+        if _is_of_input(reason):
+            print(f"{PROGRAM}: {' '.join(str(reason).split())}", file=sys.stderr)
+            return UNUSABLE
+        print_exception(reason)
+        print(f"{PROGRAM}: a fault of model-lab, not of your files: please report", file=sys.stderr)
+        return FAULT
     except KeyboardInterrupt:
         print(f"{PROGRAM}: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -47,6 +54,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{PROGRAM}: {reason.filename}: {wanted}, got {reason.strerror}", file=sys.stderr)
         return UNUSABLE
     return DONE
+
+
+def _is_of_input(reason: ValueError) -> bool:
+    """Whether a file or an option was refused, by a package of this suite: an error of another
+    library means that something was not checked before.
+    """
+    *_, (frame, _) = walk_tb(reason.__traceback__)
+    raised_by = str(frame.f_globals.get("__name__", ""))
+    return isinstance(reason, DocumentError) or raised_by.startswith(PACKAGES)
 
 
 def make_parser() -> argparse.ArgumentParser:

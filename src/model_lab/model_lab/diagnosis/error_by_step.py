@@ -42,7 +42,7 @@ def path(
         effects = final.effects[:size]
         scored = known.get(frozenset(effects)) or score_with(problem, found[-1], effects[-1])
         if isinstance(scored, Scored):
-            found.append(scored)
+            found.append(replace(scored, effects=effects))  # in the order in which they are told
     return (*found, final)
 
 

@@ -17,6 +17,7 @@ from model_lab.importing.derived import (
     derivation,
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
+from model_lab.importing.drives import protocols_by_drive
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
@@ -38,6 +39,7 @@ from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
 from model_lab.importing.specimens import Assigned, assigned, protocol_of
+from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.measurement_set import SET_FORMAT
@@ -294,8 +296,13 @@ def make_set(
         protocols = {run: protocol_of(run) for run in names}
         found = replace(found, specimens=dict.fromkeys(names, name), protocols=protocols)
     found = replace(found, specimens={**found.specimens, **said})
+    by_name = found
+    if not many:
+        protocols = protocols_by_drive(found, runs, INPUT[experiment], modes)
+        found = replace(found, protocols=protocols)
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)
+    noise = _noise(sources, needed, experiment)
     strips = INPUT.get(experiment) == "stretch" and not hand
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
@@ -306,6 +313,7 @@ def make_set(
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
         "specimens": {one: dict(entry) for one in found.names},
         "columns": columns,
+        **({"noise": noise} if noise else {}),
         **(
             {"calibration": {"modulus": FREE_VALUE}}
             if modulus and experiment != RUBBER_TEST
@@ -323,7 +331,12 @@ def make_set(
         *remarks_on_air(columns, runs),
         *_remarks_on_files(sources),
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
-        *_remarks_on_repeats(found, modes),
+        *_remarks_on_repeats(found, by_name, modes),
+    ]
+    remarks += [
+        f"noise: {level:g} {columns[name]['unit']} of {name}, the median of the stated standard "
+        "deviations (in experiment.yaml: noise)"
+        for name, level in noise.items()
     ]
     if modulus is not None:
         remarks.append(
@@ -337,6 +350,13 @@ def make_set(
         )
     sized = bool(entry) or experiment == VALVE_PULSE
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
+
+
+def _noise(sources: Sequence[Source], needed: Sequence[str], experiment: str) -> dict[str, float]:
+    """The noise of the output of an experiment with one, as the files state it."""
+    outputs = [name for name in needed if name != INPUT.get(experiment)]
+    level = stated_noise(sources, outputs[0]) if len(outputs) == 1 else None
+    return {outputs[0]: level} if level else {}
 
 
 def _run_entry(name: str, found: Assigned, pulled: Mapping[str, float]) -> dict[str, object]:
@@ -423,8 +443,18 @@ def _remarks_on_specimens(
         )
 
 
-def _remarks_on_repeats(found: Assigned, modes: Mapping[str, str]) -> Iterable[str]:
-    """Which runs are taken as repeats of one another, as their names differ by a number alone."""
+def _remarks_on_repeats(
+    found: Assigned, by_name: Assigned, modes: Mapping[str, str]
+) -> Iterable[str]:
+    """Which runs are taken as repeats of one another, as their names differ by a number alone, and
+    which are not, as they were driven otherwise.
+    """
+    apart = [run for run, protocol in by_name.protocols.items() if protocol != found.protocols[run]]
+    if apart:
+        yield (
+            f"{listed(apart)}: driven to another level or at another pace than a run of nearly "
+            "the same name, so no repeat of it, and given a protocol of its own"
+        )
     groups: dict[tuple[str, ...], list[str]] = {}
     for run, specimen in found.specimens.items():
         groups.setdefault((specimen, found.protocols[run], modes.get(run, "")), []).append(run)
@@ -432,8 +462,7 @@ def _remarks_on_repeats(found: Assigned, modes: Mapping[str, str]) -> Iterable[s
     if repeats:
         yield (
             f"taken as repeats, whose differences are noise: {listed(repeats)}; if they are of "
-            "several specimens, say --specimen FILE=NAME, and if they were driven differently, "
-            "give each a protocol of its own in experiment.yaml"
+            "several specimens, say --specimen FILE=NAME"
         )
 
 

@@ -19,6 +19,7 @@ PROTOCOL_WORDS = (
 SETTING_WORD = re.compile(
     r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$"
 )
+NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 
@@ -94,9 +95,16 @@ def _is_of_mode(word: str) -> bool:
 
 
 def protocol_of(name: str) -> str:
-    """Name of the protocol of a run: the name of the run without the number of its repeat.
+    """Name of the protocol of a run: the name of the run without the number of its repeat, at its
+    beginning, at its end or after a word for what was done.
 
     >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
     ('ramp', 'run', '7')
+    >>> protocol_of("pull1_slow"), protocol_of("02_fast"), protocol_of("20kPa_slow")
+    ('pull_slow', 'fast', '20kPa_slow')
     """
-    return name.rstrip("0123456789").rstrip("_- ") or name
+    unnumbered = NUMBERED_WORD.sub(
+        lambda found: found[1] if found[1].casefold() in _PROTOCOLS else found[0], name
+    )
+    unnumbered = re.sub(r"^\d+[_\- ]+(?=\D)", "", unnumbered)
+    return unnumbered.rstrip("0123456789").rstrip("_- ") or name

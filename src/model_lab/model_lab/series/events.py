@@ -137,7 +137,8 @@ def examine(
         most = RULES.event_p_value if not (few and large) else RULES.few_event_p_value
         most = RULES.further_event_p_value if events else most
         several = [found] if found.p_value <= most else []
-        if not several and least == 1 and freedom - len(events) > RULES.event_freedom:
+        paired = least == 1 and len(np.unique(group)) > 1  # two runs of different repeats
+        if not several and paired and freedom - len(events) > RULES.event_freedom:
             pairs = [_two_odd_runs(data, one, group, events) for one in values]
             several = min(pairs, key=lambda pair: pair[0].p_value)
             several = several if several[0].p_value <= RULES.further_event_p_value else []
