@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import yaml
 from browser import overlapping, printed, render
 
 from bench.hidden import make_set
@@ -106,6 +107,21 @@ def test_nothing_is_learned_and_no_file_written_where_nothing_is_hidden(tmp_path
     assert not (tmp_path / "none.py").exists()
     found = json.loads((tmp_path / "l.json").read_text())
     assert found["stage"] is None and "adequate" in found["reason"]
+
+
+def test_a_wrong_unit_is_told_and_no_curve_is_learned_of_it(tmp_path, capsys):
+    make_set(tmp_path / "set", "free_bending", [], seed=8, samples=80)
+    document = tmp_path / "set" / "experiment.yaml"
+    content = yaml.safe_load(document.read_text())
+    assert content["columns"]["pressure"]["unit"] == "kPa"
+    content["columns"]["pressure"]["unit"] = "psi"
+    document.write_text(yaml.safe_dump(content))
+    command = ["learn", str(tmp_path / "set"), "--out", str(tmp_path / "none.py")]
+    assert main([*command, "--json", str(tmp_path / "l.json")]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("The data fit if pressure is kPa, not psi as stated")
+    assert "With that mended: Nothing was learned: the model is adequate" in said
+    assert json.loads((tmp_path / "l.json").read_text())["slips"][0]["fits"] == "kPa"
 
 
 def test_a_set_of_several_outputs_is_refused_in_one_line(tmp_path, capsys):

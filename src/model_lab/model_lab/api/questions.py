@@ -30,7 +30,7 @@ from model_lab.report.drawing import Drawing
 from model_lab.report.learned import picture_of
 from model_lab.report.loops import loops, rest_over_input
 from model_lab.report.page import write_report
-from model_lab.report.sentences import slip_sentences, verdict_sentence
+from model_lab.report.sentences import learned_sentences, slip_sentences, verdict_sentence
 from model_lab.report.tables import Table
 from model_lab.report.text import diagnosis_text, text_table
 from model_lab.report.view import View
@@ -299,11 +299,11 @@ class Learned(Shown):
     def text(self) -> str:
         """The text that `print` shows: what was learned, and the curves that were tried."""
         candidates = text_table(words.alternative_rows(self.learning))
-        return f"{words.verdict(self.learning)}\n\n{candidates}"
+        return f"{learned_sentences(self.learning)}\n\n{candidates}"
 
     def headline(self) -> str:
         """A sentence on what was learned."""
-        return words.verdict(self.learning)
+        return learned_sentences(self.learning)
 
     def tables(self) -> list[Table]:
         """Tables of the curves: values at their knots."""

@@ -199,6 +199,7 @@ def learn(arguments: argparse.Namespace) -> None:
     from model_lab.learning import effect_file, words
     from model_lab.learning.learn import learn
     from model_lab.learning.result import learning_json
+    from model_lab.report.sentences import learned_sentences
     from model_lab.report.text import text_table
     from softhand_common.documents.output_file import check_new, write_new
 
@@ -209,7 +210,7 @@ def learn(arguments: argparse.Namespace) -> None:
     model, classes, data = options.given(arguments)
     with Progress("learning") as progress:
         found = learn(data, model, classes, progress)
-    print(f"{words.verdict(found)}\n\n{text_table(words.alternative_rows(found))}")
+    print(f"{learned_sentences(found)}\n\n{text_table(words.alternative_rows(found))}")
     files = effect_file.files_of(arguments.out)[: len(found.curves)]
     for curve, file in zip(found.curves, files, strict=True):
         origin = f" from {data.title or data.experiment}"

@@ -17,6 +17,7 @@ from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
 from model_lab.diagnosis.criteria import error_of, excess, material
 from model_lab.diagnosis.search import Scored, score_base
+from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.held_out import hold_out
@@ -32,6 +33,7 @@ from model_lab.learning.effect_file import (
 )
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
+from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model
 
@@ -98,7 +100,8 @@ class Learning:
 
     chosen: the chosen curve; None if there is none. reason: why there is none; else "". others: the
     other curves that were fitted, best first. further: curves that were learned in addition, each
-    fitted together with those before.
+    fitted together with those before. slips: mistakes in the description of the data, which were
+    taken out before.
     """
 
     problem: FitProblem
@@ -107,6 +110,7 @@ class Learning:
     others: tuple[Candidate, ...]
     reason: str
     further: tuple[Candidate, ...] = ()
+    slips: tuple[Slip, ...] = ()
 
     @property
     def curves(self) -> tuple[Candidate, ...]:
@@ -138,7 +142,8 @@ def learn(
     classes: Mapping[str, type[Effect]] | None = None,
     tell: Tell = tell_nobody,
 ) -> Learning:
-    """Learn the curve that a model lacks, if one lowers the error on held-out data.
+    """Learn the curve that a model lacks, if one lowers the error on held-out data, after slips
+    such as wrong units are taken out of the data, as in `diagnose`.
 
     classes: effect classes by name; None: the built-in ones. Raises ValueError for data that the
     model cannot use, and for data with several outputs.
@@ -148,9 +153,11 @@ def learn(
             f"experiment: expected one with a single output to learn from, got {data.experiment}, "
             f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
         )
+    known = classes or effect_classes()
+    checked = find_all_slips(data, model, known, tell)
     tell("fitting the model as it is", 0, 0)
-    searched = thinned(data, MOST_SAMPLES, FEWEST_SAMPLES_A_RUN)
-    problem, given = pose_problem(searched, model, classes or effect_classes())
+    searched = thinned(checked.data, MOST_SAMPLES, FEWEST_SAMPLES_A_RUN)
+    problem, given = pose_problem(searched, model, known)
     names = [effect.name for effect in given]
     base = score_base(problem, names)
     found = _searched(problem, base, NAME, tell)
@@ -158,7 +165,8 @@ def learn(
     if lower is not None:
         problem, base = lower, score_base(lower, names)
         found = _in_order(problem, [_fitted(problem, base, one.shape, one) for one in found])
-    return _with_further(_judged(problem, base, found), tell)
+    learned = replace(_judged(problem, base, found), slips=checked.slips)
+    return _with_further(learned, tell)
 
 
 def _with_further(learning: Learning, tell: Tell) -> Learning:

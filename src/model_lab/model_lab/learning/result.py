@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,7 @@ def learning_json(learning: Learning) -> dict[str, Any]:
         "format": LEARNED_FORMAT,
         "experiment": problem.data.experiment,
         "holdout": problem.data.table.holdout,
+        "slips": [asdict(slip) for slip in learning.slips],
         "unit_of_errors": problem.data.unit,
         "rmse_before": learning.base.held_out.rmse,
         "noise_floor": problem.floor.total,

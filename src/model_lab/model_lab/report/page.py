@@ -15,7 +15,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.learning.learn import Learning
-from model_lab.learning.words import verdict
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS
 from model_lab.report import tables
 from model_lab.report.curves import curves
@@ -30,6 +29,7 @@ from model_lab.report.residuals import oddities, residuals
 from model_lab.report.sentences import (
     axis_words,
     counted,
+    learned_sentences,
     listed,
     notice_sentence,
     preconditioning_sentence,
@@ -90,7 +90,7 @@ def template(name: str) -> Template:
         "rest": rest,
         "proposal": proposal,
         "picture_of": picture_of,
-        "learned_words": verdict,
+        "learned_words": learned_sentences,
     }
     return environment.get_template(name)
 

@@ -16,6 +16,8 @@ from model_lab.diagnosis.result import (
     NamedEffect,
 )
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
+from model_lab.learning import words
+from model_lab.learning.learn import Learning
 from model_lab.localisation.axes import DRIVING_QUANTITY
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_among
@@ -109,6 +111,17 @@ def _shown_by(slip: Slip, display: Display) -> str:
         return "otherwise the columns contradict each other, which no error shows"
     before, after = display.shown(slip.rmse_before), display.shown(slip.rmse_after)
     return f"the error falls from {before} to {after}"
+
+
+def learned_sentences(learned: Learning) -> str:
+    """What `learn` learned, after the slips that were taken out before."""
+    said, data = words.verdict(learned), learned.problem.data
+    if not learned.slips:
+        return said
+    most = RULES.explained_error * learned.problem.floor.total
+    whole = learned.final.held_out.rmse <= most
+    told = slip_sentences(learned.slips, data.output_display, whole)
+    return "\n".join([*told, f"With that mended: {said}"])
 
 
 def _or_else(slip: Slip) -> str:
