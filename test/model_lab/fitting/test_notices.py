@@ -185,6 +185,22 @@ def test_repeats_that_lie_apart_are_said_by_name():
     assert len(found.marked) == 2
 
 
+def test_stated_repeats_that_were_driven_otherwise_are_said_and_do_not_count():
+    clean = toy_set(np.random.default_rng(0))
+    first = clean.runs[0]
+    half = {**first.columns, "pressure": 0.5 * first.columns["pressure"]}
+    runs = [
+        replace(first, name=f"r{n}", columns=half if n > 2 else first.columns) for n in range(6)
+    ]
+    data = replace(clean, runs=tuple(runs))
+    assert data.groups() == [[0, 1, 2], [3, 4, 5]]
+    error = 10.0 * LEVEL  # of the model at half the pressure, which is no noise
+    found = noticed(lambda run, time, random: error * (run > 2), data=data)
+    assert found.keys() == {"driven"}
+    assert found["driven"].marked.tolist() == [3, 4, 5]
+    assert "r3 of r0" in found["driven"].text
+
+
 def test_what_is_said_holds_no_points():
     said = noticed(hum)["line"].as_json()
     assert said.keys() == {"kind", "value", "size", "text"}

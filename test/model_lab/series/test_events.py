@@ -231,8 +231,7 @@ def test_a_run_that_differs_from_its_repeat_is_odd_in_presses_and_not_in_grasps(
 def test_two_odd_runs_are_sought_among_repeats_of_one_protocol_alone_too(made):
     """There, none of two runs of different repeats can hide the other."""
     first = made.data.runs[0]
-    alike = {"specimen": first.specimen, "protocol": "ramp", "temperature": first.temperature}
-    data = replace(made.data, runs=tuple(replace(run, **alike) for run in made.data.runs))
+    data = replace(made.data, runs=tuple(replace(first, name=f"r{n}") for n in range(6)))
     assert not np.any(group_of_runs(data))
     residual = made.truth["noise"] * np.random.default_rng(1).standard_normal(data.table.samples)
     assert examine(data, residual, made.truth["noise"]).events == ()

@@ -33,10 +33,11 @@ COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 class Notice:
     """An anomaly of a set.
 
-    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `held_input`, `gaps`, `size`,
-    `absolute`, `duration`, `pulses`, `single_sample` or `left_out`. value: by kind, in this order:
-    ratio to the stated noise; frequency [Hz]; number of samples; change over the session, largest
-    difference of repeats, both in the SI unit of the outputs; number of jumps; longest gap [s];
+    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `driven`, `held_input`, `gaps`,
+    `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`. value: by kind, in this
+    order: ratio to the stated noise; frequency [Hz]; number of samples; change over the session,
+    largest difference of repeats, both in the SI unit of the outputs; number of runs; number of
+    jumps; longest gap [s];
     ratio to the readings; smallest pressure [Pa]; median duration [s]; median of the integrals over
     what is expected; number of runs, for the last two. size: root mean square, or mean of absolute
     values, in the SI unit of the outputs. text: a clause that says it. x, y: the points that show
@@ -64,6 +65,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _wild(residual, data),
         _drift(data, floor, residual),
         _apart(data, floor, residual),
+        _driven_otherwise(data),
         _held_input(data),
         _gaps(data),
         _size(data, residual),
@@ -263,6 +265,23 @@ def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     order = np.arange(len(means), dtype=float)
     marked = np.array(sorted({run for _, *pair in far for run in pair}), np.int64)
     return Notice("apart", far[0][0], size, text, order, means, marked)
+
+
+def _driven_otherwise(data: MeasurementSet) -> Notice | None:
+    """Runs that are stated as repeats, but have another input."""
+    found = data.driven_otherwise()
+    if not found:
+        return None
+    pairs = [f"{run} of {first}" for run, first in list(found.items())[:NAMED_RUNS]]
+    more = f" and {len(found) - NAMED_RUNS} more" if len(found) > NAMED_RUNS else ""
+    text = (
+        f"runs are stated as repeats but have another range or pace of the input, so that they do "
+        f"not count as such: {', '.join(pairs)}{more}"
+    )
+    order = np.arange(len(data.runs), dtype=float)
+    ranges = np.array([np.ptp(data.driving(run)) for run in data.runs])
+    marked = np.flatnonzero([run.name in found for run in data.runs])
+    return Notice("driven", float(len(found)), 0.0, text, order, ranges, marked)
 
 
 def _held_input(data: MeasurementSet) -> Notice | None:

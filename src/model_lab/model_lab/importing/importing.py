@@ -17,7 +17,6 @@ from model_lab.importing.derived import (
     derivation,
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
-from model_lab.importing.drives import protocols_by_drive
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
@@ -38,10 +37,11 @@ from model_lab.importing.open_questions import open_questions
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
-from model_lab.importing.specimens import Assigned, assigned, protocol_of
+from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
 from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Table, read_tables
+from model_lab.measurements.drives import drive_of
 from model_lab.measurements.measurement_set import SET_FORMAT
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
@@ -298,7 +298,9 @@ def make_set(
     found = replace(found, specimens={**found.specimens, **said})
     by_name = found
     if not many:
-        protocols = protocols_by_drive(found, runs, INPUT[experiment], modes)
+        driving = INPUT[experiment]
+        drives = {run.name: drive_of(run.columns, run.lead, driving) for run in runs}
+        protocols = protocols_by_drive(found, drives, modes)
         found = replace(found, protocols=protocols)
     pulled = _pulled(runs, stretched_to or {}, experiment)
     columns = columns_of(sources, runs)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 from model_lab.importing.cell_words import mode_in
+from model_lab.measurements.drives import Drive, driven_alike
 
 PROTOCOL_WORDS = (
     "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus "
@@ -74,6 +77,28 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
         for run in runs
     }
     return Assigned({run: "_".join(found) for run, found in telling.items()}, protocols)
+
+
+def protocols_by_drive(
+    found: Assigned, drives: Mapping[str, Drive], modes: Mapping[str, str]
+) -> dict[str, str]:
+    """The protocol of each run, by its name: as `found` from the names, but runs of one protocol
+    that were driven otherwise get one of their own, with a letter.
+
+    drives: input of each run. modes: of each run in a test of rubber.
+    """
+    kinds: dict[tuple[str, str, str], list[Drive]] = defaultdict(list)
+    protocols = {}
+    for run, drive in drives.items():
+        name = found.protocols[run]
+        kind = kinds[found.specimens[run], name, modes.get(run, "")]
+        alike = [number for number, other in enumerate(kind) if driven_alike(drive, other)]
+        number = alike[0] if alike else len(kind)
+        if not alike:
+            kind.append(drive)
+        letters = [*ascii_lowercase, str(number + 1)]
+        protocols[run] = f"{name}_{letters[min(number, len(ascii_lowercase))]}" if number else name
+    return protocols
 
 
 def _words(run: str) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.drives import Drive, drive_of, driven_alike
 from model_lab.measurements.hands import (
     GAUGE_AREA,
     GRASP,
@@ -372,17 +373,41 @@ class MeasurementSet:
 
     def groups(self) -> list[list[int]]:
         """Groups of indices of runs that repeat each other: with the same specimen, protocol, mode
-        and temperature.
+        and temperature, and driven alike where an experiment has one input.
         """
         groups: list[list[int]] = []
         for index, run in enumerate(self.runs):
             for group in groups:
-                if _repeats(self.runs[group[0]], run):
+                first = group[0]
+                if _repeats(self.runs[first], run) and self._driven_alike(first, index):
                     group.append(index)
                     break
             else:
                 groups.append([index])
         return groups
+
+    def driven_otherwise(self) -> dict[str, str]:
+        """Runs that are stated as repeats of an earlier one, but were driven otherwise: the name of
+        the first of those, by theirs.
+        """
+        found = {}
+        for index, run in enumerate(self.runs):
+            first = next(i for i, other in enumerate(self.runs) if _repeats(other, run))
+            if not self._driven_alike(first, index):
+                found[run.name] = self.runs[first].name
+        return found
+
+    def _driven_alike(self, first: int, second: int) -> bool:
+        if self._drives is None:
+            return True
+        return driven_alike(self._drives[first], self._drives[second])
+
+    @cached_property
+    def _drives(self) -> list[Drive] | None:
+        if self.of_hand or self.experiment in ("valve_pulse", "base_torque"):
+            return None
+        name = "stretch" if self.stretched else "pressure"
+        return [drive_of(run.columns, run.lead, name) for run in self.runs]
 
     def protocols(self) -> list[str]:
         """Names of the protocols, in the order in which they first appear."""

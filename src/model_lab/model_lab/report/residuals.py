@@ -31,6 +31,7 @@ ODD_TITLES = {
     "wild_samples": "Wild samples",
     "drift": "Mean error of each run",
     "apart": "Mean error of each run, repeats apart",
+    "driven": "Range of the input of each run",
     "held_input": "Input that is held until it jumps",
     "gaps": "Time between samples",
     "size": "Readings of another size than the model's",
@@ -45,6 +46,7 @@ ODD_ABSCISSAS = {
     "wild_samples": "sample",
     "drift": "run",
     "apart": "run",
+    "driven": "run",
     "held_input": "time [s]",
     "gaps": "sample",
     "size": "sample",
@@ -56,6 +58,7 @@ ODD_ABSCISSAS = {
 }
 ODD_ORDINATES = {  # the others are errors
     "line": "share [-]",
+    "driven": "range, in Pa or of the stretch",
     "held_input": "share of the largest [-]",
     "gaps": "time [s]",
     "absolute": "pressure [Pa]",

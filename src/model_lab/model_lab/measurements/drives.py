@@ -1,0 +1,104 @@
+"""Whether two runs were driven alike. Only then do they repeat each other: a model errs differently
+on a slow and on a fast ramp, which is no noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from model_lab.aliases import Array
+
+# All chosen by hand; of two inputs that were meant to be the same, with a pump driven by hand, or
+# read by a sensor that was changed between them
+ALIKE_RANGES = 1.45  # most ratio of their ranges ...
+OTHER_UNIT = 5.0  # ... up to where one of them must be in another unit, which is found as a slip
+ALIKE_PACES = 1.7  # most ratio of their paces ...
+OTHER_TIME_UNIT = 50.0  # ... up to where one of the clocks must be in another unit
+ALIKE_COURSES = 0.05  # of the range, mean difference over the time that both have
+TURN = 0.1  # of the range of an input, from which it is driven, and from which it has turned
+SPIKE = 3  # samples, of which the middle one counts if it is the median
+DRIVE_SAMPLES = 2000  # of a course, that are looked at
+COMPARED = 100  # times, at which two courses are compared
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The input of a run. extent: its range, in its unit. pace [1/s]: how often it goes through its
+    range up or down, from its first to its last time beyond a tenth of it; 0 without a clock. time
+    (k,) [s], from where it first is beyond a tenth, and value (k,) above that at rest.
+    """
+
+    extent: float
+    pace: float
+    time: Array
+    value: Array
+
+
+def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str) -> Drive:
+    """The input of a run, `name`, with that before its first output.
+
+    >>> time = np.arange(11.0)
+    >>> pressure = np.interp(time, [0.0, 4.0, 6.0, 10.0], [0.0, 8.0, 8.0, 0.0])
+    >>> found = drive_of({"time": time, "pressure": pressure}, {}, "pressure")
+    >>> found.extent, found.pace
+    (8.0, 0.2)
+    """
+    every = np.concatenate([part[name] for part in (lead, columns) if name in part])
+    step = max(1, len(every) // DRIVE_SAMPLES)
+    value = median_filter(every, SPIKE, mode="nearest")[::step]
+    value = value - value[0]
+    extent = float(np.ptp(value))
+    driven = np.flatnonzero(np.abs(value) > TURN * extent)
+    if "time" not in columns or not len(driven):
+        return Drive(extent, 0.0, np.zeros(0), value)
+    time = np.concatenate([part["time"] for part in (lead, columns) if "time" in part])[::step]
+    first, last = max(int(driven[0]) - 1, 0), min(int(driven[-1]) + 1, len(value) - 1)
+    way = _travelled(value[first : last + 1], TURN * extent)
+    pace = way / extent / float(time[last] - time[first])
+    return Drive(extent, pace, time[first:] - time[first], value[first:])
+
+
+def driven_alike(one: Drive, other: Drive) -> bool:
+    """Whether two inputs have about the same range and pace; or the same course up to where one of
+    them ends, as in pulls until rupture; or differ by a unit.
+    """
+    return (
+        _alike(one.extent, other.extent, ALIKE_RANGES, OTHER_UNIT)
+        and _alike(one.pace, other.pace, ALIKE_PACES, OTHER_TIME_UNIT)
+    ) or _same_course(one, other)
+
+
+def _alike(one: float, other: float, most: float, other_unit: float) -> bool:
+    low, high = sorted((one, other))
+    return not most * low < high < other_unit * low
+
+
+def _same_course(one: Drive, other: Drive) -> bool:
+    if min(len(one.time), len(other.time)) < 2:
+        return False
+    at = np.linspace(0.0, min(one.time[-1], other.time[-1]), COMPARED)
+    values = [np.interp(at, drive.time, drive.value) for drive in (one, other)]
+    extent = min(one.extent, other.extent)
+    return bool(np.mean(np.abs(values[0] - values[1])) <= ALIKE_COURSES * extent)
+
+
+def _travelled(value: Array, least: float) -> float:
+    """The way that a course goes up and down, without turns of less than `least`, which are noise.
+
+    >>> _travelled(np.array([0.0, 5.0, 4.9, 8.0, 0.0]), 1.0)
+    16.0
+    """
+    turns = [float(value[0])]
+    extreme = turns[0]
+    rises = bool(value[int(np.argmax(np.abs(value - value[0]) >= least))] > value[0])
+    for now in map(float, value):
+        if (now > extreme) == rises:
+            extreme = now
+        elif abs(now - extreme) >= least:
+            turns.append(extreme)
+            extreme, rises = now, not rises
+    return float(np.sum(np.abs(np.diff([*turns, extreme]))))
