@@ -15,7 +15,7 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.chain.free_response import (
-    BASE,
+    WITHOUT_EFFECTS,
     RestTable,
     SegmentResponse,
     angle_table,
@@ -125,7 +125,7 @@ class ChainModel:
     @cached_property
     def _tables(self) -> list[RestTable]:
         """Tables of the actuators."""
-        model = self.model if tabulates(self.model) else BASE
+        model = self.model if tabulates(self.model) else WITHOUT_EFFECTS
         return [
             RestTable(part, self.count, onto_joints, model)
             for part, onto_joints in zip(self._parts, self._angle_maps, strict=True)

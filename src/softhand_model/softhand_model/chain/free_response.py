@@ -31,7 +31,7 @@ HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressur
 BENDING_FREELY = ("wall_stress", "act_on_curvature")
 STIFFNESS_HOOKS = ("stiffness_factor", "bend_twist_coupling")
 KEPT_TABLES = 64
-BASE = Model()
+WITHOUT_EFFECTS = Model()
 NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a difference
 
 
@@ -60,7 +60,7 @@ class RestTable:
         actuator: Actuator,
         segments: int,
         onto_joints: Array,
-        model: Model = BASE,
+        model: Model = WITHOUT_EFFECTS,
     ) -> None:
         self.step = float(_table_pressures(actuator)[-1]) / REST_INTERVALS
         acting = ((e.name, *map(float, e.values.values())) for e in model.effects if _acts(e))
