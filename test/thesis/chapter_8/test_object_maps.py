@@ -200,6 +200,8 @@ def test_another_object_and_check_are_added_to_the_maps_of_a_folder(tmp_path, mo
     assert given.objects == ("cylinder", "tube")
     assert given.checks == ("no_air", "no_advance")
     assert set(results["sweeps"]) - {"main_mujoco"} == {MAIN, *given.checks}
+    every = {4 * 2} if "main_mujoco" in results["sweeps"] else set()  # trials, without a sample
+    assert {found["trials"] for found in results["engines"]} == every
     assert all(list(found) == ["cylinder", "tube"] for found in results["sweeps"].values())
     capsys.readouterr()
     assert main([*words, "--checks", "no_roll"]) == 2
