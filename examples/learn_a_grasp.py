@@ -151,8 +151,8 @@ def load(name="learned"):
 
 
 def test_a_training_repeats_with_its_seed_in_any_number_of_processes():
-    first = train(3, generations=2, tries=4, workers=1)
-    again = train(3, generations=2, tries=4, workers=2)
+    first = train(3, generations=2, tries=2, workers=1)
+    again = train(3, generations=2, tries=2, workers=2)
     assert first.numbers == again.numbers and first.returns == again.returns
 
 

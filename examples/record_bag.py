@@ -19,7 +19,7 @@ from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model
 
 PEAKS = {"low": 40.0, "middle": 55.0, "high": 65.0}  # [kPa]
-DURATION, SAMPLES = 24.0, 80  # [s], [-]
+DURATION, SAMPLES = 24.0, 40  # [s], [-]
 NOISE = 0.2  # [deg]
 BALLOONING = {"gain": 0.3, "onset": 45e3, "sharpness": 8.0}
 START = 1_700_000_000.0  # [s] since 1970

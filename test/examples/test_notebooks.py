@@ -11,6 +11,7 @@ import pytest
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PATIENCE = 600  # for a cell on a busy machine [s]
 FREE = {"model_lab", "numpy", "pandas", "matplotlib", "pathlib"}
+CAMERA = "np.arange(0.0, KNOTS[-1], {})"  # times of the two files' camera, here twice as slow
 CHECKS = {
     "two_csv_files": """
 (effect,) = found.effects
@@ -59,6 +60,10 @@ def test_a_notebook_holds_no_outputs_and_imports_the_lab_from_its_top(name):
 @pytest.mark.parametrize("name", CHECKS)
 def test_a_notebook_runs_and_finds_what_is_in_its_data(name, tmp_path):
     shutil.copytree(EXAMPLES, tmp_path / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    two_files = tmp_path / "examples" / "two_csv_files.py"
+    script = two_files.read_text()
+    assert CAMERA.format(0.05) in script
+    two_files.write_text(script.replace(CAMERA.format(0.05), CAMERA.format(0.1)))
     book = notebook(name)
     book.cells.append(nbformat.v4.new_code_cell(CHECKS[name]))
     folder = str(tmp_path / "examples" / "notebooks")

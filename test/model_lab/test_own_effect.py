@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -107,8 +108,13 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("command", ["diagnose", "plan", "compare", "ladder"])
-@pytest.mark.parametrize("fault", BROKEN)
+READERS = [
+    *(("diagnose", fault) for fault in BROKEN),
+    *product(("plan", "compare", "ladder"), ("syntax", "leaves")),  # they read files as diagnose
+]
+
+
+@pytest.mark.parametrize(("command", "fault"), READERS)
 def test_a_broken_file_is_told_in_one_line(told, tmp_path, capsys, command, fault):
     body, message = BROKEN[fault]
     head = "from softhand_model.effects import LoadEffect, Parameter\n"

@@ -13,7 +13,7 @@ is bounded by a fact that it contradicts at a value of its usual range.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -24,15 +24,18 @@ import numpy as np
 import yaml
 
 import model_lab as lab
+from model_lab.comparison.compare import errors_of
+from model_lab.measurements.load import load_measurements
 from model_lab.rules import RULES
 from softhand_common.documents.output_file import write_file
 from softhand_model.hand.hand import HandDescription, load_hand
+from softhand_model.model_file import load_model
 from thesis.chapter_3_and_5.disturbance import DIRECTIONS, JUDGED
 from thesis.chapter_7.candidates import IN_GRASP, IN_POSE, Candidate
 from thesis.chapter_7.kept import kept
 from thesis.chapter_7.palm_cone import MARKERS, cone, own_bend, write_set
 from thesis.chapter_7.sliding import MEASURED, UNCERTAINTY, forces, misfit, z_values
-from thesis.chapter_7.static_reach import StaticHand, nearest
+from thesis.chapter_7.static_reach import ROUNDS, StaticHand, nearest
 from thesis.chapter_8.dexterity.kapandji import RADIUS, TARGETS, THUMB, Target
 from thesis.chapter_8.dexterity.posture import (
     FOUR,
@@ -65,12 +68,14 @@ SHIFT = 0.05  # of a finger's length, by which our places may be off
 BENDS = (180.0, 225.0, 270.0, 315.0, 360.0)  # [deg] of palm and thumb; above, they coil up
 JUDGED_BEND = np.radians(270.0)  # chosen after the base model's coils were seen, before effects
 COILED = (6, 7, 8)  # places that the base model reaches by coils alone
+Reach = Callable[..., tuple[float, Array]]  # `nearest` with its numbers of tries
 SMALL = {
     "poses": 5,
     "places": (1, 6),
     "pose_effects": 1,
     "grasp_effects": 0,
     "first": 64,
+    "rounds": 1,
     "rate": 16.0,
     "bent_effects": 1,
 }
@@ -85,6 +90,7 @@ class Parameters:
     pose_effects: int = option(len(IN_POSE), "effects that are tried on the places [-]")
     grasp_effects: int = option(len(IN_GRASP), "effects that are tried on the forces [-]")
     first: int = option(2048, "pressures tried all over their range, for each place [-]")
+    rounds: int = option(ROUNDS, "in which others near the best ones are tried [-]")
     rate: float = option(4.0, "of the growing force on the cylinder [N/s]")
     bent_effects: int = option(len(IN_POSE), "effects that are tried without coils [-]")
 
@@ -159,12 +165,11 @@ def shown(
 
 def error_over_floor(folder: Path, candidate: Candidate) -> list[float]:
     """Error over floor [-] of the models with an effect at both ends of its usual range."""
-    found = []
+    data, model, found = load_measurements(folder), folder / "model.yaml", []
     for value in candidate.usual(2):
-        model = folder / "model.yaml"
         write_file(model, MODEL.format(weight=1.0) + candidate.entry(value) + "\n")
-        compared = lab.compare(folder, model)
-        found.append(compared.error / compared.floor)
+        errors = errors_of(data, load_model(model))
+        found.append(errors.held_out.rmse / errors.floor.total)
     return found
 
 
@@ -174,70 +179,64 @@ def places(given: Parameters, job: Job) -> Results:
     """
     targets = [target for target in TARGETS if target.number in given.places]
     job.progress("places, base model", 0.1)
-    named = f"{'_'.join(map(str, given.places))}_{given.first}.json"
+    named = f"{'_'.join(map(str, given.places))}_{given.first}_{given.rounds}.json"
+    reach = partial(nearest, first=given.first, rounds=given.rounds)
     folder = job.folder / "places"
-    found: Results = kept(folder / f"base_{named}", partial(by_hand, targets, given.first))
+    found: Results = kept(folder / f"base_{named}", partial(by_hand, targets, reach))
     found |= {"effects": {}, "bent_effects": {}}
-    found["bent"] = kept(folder / f"bent_{named}", partial(bent, targets, given.first))
-    found["bent_seven"] = kept(
-        folder / f"bent_seven_{named}", partial(bent_seven, targets, given.first)
-    )
+    found["bent"] = kept(folder / f"bent_{named}", partial(bent, targets, reach))
+    found["bent_seven"] = kept(folder / f"bent_seven_{named}", partial(bent_seven, targets, reach))
     for number, candidate in enumerate(IN_POSE[: given.pose_effects]):
         job.progress(f"places, {candidate.label}", 0.2 + 0.4 * number / len(IN_POSE))
         file = folder / f"{candidate.label.replace(' ', '_')}_{named}"
-        found["effects"][candidate.label] = kept(
-            file, partial(under, candidate, targets, given.first)
-        )
+        found["effects"][candidate.label] = kept(file, partial(under, candidate, targets, reach))
     for number, candidate in enumerate(IN_POSE[: given.bent_effects]):
         job.progress(f"places without coils, {candidate.label}", 0.6 + 0.1 * number / len(IN_POSE))
         file = folder / f"bent_{candidate.label.replace(' ', '_')}_{named}"
         far = [target for target in targets if target.number in COILED]
         found["bent_effects"][candidate.label] = kept(
-            file, partial(under, candidate, far, given.first, JUDGED_BEND)
+            file, partial(under, candidate, far, reach, JUDGED_BEND)
         )
     return found
 
 
-def by_hand(targets: Sequence[Target], first: int) -> Results:
+def by_hand(targets: Sequence[Target], reach: Reach) -> Results:
     """Least distances [m] of the base model with its pressures [Pa], with a channel for each
     actuator, with places elsewhere on the fingers, and of the controls.
     """
     four = load_hand(HAND)
     base, rigid, seven = map(StaticHand, (four, hand_variant(RIGID), hand_variant(SEVEN)))
-    near = [nearest(base, target, first=first) for target in targets]
+    near = [reach(base, target) for target in targets]
     no_index = base.limits * [name != "b" for name in four.channels]
     return {
         "numbers": [target.number for target in targets],
         FOUR: [gap for gap, _ in near],
         "pressures": [pressures.tolist() for _, pressures in near],
-        SEVEN: [nearest(seven, target, first=first)[0] for target in targets],
-        RIGID: [nearest(rigid, target, first=first)[0] for target in targets],
-        "no_index": [nearest(base, target, no_index, first)[0] for target in targets],
+        SEVEN: [reach(seven, target)[0] for target in targets],
+        RIGID: [reach(rigid, target)[0] for target in targets],
+        "no_index": [reach(base, target, no_index)[0] for target in targets],
         "shifted": {
-            f"{shift:+g}": [
-                nearest(base, moved(target, shift), first=first)[0] for target in targets
-            ]
+            f"{shift:+g}": [reach(base, moved(target, shift))[0] for target in targets]
             for shift in (-SHIFT, SHIFT)
         },
     }
 
 
-def bent(targets: Sequence[Target], first: int) -> dict[str, list[float]]:
+def bent(targets: Sequence[Target], reach: Reach) -> dict[str, list[float]]:
     """Least distances [m] by the bend [deg] beyond which neither palm nor thumb may go."""
     hand = StaticHand(load_hand(HAND))
     return {
         f"{degrees:g}": [
-            nearest(hand, target, first=first, most_bend=np.radians(degrees))[0]
-            for target in targets
+            reach(hand, target, most_bend=np.radians(degrees))[0] for target in targets
         ]
         for degrees in BENDS
     }
 
 
-def bent_seven(targets: Sequence[Target], first: int) -> list[float]:
+def bent_seven(targets: Sequence[Target], reach: Reach) -> list[float]:
     """Least distances [m] without coils, with a channel for each actuator."""
     hand = StaticHand(hand_variant(SEVEN))
-    return [nearest(hand, t, first=first, most_bend=JUDGED_BEND)[0] for t in targets]
+    return [reach(hand, t, most_bend=JUDGED_BEND)[0] for t in targets]
 
 
 def moved(target: Target, shift: float) -> Target:
@@ -246,15 +245,12 @@ def moved(target: Target, shift: float) -> Target:
 
 
 def under(
-    candidate: Candidate, targets: Sequence[Target], first: int, most_bend: float = np.inf
+    candidate: Candidate, targets: Sequence[Target], reach: Reach, most_bend: float = np.inf
 ) -> dict[str, Any]:
     """Least distances (values, places) [m] at both ends of the usual range of an effect."""
     values = candidate.usual(2)
     hands = [StaticHand(load_hand(HAND), [candidate.at(value)]) for value in values]
-    gaps = [
-        [nearest(hand, target, first=first, most_bend=most_bend)[0] for target in targets]
-        for hand in hands
-    ]
+    gaps = [[reach(hand, target, most_bend=most_bend)[0] for target in targets] for hand in hands]
     numbers = [target.number for target in targets]
     return {"values": values.tolist(), "gaps": gaps, "numbers": numbers}
 

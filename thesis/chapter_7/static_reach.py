@@ -146,12 +146,13 @@ def nearest(
     limits: Array | None = None,
     first: int = FIRST,
     most_bend: float = np.inf,
+    rounds: int = ROUNDS,
 ) -> tuple[float, Array]:
     """Least distance [m] of the thumb's end from a place, and its gauge pressures (channels,) [Pa].
 
-    Tried are `first` pressures (Sobol) from 0 to the limits (channels,) [Pa], then others near the
-    best ones. The same call gives the same answer. most_bend [rad]: of palm and of thumb; what
-    bends by more than a whole turn would have to pass through itself.
+    Tried are `first` pressures (Sobol) from 0 to the limits (channels,) [Pa], then in some rounds
+    others near the best ones. The same call gives the same answer. most_bend [rad]: of palm and of
+    thumb; what bends by more than a whole turn would have to pass through itself.
     """
     limits = hand.limits if limits is None else limits
 
@@ -162,7 +163,7 @@ def nearest(
     random = np.random.default_rng(0)
     shares = qmc.Sobol(len(limits), scramble=False).random(first)
     found = cost(shares * limits)
-    for number in range(ROUNDS):
+    for number in range(rounds):
         best = np.argsort(found)[:KEPT]
         shares, found = shares[best], found[best]
         wide = 0.25 * SHRINKING**number

@@ -31,7 +31,7 @@ YAW = 0.0873  # 5 deg [rad]; the thesis tells of none
 BEST, GOOD, OUTER, LOW = 60.0, (50.0, 70.0), (45.0, 80.0, 85.0, 90.0), 40.0  # inclinations [deg]
 FLAT = 0.15  # greatest difference of the success between starts
 NO_WALL = "no_wall"
-SMALL = {"inclinations": (60.0,), "starts": (0.10,), "replicates": 2, "jobs": 0, **SMALL_EVIDENCE}
+SMALL = {"inclinations": (60.0,), "starts": (0.10,), "replicates": 1, "jobs": 0, **SMALL_EVIDENCE}
 
 
 @dataclass(frozen=True)

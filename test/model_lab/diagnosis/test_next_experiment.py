@@ -1,6 +1,7 @@
 """The next experiment: how far apart explanations are in it, and whether it breaks the tie."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,9 +107,10 @@ def test_nothing_is_proposed_where_nothing_is_tied(outcome):
     assert proposal(outcome.problem, final, ()) is None
 
 
-def tied_above(folder, name):
+def tied_above(folder, name, **options):
     """A set whose pressure never falls below 0.3 of its peak, and what is said of it."""
-    CASES[name].make(folder, 4712 * 2**31, 0.006)
+    case = CASES[name]
+    replace(case, options={**case.options, **options}).make(folder, 4712 * 2**31, 0.006)
     return diagnose(load_measurements(folder), load_model("base"))
 
 
@@ -146,7 +148,7 @@ def test_an_open_chamber_that_has_been_read_tells_nothing_more(tmp_path):
     """Readings that an offset rules out separate nothing, if what is read of an open chamber has
     not parted it from a dead zone either.
     """
-    found = tied_above(tmp_path / "set", "plan/free_bending/above/pressure_offset/4")
+    found = tied_above(tmp_path / "set", "plan/free_bending/above/pressure_offset/4", samples=80)
     assert names_of(found.diagnosis) >= {"pressure_offset", "dead_zone"}
     groups = explanations(found.problem, found.selection.final, found.selection.ties)
     best = next_experiment(found.problem, groups)

@@ -73,15 +73,17 @@ def test_sets_without_time_stay_as_they_are():
 
 
 @pytest.mark.parametrize(
-    ("name", "verdict"),
+    ("name", "samples", "verdict"),
     [
-        ("wild_3_%/blocked_tip/nothing", "adequate"),
-        ("wild_3_%/blocked_tip/tube_lag", "effects_missing"),
+        ("wild_3_%/blocked_tip/nothing", 100, "adequate"),
+        ("wild_3_%/blocked_tip/tube_lag", 200, "effects_missing"),
     ],
 )
-def test_a_set_with_wild_samples_is_diagnosed_as_one_without_and_says_so(name, verdict, tmp_path):
+def test_a_set_with_wild_samples_is_diagnosed_as_one_without_and_says_so(
+    name, samples, verdict, tmp_path
+):
     case = next(case for case in all_cases() if case.name == name)
-    case.make(tmp_path / "set", 3, 0.01)
+    replace(case, options={**case.options, "samples": samples}).make(tmp_path / "set", 3, 0.01)
     found = diagnose(load_measurements(tmp_path / "set"), load_model("base")).diagnosis
     assert found.verdict == verdict
     assert any("do not count" in notice["text"] for notice in found.notices)

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from model_lab.experiments import hand_pose
 from softhand_model.effects import effect_classes
 from softhand_model.hand.hand import load_hand
 from thesis import frame
 from thesis.chapter_3_and_5.disturbance import JUDGED
+from thesis.chapter_7 import static_reach
 from thesis.chapter_7.candidates import IN_GRASP, IN_POSE, Candidate
 from thesis.chapter_7.hand_lacks import agreeing, mending
 from thesis.chapter_7.palm_cone import MARKERS, cone, own_bend
@@ -21,6 +23,7 @@ from thesis.chapter_8.kapandji import MOST_RIGID
 HAND = load_hand("rbo_hand_2")
 MARKS = np.array(list(MARKERS.values()))
 WEIGHTLESS = effect_classes()["gravity"](mass_scale=0.0)
+COARSE = 5  # segments of an actuator in the small run
 
 
 def test_a_cone_is_a_circle_whose_curvatures_add_as_a_right_angle():
@@ -138,7 +141,9 @@ def test_every_candidate_is_one_of_this_hand(candidate):
     assert where in effect_classes()[candidate.effect].places(HAND)
 
 
-def test_small_run(check_small_run, small):
+def test_small_run(check_small_run, small, monkeypatch):
+    for module, segments in ((hand_pose, "HAND_SEGMENTS"), (static_reach, "SEGMENTS")):
+        monkeypatch.setattr(module, segments, COARSE)
     check_small_run("hand_lacks")
     results, report = small("hand_lacks")
     assert all(report.judged)

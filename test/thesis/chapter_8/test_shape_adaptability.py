@@ -13,6 +13,13 @@ from thesis.chapter_8.closing_hand import LOST_WAY, ClosingHand, Draw, Held, sti
 from thesis.chapter_8.shape_adaptability import CLOSINGS, SAME, SOFT, STIFF
 
 NO_DRAW = Draw(np.zeros(3), np.zeros(3), 1.0, 1.0)
+BOOTSTRAPS = experiment.BOOTSTRAPS
+
+
+@pytest.fixture(autouse=True)
+def few_bootstraps(monkeypatch):
+    """Enough for two or three objects."""
+    monkeypatch.setattr(experiment, "BOOTSTRAPS", 1_000)
 
 
 def test_the_small_run_gives_finite_figures_a_verdict_and_a_picture(check_small_run):
@@ -120,8 +127,9 @@ def test_a_run_goes_on_where_it_was_and_keeps_the_hands_that_are_there(tmp_path,
     assert len(done) == len(set(done)) == len(results["trials"]) == 8
 
 
-def test_the_interval_draws_objects_and_their_trials():
+def test_the_interval_draws_objects_and_their_trials(monkeypatch):
     """Against the standard error of a mean of objects that each have one trial."""
+    monkeypatch.setattr(experiment, "BOOTSTRAPS", BOOTSTRAPS)
     rng = np.random.default_rng(3)
     values = rng.normal(2.0, 1.0, 40)
     mean, low, high = experiment.interval({str(k): np.array([v]) for k, v in enumerate(values)})

@@ -73,7 +73,7 @@ def test_the_object_starts_where_it_is_said_before_the_corner():
 def test_a_small_run_lifts_at_the_wall_and_not_without(small, check_small_run):
     check_small_run("wall_success")
     results, report = small("wall_success")
-    assert [trial["gripped"] for trial in results["trials"]] == [1, 1]
+    assert [trial["gripped"] for trial in results["trials"]] == [1]
     assert [trial["gripped"] for trial in results["control"]] == [0]
     assert "100 %" in report.conclusion
     rubbed = [found for found in report.findings if "rubber" in found.what]
@@ -81,4 +81,4 @@ def test_a_small_run_lifts_at_the_wall_and_not_without(small, check_small_run):
         f"friction of the rubber on wood {value:g}, not 0.6, wall at 60 deg"
         for value in (0.5, 0.7, 1.0)
     ]
-    assert all(found.ours.endswith(" of 2") for found in rubbed)
+    assert all(found.ours.endswith(" of 1") for found in rubbed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from io import BytesIO
 
 import manifold3d
@@ -53,6 +54,19 @@ class Finished:
     shell: manifold3d.Manifold
     core: manifold3d.Manifold
     cast: manifold3d.Manifold
+
+    @cached_property
+    def straight(self) -> manifold3d.Manifold:
+        """The cast in the coordinates s, y and z [mm] of the cured rubber, in which arcs are
+        straight.
+        """
+        line, scale = self.mould.line, self.mould.parameters.scale
+
+        def straight(points: Array) -> Array:
+            flat = np.asarray(points) / scale
+            return np.column_stack([line.track(flat[:, :2]), flat[:, 2]])
+
+        return self.cast.warp_batch(straight)
 
 
 def finished(mould: Mould, files: dict[str, bytes]) -> Finished:
@@ -129,19 +143,6 @@ def tilted_rays(solid: manifold3d.Manifold, mould: Mould, count: int, seed: int 
     return found
 
 
-def track_solid(found: Finished) -> manifold3d.Manifold:
-    """The cast in the coordinates s, y and z [mm] of the cured rubber, in which arcs are
-    straight.
-    """
-    line, scale = found.mould.line, found.mould.parameters.scale
-
-    def straight(points: Array) -> Array:
-        flat = np.asarray(points) / scale
-        return np.column_stack([line.track(flat[:, :2]), flat[:, 2]])
-
-    return found.cast.warp_batch(straight)
-
-
 def free_stations(mould: Mould, count: int, random: np.random.Generator) -> Array:
     """Places s [mm] along the chambers at random, between grooves and nubs."""
     line, used = mould.line, mould.parameters
@@ -164,7 +165,7 @@ def walls(found: Finished, count: int, seed: int = 2) -> tuple[Array, Array]:
     """Measured and wanted thickness (count,) [mm] at random points of top and side walls, in the
     cross section: the top along z, the sides across their slant.
     """
-    mould, solid = found.mould, track_solid(found)
+    mould, solid = found.mould, found.straight
     line, used, random = mould.line, mould.parameters, np.random.default_rng(seed)
     slope, slant = np.tan(np.radians(used.draft)), np.cos(np.radians(used.draft))
     s = free_stations(mould, count, random)
@@ -195,7 +196,7 @@ def top_across_slope(found: Finished) -> Array:
     """Thickness (n,) [mm] of the top wall on the middle line, perpendicular to its slope, beside
     every groove over the chambers' flat roofs.
     """
-    mould, solid = found.mould, track_solid(found)
+    mould, solid = found.mould, found.straight
     s = groove_places(mould.line, mould.parameters) + mould.parameters.groove_pitch / 4.0
     slant = mould.line.roof(s) * np.tan(np.radians(mould.parameters.draft))
     inset = 1.2 * mould.fillet + 0.2 + slant
@@ -220,7 +221,7 @@ def end_walls(found: Finished) -> tuple[Array, Array]:
     behind the chambers along the middle line; measured values are NaN at a height where walls are
     missing.
     """
-    mould, solid = found.mould, track_solid(found)
+    mould, solid = found.mould, found.straight
     count = len(mould.chambers) + 1
     slanted = np.array([1.0, *[2.0] * (count - 2), 0.0])  # at the tip the outside leans as well
     heights = _end_heights(mould)
@@ -271,7 +272,7 @@ def groove_depths(found: Finished) -> Array:
     """Depth [mm] of the grooves in the side walls and on the back, against the lands on both
     sides.
     """
-    mould, solid = found.mould, track_solid(found)
+    mould, solid = found.mould, found.straight
     half = mould.parameters.groove_pitch / 4.0
 
     def outside(s: float) -> Array:
@@ -289,7 +290,7 @@ def nub_heights(found: Finished) -> Array:
     those of the model.
     """
     line, used = found.mould.line, found.mould.parameters
-    s, y, z = np.asarray(track_solid(found).to_mesh64().vert_properties)[:, :3].T
+    s, y, z = np.asarray(found.straight.to_mesh64().vert_properties)[:, :3].T
     over = z - line.height(s)
     return np.array(
         [

@@ -15,6 +15,7 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.chain.free_response import (
+    WITHOUT_EFFECTS,
     RestTable,
     SegmentResponse,
     angle_table,
@@ -103,11 +104,9 @@ class ChainModel:
         self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
         self._stated = list(description.actuators.values())
         self._parts, self.count = list(parts.values()), segments
-        self._curves = [
-            SegmentResponse(part, segments, model) if bends(model) else None for part in self._parts
-        ]
         self._responses = [
-            curve for curve in self._curves if curve is not None and not tabulates(model)
+            SegmentResponse(part, segments, model)
+            for part in (self._parts if bends(model) and not tabulates(model) else ())
         ]
         self._staged = StagedEffects(model.effects)  # of which nothing with memory is asked
 
@@ -126,12 +125,10 @@ class ChainModel:
     @cached_property
     def _tables(self) -> list[RestTable]:
         """Tables of the actuators."""
-        kept = tabulates(self.model)
+        model = self.model if tabulates(self.model) else WITHOUT_EFFECTS
         return [
-            RestTable(part, self.count, onto_joints, curve if kept else None)
-            for part, onto_joints, curve in zip(
-                self._parts, self._angle_maps, self._curves, strict=True
-            )
+            RestTable(part, self.count, onto_joints, model)
+            for part, onto_joints in zip(self._parts, self._angle_maps, strict=True)
         ]
 
     @property

@@ -5,6 +5,7 @@ effects that only change the law of the rubber, and stage by stage under other e
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,8 @@ REST_INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
 BENDING_FREELY = ("wall_stress", "act_on_curvature")
 STIFFNESS_HOOKS = ("stiffness_factor", "bend_twist_coupling")
-KEPT_TABLES = 32
+KEPT_TABLES = 64
+WITHOUT_EFFECTS = Model()
 NEARBY = 10.0  # [Pa] on either side, for the slope under effects by a difference
 
 
@@ -49,8 +51,8 @@ class RestTable:
     beyond the table, values go on in a straight line, as kappa(p) nearly does.
 
     step [Pa]: width of an interval; cubic (REST_INTERVALS + 1, 4, m): coefficients of 1, t, t**2
-    and t**3 with t the pressure in an interval over its width. response: segments under effects
-    that `tabulates` accepts; None for the base model.
+    and t**3 with t the pressure in an interval over its width. model: with effects that `tabulates`
+    accepts.
     """
 
     def __init__(
@@ -58,15 +60,11 @@ class RestTable:
         actuator: Actuator,
         segments: int,
         onto_joints: Array,
-        response: SegmentResponse | None = None,
+        model: Model = WITHOUT_EFFECTS,
     ) -> None:
-        pressures = _table_pressures(actuator)
-        self.step = float(pressures[-1]) / REST_INTERVALS
-        found = (
-            _angles_without_effects(actuator, segments)
-            if response is None
-            else response.angles_and_slopes(pressures)
-        )
+        self.step = float(_table_pressures(actuator)[-1]) / REST_INTERVALS
+        acting = ((e.name, *map(float, e.values.values())) for e in model.effects if _acts(e))
+        found = _tabulated(actuator, segments, tuple(acting))
         value, slope = (part @ onto_joints.T for part in found)
         self.cubic = hermite(value, slope * self.step)
 
@@ -106,14 +104,26 @@ def _table_pressures(actuator: Actuator) -> Array:
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def _angles_without_effects(actuator: Actuator, segments: int) -> tuple[Array, Array]:
-    """`segment_angles` at the pressures of a table; kept, as each simulation of a hand needs them
-    again, so they cannot be written.
+def _tabulated(
+    actuator: Actuator, segments: int, acting: tuple[tuple[Any, ...], ...]
+) -> tuple[Array, Array]:
+    """`segment_angles` at the pressures of a table, under effects given by name and values; kept,
+    as each simulation of a hand needs them again, so they cannot be written.
     """
-    found = segment_angles(actuator, segments, _table_pressures(actuator))
+    pressures = _table_pressures(actuator)
+    if acting:
+        model = Model(effects=tuple(_effect(*one) for one in acting))
+        found = SegmentResponse(actuator, segments, model).angles_and_slopes(pressures)
+    else:
+        found = segment_angles(actuator, segments, pressures)
     for one in found:
         one.setflags(write=False)
     return found
+
+
+def _effect(name: str, *values: float) -> Effect:
+    kind = effect_classes()[name]
+    return kind(**dict(zip((one.name for one in kind.parameters), values, strict=True)))
 
 
 @lru_cache(maxsize=KEPT_TABLES)
