@@ -50,8 +50,7 @@ rclpy.shutdown()
 def run(*command, variables=(), **options):
     """Standard output and standard error of a command that succeeds."""
     unwanted = ("PYTHONPATH", "COLCON", "NUMBA_CACHE_DIR")
-    quick = {"NUMBA_OPT": "1"}  # what is compiled, and when, does not depend on how well
-    clean = {k: v for k, v in os.environ.items() if k not in unwanted} | quick | dict(variables)
+    clean = {k: v for k, v in os.environ.items() if k not in unwanted} | dict(variables)
     words = list(map(str, command))
     done = subprocess.run(words, env=clean, capture_output=True, text=True, **options)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
