@@ -61,7 +61,9 @@ def together(monkeypatch):
 
         def made(effects):
             error = errors[tuple(sorted(effects, key=ALL.index))]
-            return model(problem, effects[::order], error * spread if np.ndim(error) == 0 else error)
+            return model(
+                problem, effects[::order], error * spread if np.ndim(error) == 0 else error
+            )
 
         def without(problem, before, effect):
             return made(tuple(name for name in before.effects if name != effect))
