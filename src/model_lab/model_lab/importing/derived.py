@@ -72,8 +72,8 @@ class Sized:
     times: bool = False
 
     def combined(self, column: Array, argument: str) -> Array | None:
-        """Column (samples,) in SI units times or over the size; None if the argument states no
-        positive size.
+        """Column (samples,) in SI units, multiplied or divided by the size; None if the argument
+        states no positive size.
         """
         size = stated_size(argument, area=self.example.endswith("2"))
         if not size:
@@ -123,8 +123,8 @@ def markers_angle(positions: Array) -> Array:
     """Tip angle (samples,) [rad] from coordinates (4, 6 or 9, samples) of markers.
 
     For two markers, both on the tip, it is the angle by which the line between them has turned. For
-    three, at base, in between and at the tip, it is that of an arc through them: twice the angle
-    between the two chords. Four numbers are two markers in a plane, six are two markers in space.
+    three, at base, in between and at the tip, it is the angle of an arc through them: twice the
+    angle between the two chords. Four numbers are two markers in a plane, six two in space.
     """
     size = 2 if len(positions) == 4 else 3
     return _of_points(positions.reshape(len(positions) // size, size, -1))
@@ -170,21 +170,21 @@ def curvature_angle(bend: Array) -> Array:
 
 
 def radius_angle(ratio: Array) -> Array:
-    """Tip angle (samples,) [rad] of an arc, from radius over length (1, samples); an infinite
+    """Tip angle (samples,) [rad] of an arc, from radius / length (1, samples); an infinite
     radius is a straight arc.
     """
     return _from_first(1.0 / ratio[0])
 
 
 def elongation_stretch(ratio: Array) -> Array:
-    """Stretch (samples,) [-] of a strip, from the displacement of a clamp over the length between
-    the clamps (1, samples); it is 1 at the first sample.
+    """Stretch (samples,) [-] of a strip, from the displacement of a clamp divided by the length
+    between the clamps (1, samples); it is 1 at the first sample.
     """
     return np.asarray(1.0 + ratio[0] - ratio[0, 0])
 
 
 def area_stress(ratio: Array) -> Array:
-    """Nominal stress (samples,) [Pa], from the force over the cross-section at rest (1,
+    """Nominal stress (samples,) [Pa], from the force divided by the cross-section at rest (1,
     samples).
     """
     return ratio[0]

@@ -211,7 +211,7 @@ def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, st
 
 
 def told_apart(paths: Sequence[Path]) -> list[Path]:
-    """The paths by which files are known: files of one name get that of their folder before it.
+    """The paths by which files are known: files of the same name get their folder's in front.
 
     >>> [path.name for path in told_apart([Path("thin/r.csv"), Path("thick/r.csv")])]
     ['thin_r.csv', 'thick_r.csv']

@@ -61,8 +61,8 @@ FRAME = (
 
 
 def with_many_columns(tables: Sequence[Table], given: Maps) -> str | None:
-    """VALVE_PULSE or BASE_TORQUE if files have, by the names of their columns, all of one of these
-    but one at most; else None.
+    """The experiment, VALVE_PULSE or BASE_TORQUE, of which at most one column is missing in the
+    files, by the names of their columns; else None.
     """
     columns = [column for table in tables for column in table.columns]
     for experiment in (VALVE_PULSE, BASE_TORQUE):

@@ -289,7 +289,7 @@ def _column(
         sign = decimal or decimal_sign(known, others, point=delimiter in ("", ","))
     except ValueError as reason:
         raise Ambiguous(
-            f"{path}: column {shortened(name)}: expected numbers of one kind, got {reason}; say "
-            "the decimal sign (--decimal point or --decimal comma)"
+            f"{path}: column {shortened(name)}: expected a clear decimal sign, got {reason}; "
+            "state it with --decimal point or --decimal comma"
         ) from reason
     return Column(name, unit, numbers([cell if is_number(cell) else "" for cell in cells], sign))

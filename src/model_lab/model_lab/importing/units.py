@@ -97,8 +97,8 @@ def usual_unit(text: str) -> str:
 
 
 def kind_of_pressure(written: str) -> tuple[str, str]:
-    """(unit, `absolute` or `gauge`) of a pressure unit as written: the part that says which of the
-    two it is, is taken out of the unit. The second is "" if the unit does not say.
+    """(unit, `absolute` or `gauge`) of a pressure unit as written; the unit is without the part
+    that says which of the two it is. The second is "" if there is no such part.
 
     >>> kind_of_pressure("psia"), kind_of_pressure("bar(g)"), kind_of_pressure("kPa")
     (('psi', 'absolute'), ('bar', 'gauge'), ('kPa', ''))

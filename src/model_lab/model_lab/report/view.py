@@ -39,7 +39,7 @@ class Step:
 
 @dataclass(frozen=True)
 class View:
-    """A diagnosis with the set that was searched, and the models that a report compares.
+    """A diagnosis, its measurement set, and the models that a report compares.
 
     steps: errors of the model as it was, and after each added effect.
     """
@@ -53,7 +53,7 @@ class View:
 
     @property
     def data(self) -> MeasurementSet:
-        """The set as it was searched: long recordings have fewer samples."""
+        """The measurement set in which effects were searched, with long recordings thinned."""
         return self.outcome.problem.data
 
     @property
@@ -132,8 +132,8 @@ class View:
         return ", ".join(parts)
 
     def abscissa(self) -> tuple[str, Display, list[Array]]:
-        """(name, unit and factor to show it with, values run by run in SI units) of what curves are
-        drawn over.
+        """(name, unit and factor for display, values run by run in SI units) of the horizontal axis
+        of curves.
 
         It is time if the error depends on time, if there are several inputs, or if the input mostly
         rests; else the input.

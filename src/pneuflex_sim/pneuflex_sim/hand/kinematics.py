@@ -67,7 +67,7 @@ class HandShape:
 
     def tip_angles(self, bend: Array) -> dict[str, float]:
         """Angle [rad] of the tip of each actuator relative to its base: the sum of its joints'
-        bends (n,), without the strut.
+        bends (n,), except that of the strut.
         """
         angles = {}
         for chain in self.layout.description.chains:

@@ -28,7 +28,7 @@ class DriverLink(Protocol):
     missed: int  # answers that did not come
 
     def send(self, sample: JointState) -> None:
-        """Hand over a sample."""
+        """Pass a sensor sample to the driver."""
 
     def await_answer(self, wait: bool, commanded: bool) -> None:
         """Wait for the valve commands that answer the sample, and apply them; without `wait`, apply
@@ -68,7 +68,7 @@ class TopicLink:
         self.missed = self._reported = 0
 
     def send(self, sample: JointState) -> None:
-        """Publish a sample."""
+        """Publish a sensor sample."""
         self._sample = nanoseconds(sample.header.stamp)
         if self._answered >= self._sample:  # the time was set back
             self._answered = -1

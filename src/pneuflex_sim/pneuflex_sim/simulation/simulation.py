@@ -306,8 +306,8 @@ class Simulation:
         return self.plant.read()
 
     def tip_angles(self) -> dict[str, float]:
-        """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
-        strut.
+        """Angle [rad] of the tip of each actuator relative to its base: the sum of its joints'
+        bends, except that of the strut.
         """
         return self.shape.tip_angles(self.bodies.rotations[:, BEND_AXIS])
 

@@ -63,5 +63,5 @@ class MouldParameters:
 
     @property
     def scale(self) -> float:
-        """Size of the mould over that of the cured rubber [-]."""
+        """Size of the mould divided by that of the cured rubber [-]."""
         return 1.0 + self.shrinkage / 100.0

@@ -60,7 +60,7 @@ class Parameter:
     unit: "" for none. low, high: bounds within which the number makes sense. typical: range (low,
     high) in which it usually lies, where a search starts; None: the bounds. logarithmic: whether it
     spans decades. neutral: value at which the effect does nothing; None if there is none. relative:
-    (`pressure` or `output`, low, high), the usual range over the largest measured pressure or
+    (`pressure` or `output`, low, high), the usual range divided by the largest measured pressure or
     output of a set, in which the lab then searches.
 
     Raises ValueError for bounds, a usual range or a neutral value that make no sense.
@@ -223,8 +223,8 @@ class Effect:
 
     @property
     def matching_kernel(self) -> Kernel | None:
-        """The kernel, if it belongs to the class that defines the methods, or to one derived from
-        that; else None.
+        """The kernel; None without one, or if a subclass without a kernel of its own overrides a
+        method that the kernel replaces.
         """
         for owner in type(self).__mro__:
             if "kernel" in vars(owner):

@@ -70,7 +70,7 @@ class GentStiffening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         return stress * locking_factor.py_func(strain.invariant / self.values["jm"])
 
 
@@ -108,7 +108,7 @@ class YeohStiffening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         return stress * (1.0 + 2.0 * self.values["c2"] * strain.invariant)
 
 
@@ -143,7 +143,7 @@ class YeohThirdOrder(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) with the third term added."""
+        """Stress [-] (divided by the shear modulus) with the third term added."""
         return stress + 3.0 * self.values["c3"] * strain.invariant**2 * strain.elastic_term
 
 
@@ -178,7 +178,7 @@ class ArrudaBoyce(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         rest = 1.0 / self.values["links"]
         share = (1.0 + strain.invariant / 3.0) * rest  # x**2
         below = np.minimum(share, ALMOST)
@@ -220,17 +220,17 @@ class Ogden(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         return stress * power_stress(strain, self.values["exponent"])
 
 
 ACROSS = {"uniaxial": 0.5, "pure_shear": 1.0, "equibiaxial": 2.0}
-"""Logarithm of the stretch of a direction that gives way over that of the imposed one, negative."""
+"""Logarithm of the stretch of a direction that gives way / that of the imposed one, negative."""
 
 
 def power_stress(strain: Strain, exponent: Array | float) -> Array:
-    """Stress of one term of Ogden's energy over that of the base model [-], also in the limit of
-    zero strain.
+    """Stress of one term of Ogden's energy divided by that of the base model [-], also in the
+    limit of zero strain.
 
     >>> [float(power_stress(Strain(np.array(x)), a)) for x, a in ((1.0, 3.0), (2.0, 2.0))]
     [1.0, 1.0]
@@ -272,7 +272,7 @@ class MooneyRivlin(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         ratio = self.values["c01_ratio"]
         return stress * ((1.0 + ratio * strain.second) / (1.0 + ratio))
 
@@ -310,7 +310,7 @@ class SecondInvariant(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         ratio = self.values["ratio"]
         return stress * ((1.0 + ratio * power_stress(strain, 0.0)) / (1.0 + ratio))
 
@@ -370,7 +370,7 @@ class ThickWall(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor of this effect."""
+        """Stress [-] (divided by the shear modulus) times the factor of this effect."""
         return stress * (1.0 + self._excess(shape) * fading.py_func(strain.stretch))
 
     def allows(self, shape: SectionShape) -> Flags | bool:

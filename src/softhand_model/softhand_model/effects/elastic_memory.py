@@ -81,7 +81,7 @@ class MullinsSoftening(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) times the factor."""
+        """Stress [-] (divided by the shear modulus) times the factor."""
         below = np.maximum(memory.get("largest_stretch", 1.0) - strain.stretch, 0.0)
         values = self.values
         return stress * softened.py_func(below, values["softening"], values["stretch_scale"])
@@ -145,7 +145,7 @@ class Viscoelasticity(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) plus the part that has not relaxed yet."""
+        """Stress [-] (divided by the shear modulus) plus the part that has not relaxed yet."""
         return stress + self._overstress(stress, memory, dt)
 
     def remember(
@@ -219,7 +219,7 @@ class Creep(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) less the part that has crept away."""
+        """Stress [-] (divided by the shear modulus) less the part that has crept away."""
         rate = self.values["rate"] / np.log(10.0)
         return stress - rate * np.sum(self._crept(stress, memory, dt) * WEIGHTS, axis=-1)
 
@@ -304,7 +304,7 @@ class Hysteresis(ElasticEffect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Stress [-] (over the shear modulus) plus the friction s_c*w."""
+        """Stress [-] (divided by the shear modulus) plus the friction s_c*w."""
         return stress + self.values["relative_pressure"] * self._turned(strain.stretch, memory)
 
     def remember(

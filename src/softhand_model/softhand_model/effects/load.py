@@ -47,7 +47,7 @@ class TemperatureModulus(LoadEffect):
     }
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its value at 293.15 K, never below a hundredth."""
+        """Shear modulus divided by its value at 293.15 K, never below a hundredth."""
         return np.maximum(1.0 + self.values["coefficient"] * (temperature - REFERENCE), 0.01)
 
 
@@ -216,7 +216,7 @@ class Ageing(LoadEffect):
     }
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over that of the first run."""
+        """Shear modulus divided by that in the first run."""
         runs = np.asarray(self.around.get("run_order", 1.0)) - 1.0
         return np.maximum(1.0 + self.values["per_run"] * runs, 0.01)
 

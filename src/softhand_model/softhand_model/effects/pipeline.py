@@ -88,7 +88,7 @@ class StagedEffects:
         return read
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its nominal value at a temperature [K]."""
+        """Shear modulus divided by its nominal value at a temperature [K]."""
         factor: Array | float = 1.0
         for effect in self.load:
             factor = factor * effect.modulus_factor(temperature)
@@ -101,7 +101,7 @@ class StagedEffects:
         return load
 
     def stress(self, strain: Strain, shape: SectionShape, dt: Array | float) -> Array:
-        """Elastic stress over the shear modulus [-], walls included; changes no memory."""
+        """Elastic stress divided by the shear modulus [-], walls included; changes no memory."""
         stress = strain.elastic_term
         for effect in self.elastic:
             stress = effect.stress(stress, strain, shape, self.memory[effect.name], dt)
@@ -140,7 +140,7 @@ class StagedEffects:
         return any(overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
 
     def bend_twist_coupling(self) -> Array | float:
-        """Stiffness that couples lateral bending and twist, over the stiffness B in bending [-]."""
+        """Stiffness that couples lateral bending and twist / stiffness B in bending [-]."""
         coupling: Array | float = 0.0
         for effect in self.structure:
             coupling = coupling + effect.bend_twist_coupling()

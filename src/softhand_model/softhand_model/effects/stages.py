@@ -65,8 +65,8 @@ class Strain:
 
     @cached_property
     def elastic_term(self) -> Array:
-        """Stress q [-] over the shear modulus without effects: lambda - lambda**-3 (eq. 3.21),
-        uniaxial lambda - lambda**-2, equibiaxial lambda - lambda**-5, linear lambda - 1.
+        """Stress q [-] without effects, divided by the shear modulus: lambda - lambda**-3 (eq.
+        3.21), uniaxial lambda - lambda**-2, equibiaxial lambda - lambda**-5, linear lambda - 1.
 
         >>> Strain(2.0, "uniaxial").elastic_term
         1.75
@@ -154,7 +154,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus at a temperature [K] over the nominal one. It divides the load and
+        """Shear modulus at a temperature [K] divided by the nominal one. It divides the load and
         multiplies the stiffness of joints.
         """
         return 1.0
@@ -182,8 +182,8 @@ class ElasticEffect(Effect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Elastic stress over the shear modulus [-] with this effect, from that without it; changes
-        no memory.
+        """Elastic stress divided by the shear modulus [-] with this effect, from that without it;
+        changes no memory.
         """
         return stress
 
@@ -202,8 +202,8 @@ class StructureEffect(Effect):
     bases: ClassVar[frozenset[str]] = frozenset({"pneuflex"})
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
-        """Elastic stress of all walls over the shear modulus [-], from that of the top wall with
-        its effects.
+        """Elastic stress of all walls divided by the shear modulus [-], from that of the top wall
+        with its effects.
         """
         return stress
 
@@ -218,7 +218,7 @@ class StructureEffect(Effect):
         return np.ones_like(bend)
 
     def bend_twist_coupling(self) -> Array | float:
-        """Stiffness that couples lateral bending and twist, over the bending stiffness [-]."""
+        """Stiffness that couples lateral bending and twist / bending stiffness [-]."""
         return 0.0
 
     def tip_compliance(self) -> Array | float:

@@ -56,7 +56,7 @@ class SideWallIntegral(StructureEffect):
     kernel = Kernel(_side_walls)
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
-        """Elastic stress over the shear modulus [-], with the integral in place of the factor."""
+        """Elastic stress / shear modulus [-], with the integral in place of the factor."""
         curvature = (strain.stretch - 1.0) / shape.height
         term = section.side_wall_term(
             curvature, shape.height, shape.width, shape.wall, shape.side_wall
@@ -175,7 +175,7 @@ class BendTwistCoupling(StructureEffect):
     }
 
     def bend_twist_coupling(self) -> Array | float:
-        """Stiffness that couples lateral bending and twist, over the stiffness B in bending [-]."""
+        """Stiffness that couples lateral bending and twist / stiffness B in bending [-]."""
         return self.values["k45"]
 
 

@@ -34,8 +34,8 @@ class RunTimes:
 
 
 def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Array] | None:
-    """The method `in_runs` of an effect; None if it does not give the results of this method of the
-    stage, because a derived class has overridden that method alone, or if there is none.
+    """The method `in_runs` of an effect; None without one, or if a derived class has overridden
+    only `method`, the method of the stage whose results `in_runs` gives.
     """
     for owner in type(effect).__mro__:
         if "in_runs" in vars(owner):
@@ -47,8 +47,8 @@ def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Ar
 
 
 def lagged_in_runs(values: Array, times: RunTimes, time_constant: Array | float) -> Array:
-    """Values (lanes, rows, 1) that follow `values` (lanes or 1, rows, 1) with time constants
-    (lanes,) [s] through each run, see `stages.lagged`.
+    """First-order lag (lanes, rows, 1) of `values` (lanes or 1, rows, 1), with a time constant [s]
+    for each lane (lanes,), a set of trial values. It starts anew in each run (`RunTimes.steady`).
     """
     constants = np.ravel(np.asarray(time_constant, float))
     lanes = max(len(values), len(constants))
