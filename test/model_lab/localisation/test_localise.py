@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model_lab.bench.layouts import hand_pose_set
-from model_lab.localisation.axes import Axis
+from model_lab.localisation.axes import Axis, axes_of
 from model_lab.localisation.bins import make_bins
 from model_lab.localisation.localise import RUN_BLOCKS, RUNS, localise, where_phrase
 from model_lab.measurements.hands import MARKER_AXES
@@ -41,6 +41,19 @@ def _set(runs=12, samples=200, specimens=("thin", "thick"), warm=(), mount="base
         for place, name in enumerate(specimens)
     }
     return MeasurementSet("free_bending", "", known, tuple(made))
+
+
+def test_values_that_differ_by_rounding_are_no_axis():
+    """On triangles a pressure rests for one sample at each turn: always for 0.05 s."""
+    time = np.arange(0.0, 12.0, 0.05)
+    pressure = np.interp(time % 6.0, [0.0, 3.0, 6.0], [0.0, 40e3, 0.0])
+    columns = {"time": time, "pressure": pressure, "tip_angle": 0.0 * pressure}
+    runs = tuple(Run(name, "thin", "ramp", 293.15, columns) for name in ("r1", "r2"))
+    thin = Specimen("thin", {"wall": 0.0025}, "bending_plane_level")
+    names = [
+        axis.name for axis in axes_of(MeasurementSet("free_bending", "", {"thin": thin}, runs))
+    ]
+    assert "direction" in names and "time_since_step" not in names
 
 
 def _noise(data, seed):

@@ -21,6 +21,7 @@ from model_lab.rules import RULES
 SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
 LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
 
+ROUNDING_ERROR = 1e-9  # of the largest value of an axis, within which values are one
 NO_UNIT = Display("")
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
@@ -209,7 +210,7 @@ def _varies(axis: Axis) -> bool:
     if axis.name == "pressure_rate":
         low, high = np.quantile(known, (0.1, 0.9))
         return float(high - low) > RULES.even_rate * float(np.abs(known).max())
-    return bool(known.min() < known.max())
+    return bool(np.ptp(known) > ROUNDING_ERROR * np.abs(known).max())
 
 
 def _same(axis: Axis, other: Axis) -> bool:
