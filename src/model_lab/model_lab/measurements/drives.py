@@ -22,7 +22,7 @@ ALIKE_COURSES = 0.05  # of the range, mean difference over the time that both ha
 TURN = 0.1  # of the range of an input, from which it is driven, and from which it has turned
 SPIKE = 3  # samples, of which the middle one counts if it is the median
 DRIVE_SAMPLES = 2000  # of a course, that are looked at
-COMPARED = 100  # times, at which two courses are compared
+COMPARED_TIMES = 100  # times, at which two courses are compared
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _alike(one: float, other: float, most: float, other_unit: float) -> bool:
 def _same_course(one: Drive, other: Drive) -> bool:
     if min(len(one.time), len(other.time)) < 2:
         return False
-    at = np.linspace(0.0, min(one.time[-1], other.time[-1]), COMPARED)
+    at = np.linspace(0.0, min(one.time[-1], other.time[-1]), COMPARED_TIMES)
     values = [np.interp(at, drive.time, drive.value) for drive in (one, other)]
     extent = min(one.extent, other.extent)
     return bool(np.mean(np.abs(values[0] - values[1])) <= ALIKE_COURSES * extent)
