@@ -87,7 +87,8 @@ class Rules:
     )
     left_share: float = _rule(
         0.35,
-        "share of the excess error that an effect may leave for the form of its equation",
+        "share of the excess error, whole or without gains, that an effect may leave for the form "
+        "of its equation",
         neutral=0.0,
     )
     running_residual: float = _rule(
