@@ -142,6 +142,15 @@ def test_wrong_verdicts_that_are_no_guess_and_slips_where_none_is_are_counted():
     assert "slips told where none is: 1 of 5" in lines
 
 
+def test_refusals_that_tell_the_family_as_helping_are_counted():
+    told, other = ([{"name": name, "rmse_after": 1.0}] for name in ("a", "c"))
+    refusals = [
+        record("other form", ["a", "b"], [], verdict="unexplained", helps=helps)
+        for helps in (told, other, [], None)
+    ]
+    assert "unexplained, though known: 4; its family helps in 1" in notes_of(refusals)
+
+
 @pytest.mark.parametrize("law", RESERVED.split())
 def test_a_family_kept_for_blind_runs_shows_as_much_as_asked(law, tmp_path):
     case = next(c for c in all_cases() if c.name == f"reserved/free_bending/{law}/3")
