@@ -4,8 +4,9 @@ Takes the sets that `bench.lab.gather` and `bench.lab.gather_others` have gather
 each verdict is fitted to five in seven of them, drawn by a checksum of their names, and what it
 says is compared with what is right on the others, and so are the coefficients that are shipped.
 Writes the coefficients into the lab (diagnosis/confidence.json), with where they come from, and the
-reliability diagram (docs/figures/confidence.png); `--show` only prints. Lines that `bench.lab` kept
-may be given, too; families that are kept for blind runs are left out.
+reliability diagram (docs/figures/confidence.png); `--show` only prints. With `--on` it is fitted to
+all gathered sets and shown on those of other files. Lines that `bench.lab` kept may be given, too;
+families that are kept for blind runs are left out.
 """
 
 from __future__ import annotations
@@ -360,13 +361,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--lines", type=Path, nargs="+", default=[LINES], help="gathered sets")
     parser.add_argument("--show", action="store_true", help="print, write nothing")
     parser.add_argument("--shipped", action="store_true", help="only tell of what is shipped")
+    parser.add_argument("--on", type=Path, nargs="+", default=[], help="sets to show it on")
     chose = parser.parse_args(arguments)
     if chose.shipped:
         print(words_of(json.loads(OUT.read_text())))
         return 0
     records = answered(chose.lines)
-    used = [r for r in records if for_the_fit(r["key"])]
-    others = [r for r in records if not for_the_fit(r["key"])]
+    used = [r for r in records if chose.on or for_the_fit(r["key"])]
+    others = answered(chose.on) if chose.on else [r for r in records if not for_the_fit(r["key"])]
     found = fitted(used)
     without = fitted([record for record in used if record["row"] != REAL])
     proof = shown(others, found) | {

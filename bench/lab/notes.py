@@ -10,7 +10,7 @@ from bench.lab import learn
 from bench.lab.planning import broken, proposed, tied_with_truth
 from bench.lab.scoring import groups, is_guess, mean_tie, refused, right
 from bench.lab.table import plan_done, verdicts
-from model_lab.diagnosis.result import SLIP
+from model_lab.diagnosis.result import SLIP, UNEXPLAINED
 
 Record = Mapping[str, Any]
 
@@ -30,6 +30,9 @@ def notes_of(records: Sequence[Record]) -> list[str]:
         stated = sum(record["answer"]["confidence"] is not None for record in sure)
         slips = sum(record["answer"]["verdict"] == SLIP for record in answered)
         lines.append(f"wrong and sure: {len(sure)} of {len(answered)}, {stated} with a confidence")
+        unnamed = [r for r in named if r["answer"]["verdict"] == UNEXPLAINED and not right(r)]
+        helped = sum(family_helps(record) for record in unnamed)
+        lines.append(f"unexplained, though known: {len(unnamed)}; its family helps in {helped}")
         lines.append(f"slips told where none is: {slips} of {len(answered)}")
     hidden = sum(not record["visible"] for record in records)
     lines.append(f"left out, since what is hidden does not reach twice the floor: {hidden}")
@@ -38,6 +41,15 @@ def notes_of(records: Sequence[Record]) -> list[str]:
         f"FAILED {r['case']} seed {r['seed']} noise {r['noise']}: {r['error']}" for r in failed
     ]
     return lines
+
+
+def family_helps(record: Record) -> bool:
+    """Whether the first effect that is said to help, without being the whole, is of the family of
+    what is hidden.
+    """
+    known = {name for names in record["expected"]["names"] for name in names}
+    helps = record["answer"].get("helps") or []
+    return bool(helps) and helps[0]["name"] in known
 
 
 def _plan_notes(records: Sequence[Record]) -> list[str]:

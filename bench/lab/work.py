@@ -37,6 +37,7 @@ KEPT = (
     "rmse_before",
     "rmse_after",
     "unexplained",
+    "helps",
     "confidence",
     "guess",
     "evidence",

@@ -18,7 +18,9 @@ from bench.lab.reliability import calibration_error, error_by_chance, error_inte
 from bench.lab.scoring import refused, wrong_alone, wrong_name
 from bench.lab.table import ROWS, rows_of, text_of
 from bench.lab.work import chosen, jobs_of, smaller
+from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
+from softhand_model.model_file import load_model
 
 
 def record(row, names, said, *, tied=None, case="a/b/c", ratio=4.0, **answer):
@@ -140,11 +142,30 @@ def test_wrong_verdicts_that_are_no_guess_and_slips_where_none_is_are_counted():
     assert "slips told where none is: 1 of 5" in lines
 
 
+def test_refusals_that_tell_the_family_as_helping_are_counted():
+    told, other = ([{"name": name, "rmse_after": 1.0}] for name in ("a", "c"))
+    refusals = [
+        record("other form", ["a", "b"], [], verdict="unexplained", helps=helps)
+        for helps in (told, other, [], None)
+    ]
+    assert "unexplained, though known: 4; its family helps in 1" in notes_of(refusals)
+
+
 @pytest.mark.parametrize("law", RESERVED.split())
 def test_a_family_kept_for_blind_runs_shows_as_much_as_asked(law, tmp_path):
     case = next(c for c in all_cases() if c.name == f"reserved/free_bending/{law}/3")
     truth = case.make(tmp_path, 1, 0.006)
     assert visible(truth) and truth["ratios"][0] == pytest.approx(3.0, rel=0.25)
+
+
+@pytest.mark.parametrize(("seed", "stiffens"), [(2, False), (3, True)])
+def test_a_law_that_stiffens_is_left_out_where_only_its_other_term_shows(seed, stiffens, tmp_path):
+    case = next(c for c in all_cases() if c.name == "form/rubber/three_terms/repeats/strong")
+    truth = case.make(tmp_path, seed, 0.002)
+    data = load_measurements(tmp_path)
+    fitted = diagnose(data, load_model("base")).diagnosis
+    assert visible(truth) == stiffens
+    assert (fitted.effects[0].name == "mooney_rivlin") != stiffens
 
 
 def test_cases_have_names_of_their_own():

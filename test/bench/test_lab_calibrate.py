@@ -194,3 +194,17 @@ def test_what_is_shipped_says_where_it_comes_from():
         assert rows[author]
     for verdict, terms in TERMS.items():
         assert 0.0 < probability(shipped["verdicts"][verdict], dict.fromkeys(terms, 0.0)) < 1.0
+
+
+def test_coefficients_are_shown_on_sets_of_another_file_and_fitted_to_all_of_the_first(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(calibrate, "OUT", tmp_path / "confidence.json")
+    monkeypatch.setattr(calibrate, "FIGURE", tmp_path / "confidence.png")
+    files = [tmp_path / "fit.jsonl", tmp_path / "on.jsonl"]
+    for number, (path, count) in enumerate(zip(files, (40, 30), strict=True)):
+        sets = gathered(count, 610 + number)
+        path.write_text("".join(json.dumps(one) + "\n" for one in sets))
+    assert calibrate.main(["--lines", str(files[0]), "--on", str(files[1])]) == 0
+    written = json.loads((tmp_path / "confidence.json").read_text())
+    assert (written["fitted_to"]["sets"], written["shown_on"]["sets"]) == (40, 30)

@@ -20,6 +20,9 @@ MODES = ("uniaxial", "pure_shear", "equibiaxial")
 PEAKS = {"uniaxial": (3.5, 6.0), "pure_shear": (3.0, 4.5), "equibiaxial": (2.4, 3.6)}
 STATED, MODULUS = 300e3, (120e3, 600e3)  # [Pa]
 STEP = 1e-4
+BESIDE = {"three_terms": {"low": 0.0}}
+"""Parts of a law that are of another family than the law, with the value at which they vanish: the
+term with the exponent -2 is Mooney and Rivlin's."""
 UNITS = {"stretch": "", "stress": "kPa"}
 
 
@@ -205,5 +208,7 @@ def make_rubber_set(
         "noise": modulus * sigma,
         "floor": modulus * bench.floor(clean),
         "ratio": reached,
-        "ratios": [bench.ratio([entry]) for entry in entries],
+        "ratios": [
+            bench.ratio([(name, values | BESIDE.get(name, {}))]) for name, values in entries
+        ],
     }

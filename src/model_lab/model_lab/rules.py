@@ -57,7 +57,9 @@ class Rules:
         neutral=inf,
     )
     material_error: float = _rule(
-        1.12, "error over floor from which an effect may be missing", neutral=1.0
+        1.12,
+        "error over floor from which an effect may be missing, and refined effects are tried",
+        neutral=1.0,
     )
     explained_error: float = _rule(
         1.3, "error over floor up to which a model explains the data", neutral=1.0
@@ -85,7 +87,8 @@ class Rules:
     )
     left_share: float = _rule(
         0.35,
-        "share of the excess error that an effect may leave for the form of its equation",
+        "share of the excess error, whole or without gains, that an effect may leave for the form "
+        "of its equation",
         neutral=0.0,
     )
     running_residual: float = _rule(
@@ -178,9 +181,6 @@ class Rules:
         1.25, "error without one of these over that with all", BY_HAND, neutral=0.0
     )
     # ------------------------------------------------------------------ what a diagnosis adds
-    finer_error: float = _rule(
-        2.0, "error after over floor from which refined effects are tried", neutral=inf
-    )
     rest_error: float = _rule(
         2.0, "error after over floor from which the rest is reported", BY_HAND
     )

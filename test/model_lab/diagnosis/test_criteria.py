@@ -225,6 +225,22 @@ def test_effects_of_another_form_may_leave_a_third_of_the_excess(share, answer, 
     assert (given == MISSING) == answer
 
 
+def with_gain(whole, shape):
+    """A model whose whole error and whose error without gains exceed the floor by these."""
+    left = beyond(shape)
+    return Said(left, gain=float(np.sqrt(beyond(whole) ** 2 - left**2)))
+
+
+@pytest.mark.parametrize(
+    ("whole", "shape", "answer"), [(0.45, 0.32, True), (0.55, 0.32, False), (0.45, 0.38, False)]
+)
+def test_effects_of_another_form_may_leave_a_third_of_the_shape_and_half_of_all(
+    whole, shape, answer
+):
+    base, said = with_gain(5.0, 3.5), with_gain(whole * 5.0, shape * 3.5)
+    assert (verdict(said, [GENT], base, dof=EXACT) == MISSING) == answer
+
+
 @pytest.mark.parametrize(
     ("error", "usual", "running", "answer"),
     [

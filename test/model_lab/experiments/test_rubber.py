@@ -105,6 +105,21 @@ def test_a_few_readings_without_repeats_are_judged_too():
     assert found.effects[0].name in {"gent_stiffening", "arruda_boyce", "yeoh_stiffening"}
 
 
+def yeoh(stretches, c2=0.06):
+    """Two terms of Yeoh, over twice the first coefficient."""
+    j1 = np.sum(stretches**2, axis=0) - 3.0
+    return 0.5 * (j1 + c2 * j1**2)
+
+
+@pytest.mark.parametrize(("energy", "tied"), [(chains, True), (yeoh, False)])
+def test_a_finer_law_is_tied_with_the_plain_one_where_it_fits_as_well(energy, tied):
+    """Both plain laws reach the floor, so that nothing is left that asks for a finer one."""
+    found = diagnose(rubber_set(energy, samples=16, repeats=1), load_model("base")).diagnosis
+    assert found.rmse_after < 1.12 * found.noise_floor
+    assert found.effects[0].name == ("gent_stiffening" if tied else "yeoh_stiffening")
+    assert ("arruda_boyce" in found.tied[0]) == tied
+
+
 def test_what_a_test_of_rubber_has_taught_acts_in_the_finger():
     """The pure-shear stress of the finger's wall is that of the law, with the law's modulus."""
     data = rubber_set(chains)

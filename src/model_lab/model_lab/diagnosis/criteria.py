@@ -239,7 +239,9 @@ def _of_another_form(
     rules = problem.rules
     if is_far(problem, final) or _strained(problem, base, final):
         return False
-    share = excess(problem, final) / excess(problem, base)
+    if excess(problem, final) > (1.0 - rules.removed_share) * excess(problem, base):
+        return False
+    share = share_left(problem, final, base)
     if share <= rules.left_share_always:
         return True
     if _at_a_bound(problem, final) or _of_the_session(problem, final, black_boxes):

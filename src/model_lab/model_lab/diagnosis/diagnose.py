@@ -13,7 +13,14 @@ import numpy as np
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.confidence import confidence_of
-from model_lab.diagnosis.criteria import depends_on, excess, explains_all, verdict_of
+from model_lab.diagnosis.criteria import (
+    depends_on,
+    excess,
+    explains_all,
+    lowers,
+    material,
+    verdict_of,
+)
 from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
@@ -45,7 +52,13 @@ from model_lab.diagnosis.result import (
     named_effect,
 )
 from model_lab.diagnosis.search import Scored, score_base, score_with
-from model_lab.diagnosis.selection import Selection, detectable_effects, select, with_final
+from model_lab.diagnosis.selection import (
+    Selection,
+    detectable_effects,
+    select,
+    with_final,
+    with_finer_ties,
+)
 from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
@@ -232,23 +245,36 @@ def searched(
     """The judgement on a search among the candidates, names of effects.
 
     The first search leaves out effects that are finer forms of others (whose `Effect.refines` names
-    those). If the first search explains nothing, or leaves an error above `Rules.finer_error` times
-    the noise floor, a second search is among all candidates. The judgement is that of the last
-    search, but that of the first if only the second ends with the verdict `unexplained`.
+    those). If the first search explains nothing, or leaves an error above the noise floor
+    (`Rules.material_error`), a second search is among all candidates. The judgement is that of the
+    second search if only that explains the data, or does so with a clearly smaller error or fewer
+    effects. Otherwise it is that of the first, with finer forms that explain as much as a named
+    effect tied with it.
     """
     plain = [name for name in candidates if not problem.classes[name].refines]
     first = _judged_search(problem, plain, search, tell)
-    if len(plain) == len(candidates) or not _falls_short(first):
+    if len(plain) == len(candidates):
         return first
-    finer = _judged_search(problem, candidates, search, tell)
-    return first if finer.verdict == UNEXPLAINED != first.verdict else finer
+    if _falls_short(first):
+        finer = _judged_search(problem, candidates, search, tell)
+        if _is_better(finer, first):
+            return finer
+    refined = [name for name in candidates if name not in plain]
+    return replace(first, selection=with_finer_ties(first.problem, first.selection, refined))
 
 
 def _falls_short(judged: Judgement) -> bool:
     """Whether plain effects leave so much that their refined forms are worth a try."""
-    most = judged.problem.rules.finer_error * judged.problem.floor.total
-    much = judged.named.held_out.rmse > most
+    much = material(judged.problem, judged.named)
     return judged.verdict == UNEXPLAINED or (judged.verdict == EFFECTS_MISSING and much)
+
+
+def _is_better(finer: Judgement, plain: Judgement) -> bool:
+    """Whether refined effects explain what plain ones do not, or more, or with fewer effects."""
+    if UNEXPLAINED in (finer.verdict, plain.verdict):
+        return plain.verdict == UNEXPLAINED
+    fewer = len(finer.added) < len(plain.added)
+    return fewer or lowers(plain.problem, finer.named, plain.named)
 
 
 def _judged_search(

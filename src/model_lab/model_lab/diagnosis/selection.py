@@ -127,6 +127,26 @@ def with_final(
     return replace(selection, forward=replace(selection.forward, final=final), ties=names)
 
 
+def with_finer_ties(problem: FitProblem, selection: Selection, refined: Sequence[str]) -> Selection:
+    """The selection, whose named effects are also tied with finer forms of them, of the `refined`
+    effects, that explain as much; so many that a tie has at most `Rules.most_unusual_ties` names
+    besides.
+    """
+    base, final = selection.base, selection.final
+    added = [name for name in final.effects if name not in base.effects]
+    finer = [name for name in refined if set(problem.classes[name].refines) & set(added)]
+    if not finer:
+        return selection
+    tried = [s for s in score_all(problem, base, finer) if isinstance(s, Scored)]
+    ties = []
+    every = _ties(problem, final, base, (*selection.singles, *tried), score_all)
+    for effect, plain, group in zip(added, selection.ties, every, strict=True):
+        more = [s.added for s in group if effect in problem.classes[s.added].refines]
+        free = max(0, problem.rules.most_unusual_ties - len(plain))
+        ties.append((*plain, *more[:free]))
+    return replace(selection, ties=tuple(ties))
+
+
 def _better_member(
     problem: FitProblem, final: Scored, base: Scored, ties: Sequence[Sequence[Scored]]
 ) -> Scored | None:

@@ -149,8 +149,8 @@ class Effect:
     where a row is a run or a sample. The simulator, which has no runs, may leave them out.
 
     refines: names of simpler effects of which this one is a finer form. The lab adds it on request.
-    It searches the effect only in tests of the rubber alone (`uniaxial`, `rubber`), and only if the
-    simpler effects leave too much error.
+    In tests of the rubber alone (`uniaxial`, `rubber`) it searches the effect if the simpler ones
+    leave too much error, and else ties it with one that it refines, if it explains as much.
 
     fewest_runs: least number of runs in a measurement set with which the effect can be told from
     one that changes the input over time.
