@@ -29,7 +29,7 @@ COMPARED_TIMES = 100  # times, at which two courses are compared
 class Drive:
     """The input of a run. extent: its range, in its unit. pace [1/s]: how often it goes through its
     range up or down, from its first to its last time beyond a tenth of it; 0 without a clock. time
-    (k,) [s], from where it first is beyond a tenth, and value (k,) above that at rest.
+    (k,) [s], empty without a clock, and value (k,) above that at rest.
     """
 
     extent: float
@@ -59,7 +59,7 @@ def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str)
     first, last = max(int(driven[0]) - 1, 0), min(int(driven[-1]) + 1, len(value) - 1)
     way = _travelled(value[first : last + 1], TURN * extent)
     pace = way / extent / float(time[last] - time[first])
-    return Drive(extent, pace, time[first:] - time[first], value[first:])
+    return Drive(extent, pace, time, value)
 
 
 def driven_alike(one: Drive, other: Drive) -> bool:
@@ -78,12 +78,17 @@ def _alike(one: float, other: float, most: float, other_unit: float) -> bool:
 
 
 def _same_course(one: Drive, other: Drive) -> bool:
-    if min(len(one.time), len(other.time)) < 2:
-        return False
-    at = np.linspace(0.0, min(one.time[-1], other.time[-1]), COMPARED_TIMES)
-    values = [np.interp(at, drive.time, drive.value) for drive in (one, other)]
+    """Whether two inputs agree from where they begin to where one of them ends."""
     extent = min(one.extent, other.extent)
-    return bool(np.mean(np.abs(values[0] - values[1])) <= ALIKE_COURSES * extent)
+    if not extent > 0.0 or not len(one.time) or not len(other.time):
+        return False
+    courses = []
+    for drive in (one, other):
+        begins = int(np.argmax(np.abs(drive.value) > TURN * extent))
+        courses.append((drive.time[begins:] - drive.time[begins], drive.value[begins:]))
+    at = np.linspace(0.0, min(float(time[-1]) for time, _ in courses), COMPARED_TIMES)
+    first, second = (np.interp(at, *course) for course in courses)
+    return bool(np.mean(np.abs(first - second)) <= ALIKE_COURSES * extent)
 
 
 def _travelled(value: Array, least: float) -> float:
