@@ -253,8 +253,9 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
-    """The fit, repeated with predictions whose numerical errors are evaluated at that fit; the same
-    for experiments without such, and where closer predictions have no result.
+    """The fit, repeated with predictions whose numerical errors are evaluated at that fit, at most
+    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, and where
+    closer predictions have no result.
     """
     experiment, likelihood = problem.data.experiment, found.likelihood
     forward, again = likelihood.forward, found
