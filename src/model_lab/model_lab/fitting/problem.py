@@ -258,9 +258,9 @@ def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
     closer predictions have no result.
     """
     experiment, likelihood = problem.data.experiment, found.likelihood
-    forward, again = likelihood.forward, found
-    if experiment not in CLOSER or not isinstance(forward, Forward):
+    if experiment not in CLOSER or not isinstance(likelihood.forward, Forward):
         return found
+    forward, again = likelihood.forward, found
     for _ in range(CLOSER_FITS[experiment]):
         values = again.values[None]
         acting = [in_lane(effect, 0) for effect in forward.acting_at(values)]
