@@ -35,7 +35,7 @@ from softhand_model.effects.hand import HandEffect, effects_of_hand
 from softhand_model.model_file import Model
 
 SIMULATED_MODULI = (0.85, 1.0, 1.15)  # that are simulated
-HALVINGS = 2  # at most, of the way between values at which a run ends otherwise
+HALVINGS = 2  # of the way between values at which a run ends as measured, and otherwise
 BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutral value
 
 
@@ -47,10 +47,10 @@ class HandGrasp:
     parameters are fixed. For each free parameter, and for the modulus, the change that it alone
     causes is simulated at a few values, in the first run of each protocol, and interpolated between
     them (PCHIP), so that contacts that open and close from step to step do not disturb the fit.
-    Values at which a run ends otherwise than measured, held or lost, are left out of its curve,
-    and values between these and the next ones are simulated, too. A
-    prediction is the fixed model plus the sum of these changes (`closer_grasp` simulates the
-    model that is named). Effects on what the wrist's sensor reads are computed exactly.
+    Values at which a run ends otherwise than measured, held or lost, are left out of its curve, and
+    values between these and the next ones are simulated, too. A prediction is the fixed model plus
+    the sum of these changes (`closer_grasp` simulates the model that is named). Effects on what the
+    wrist's sensor reads are computed exactly.
 
     Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
     """
@@ -138,9 +138,9 @@ class HandGrasp:
         return np.stack([np.concatenate([one[n] for n in self._twin]) for one in whole])
 
     def _changes(self, effects: Sequence[Effect], tried: Sequence[Tried]) -> tuple[Array, Mask]:
-        """Changes (tried, rows, outputs) by other effects and moduli, and of which of them a run
-        makes use (tried, runs): of those with which it ends as measured, held or lost, and of all
-        if it ends otherwise without any of them, too, as changes are from there.
+        """Changes (tried, rows, outputs) by other effects and moduli, and which of them are usable
+        in a run (tried, runs): those with which it ends as measured, held or lost. If it ends
+        otherwise without them, too, all are, as changes are from there.
         """
         seen = self.of_firsts(self._data, [(effects, 1.0), *tried], self._engine)
         measured = held(self._data)
