@@ -45,12 +45,18 @@ EXCEPTIONS = {
         NUMERICS,
     ),
     "fitting/noise_floor.py": {"ALIKE_DRAWS": NUMERICS},
-    "fitting/notices.py": dict.fromkeys(
-        ("COMPARED_RANGE", "FEWEST_PERIODS", "LINE_WIDTH", "SPECTRUM_SAMPLES"), NUMERICS
-    ),
+    "fitting/notices.py": {
+        "NAMED_RUNS": "words of a message",
+        **dict.fromkeys(
+            ("COMPARED_RANGE", "FEWEST_PERIODS", "LINE_WIDTH", "SPECTRUM_SAMPLES"), NUMERICS
+        ),
+    },
     "fitting/problem.py": {"SETTLED_MOVE": NUMERICS},
     "learning/learn.py": {"KNOT_COUNTS": NUMERICS},
-    "localisation/axes.py": dict.fromkeys(("FALLING", "RESTS", "RISING"), "codes of a direction"),
+    "localisation/axes.py": {
+        "ROUNDING_ERROR": NUMERICS,
+        **dict.fromkeys(("FALLING", "RESTS", "RISING"), "codes of a direction"),
+    },
     "localisation/bins.py": dict.fromkeys(
         ("AXIS_BINS", "RANKED_SAMPLES", "SMALLEST_BIN"), NUMERICS
     ),
@@ -60,6 +66,7 @@ EXCEPTIONS = {
     "measurements/bags/fields.py": {"SHOWN_FIELDS": "words of a message"},
     "measurements/bags/limits.py": dict.fromkeys(("CHUNK", "LARGEST_PIECE"), FILE),
     "measurements/csv_file.py": {"LARGEST_FILE": FILE},
+    "measurements/drives.py": dict.fromkeys(("SPIKE", "TURN"), NUMERICS),
     "measurements/load.py": dict.fromkeys(("TEMPERATURES", "LONGEST_NAME", "LONGEST_PATH"), FILE),
     "measurements/measurement_set.py": {"SAME_TEMPERATURE": "part of the format of a set"},
     "measurements/resolution.py": {"EQUAL_READINGS": NUMERICS},

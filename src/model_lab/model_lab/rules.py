@@ -180,6 +180,29 @@ class Rules:
     missed_error: float = _rule(
         1.25, "error without one of these over that with all", BY_HAND, neutral=0.0
     )
+    # ------------------------------------------------------------------ which runs are repeats
+    repeat_range: float = _rule(
+        1.45,
+        "range of the input of a run over that of another, of a pump driven by hand or a sensor "
+        "that was changed, up to which they are repeats",
+        BY_HAND,
+        neutral=inf,
+    )
+    repeat_pace: float = _rule(
+        1.7, "the same for how often they go through their range in a second", BY_HAND, neutral=inf
+    )
+    repeat_course: float = _rule(
+        0.05,
+        "mean difference over range up to which inputs are the same until one ends",
+        BY_HAND,
+        neutral=inf,
+    )
+    other_unit: float = _rule(
+        5.0, "ratio of ranges from which one input is in another unit", BY_HAND, neutral=1.0
+    )
+    other_time_unit: float = _rule(
+        50.0, "ratio of paces from which one clock is in another unit", BY_HAND, neutral=1.0
+    )
     # ------------------------------------------------------------------ what a diagnosis adds
     rest_error: float = _rule(
         2.0, "error after over floor from which the rest is reported", BY_HAND

@@ -82,11 +82,11 @@ def test_a_held_object_pulls_at_the_wrist_with_its_weight():
 
 
 def analytic(time, wrist, masses, start, scene, model, modulus_scale, **config):
-    """A simulator in which everything is a sum of what the parameters do alone."""
+    """A simulator in which everything is a sum of what the parameters do alone, and all is held."""
     factors = [
         np.log(e.friction_factor() * e.object_mass_factor() ** 2) for e in model.effects[:-1]
     ]
-    level = sum(factors) + 3.0 * (modulus_scale - 1.0) + 10.0 * start[0]
+    level = 5.0 + sum(factors) + 3.0 * (modulus_scale - 1.0) + 10.0 * start[0]
     return np.outer(time, np.arange(13.0 + masses.shape[1])) * level
 
 
@@ -195,6 +195,35 @@ def test_few_grasps_that_end_otherwise_are_left_out_and_many_are_not(monkeypatch
     problem, _ = pose_problem(exact(data, 1), load_model("gravity"), {})
     assert problem.data.left_out == {data.runs[1].name: "the object was lost, and not as predicted"}
     assert len(problem.data.runs) == len(data.runs) - 1
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_grasps_that_end_otherwise_are_not_interpolated(monkeypatch):
+    def slipping(time, wrist, masses, *_, model, **config):
+        """All outputs are linear in friction; with little air, the object falls below 0.45."""
+        friction = np.prod([effect.friction_factor() for effect in model.effects[:-1]])
+        seen = np.outer(0.05 * time, (1.0 + friction) * np.ones(13 + masses.shape[1]))
+        return seen * (friction > 0.45 or masses.max() > 6e-5)
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: slipping)
+    data = planned("usual", "little_air")
+    factors = np.array([simulated_values(Friction.parameters[0])[0], 0.52, 0.8, 1.5])
+    assert factors[0] < 0.45
+
+    def told(*lost):
+        grasp = HandGrasp(exact(data, *lost))
+        return grasp.predict({}, [Friction.in_lanes({"factor": factors}), WEIGHT])
+
+    def true(factor):
+        return simulated(data, [Friction(factor=factor), WEIGHT], 1.0, USUAL_ENGINE)
+
+    expected = np.stack([true(factor) for factor in factors])
+    little = [number for number, run in enumerate(data.runs) if run.protocol == "little_air"]
+    lost = told(*little)[0]  # and held at the neutral value: nothing is left out
+    assert lost == pytest.approx(expected[0])
+    last_held = true(factors[0] ** 0.75)  # after two halvings of the logarithmic way
+    expected[0] = np.where(np.isin(data.table.run, little), last_held, expected[0])
+    assert told() == pytest.approx(expected)
 
 
 @pytest.mark.usefixtures("by_analytic")

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import compress, pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from model_lab.aliases import Array
+from model_lab.aliases import Array, Mask
 from model_lab.experiments.grasp_rollouts import (
     FINER_ENGINES,
     OTHER_ENGINE,
@@ -34,6 +35,7 @@ from softhand_model.effects.hand import HandEffect, effects_of_hand
 from softhand_model.model_file import Model
 
 SIMULATED_MODULI = (0.85, 1.0, 1.15)  # that are simulated
+HALVINGS = 2  # of the way between values at which a run ends as measured, and otherwise
 BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutral value
 
 
@@ -44,9 +46,11 @@ class HandGrasp:
     A simulator replays the path of the wrist and the air of each run, with all effects whose
     parameters are fixed. For each free parameter, and for the modulus, the change that it alone
     causes is simulated at a few values, in the first run of each protocol, and interpolated between
-    them (PCHIP), so that contacts that open and close from step to step do not disturb the fit. A
-    prediction is the fixed model plus the sum of these changes (`closer_grasp` simulates the
-    model that is named). Effects on what the wrist's sensor reads are computed exactly.
+    them (PCHIP), so that contacts that open and close from step to step do not disturb the fit.
+    Values at which a run ends otherwise than measured, held or lost, are left out of its curve, and
+    values between these and the next ones are simulated, too. A prediction is the fixed model plus
+    the sum of these changes (`closer_grasp` simulates the model that is named). Effects on what the
+    wrist's sensor reads are computed exactly.
 
     Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
     """
@@ -69,6 +73,7 @@ class HandGrasp:
         self._scales = _scales(data)
         self._last: Array | None = None
         sizes = [run.samples for run in data.runs]
+        self._run = np.repeat(np.arange(len(sizes)), sizes)
         self._twin = [first[n] if sizes[first[n]] == sizes[n] else n for n in range(len(sizes))]
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
@@ -90,11 +95,10 @@ class HandGrasp:
             for parameter in [] if of_gauge(effect) else effect.parameters:
                 values = np.broadcast_to(np.ravel(effect.values[parameter.name]), lanes)
                 seen += self._by_parameter(stays, type(effect), parameter)(values)
-        table = self._data.table
-        predicted = np.empty((lanes, table.samples))
+        predicted = np.empty((lanes, self._data.table.samples))
         for lane in range(lanes):
             read = self._read(seen[lane], [in_lane(effect, lane) for effect in effects])
-            predicted[lane] = (self._scales * read.T)[table.output, table.row]
+            predicted[lane] = self._in_table(read)
         self._last = predicted[0]
         return predicted
 
@@ -133,17 +137,27 @@ class HandGrasp:
         ]
         return np.stack([np.concatenate([one[n] for n in self._twin]) for one in whole])
 
-    def _changes(self, effects: Sequence[Effect], tried: Sequence[Tried]) -> Array:
-        """Changes (tried, rows, outputs) by other effects and moduli."""
+    def _changes(self, effects: Sequence[Effect], tried: Sequence[Tried]) -> tuple[Array, Mask]:
+        """Changes (tried, rows, outputs) by other effects and moduli, and which of them are usable
+        in a run (tried, runs): those with which it ends as measured, held or lost. If it ends
+        otherwise without them, too, all are, as changes are from there.
+        """
         seen = self.of_firsts(self._data, [(effects, 1.0), *tried], self._engine)
-        return np.asarray(seen[1:] - seen[0])
+        measured = held(self._data)
+        alike = np.array([np.equal(measured, held(self._data, self._in_table(o))) for o in seen])
+        return np.asarray(seen[1:] - seen[0]), alike[1:] | ~alike[0]
+
+    def _in_table(self, seen: Array) -> Array:
+        """Outputs (samples,) [N] of what is seen (rows, outputs)."""
+        table = self._data.table
+        return np.asarray((self._scales * seen.T)[table.output, table.row])
 
     def _by_modulus(self, effects: Sequence[Effect]) -> _Course:
         tried = [(effects, scale) for scale in SIMULATED_MODULI]
         key = (*_told(effects),)
         if key not in self._courses:
-            changes = self._changes(effects, tried)
-            self._courses[key] = _Course(np.array(SIMULATED_MODULI), changes)
+            changes, usable = self._changes(effects, tried)
+            self._courses[key] = _Course(np.array(SIMULATED_MODULI), changes, usable[:, self._run])
         return self._courses[key]
 
     def _by_parameter(
@@ -151,19 +165,38 @@ class HandGrasp:
     ) -> _Course:
         key = (*_told(effects), kind.name, parameter.name)
         if key not in self._courses:
-            values, neutral = simulated_values(parameter), float(parameter.neutral or 0.0)
-            still = {other.name: other.neutral for other in kind.parameters}
-            moved = [value for value in values if value != neutral]
-            alike = len(moved) > 1 and not parameter.logarithmic  # both ways: one is simulated
-            tried = [
-                ([*effects, kind(**{**still, parameter.name: value})], 1.0)  # type: ignore[arg-type]
-                for value in (moved[-1:] if alike else moved)
-            ]
-            changes = self._changes(effects, tried)
-            changes = np.concatenate([-changes, changes]) if alike else changes
-            changes = np.insert(changes, values.index(neutral), 0.0, axis=0)
-            self._courses[key] = _Course(np.array(values), changes)
+            values = simulated_values(parameter)
+            changes, usable = self._at_values(effects, kind, parameter, values)
+            for _ in range(HALVINGS):
+                differ = (usable[1:] != usable[:-1]).any(axis=1)
+                pairs = compress(pairwise(values), differ)
+                values = sorted([*values, *(_halfway(parameter, *pair) for pair in pairs)])
+                changes, usable = self._at_values(effects, kind, parameter, values)
+            self._courses[key] = _Course(np.array(values), changes, usable[:, self._run])
         return self._courses[key]
+
+    def _at_values(
+        self,
+        effects: Sequence[Effect],
+        kind: type[Effect],
+        parameter: Parameter,
+        values: Sequence[float],
+    ) -> tuple[Array, Mask]:
+        """`_changes` by these values of a parameter."""
+        neutral = float(parameter.neutral or 0.0)
+        still = {other.name: other.neutral for other in kind.parameters}
+        alike = values[0] < neutral and not parameter.logarithmic  # both ways: one is simulated
+        moved = [value for value in values if (value > neutral if alike else value != neutral)]
+        tried = [
+            ([*effects, kind(**{**still, parameter.name: value})], 1.0)  # type: ignore[arg-type]
+            for value in moved
+        ]
+        changes, usable = self._changes(effects, tried)
+        if alike:
+            changes = np.concatenate([-changes[::-1], changes])
+            usable = np.concatenate([usable[::-1], usable])
+        place = values.index(neutral)
+        return np.insert(changes, place, 0.0, axis=0), np.insert(usable, place, True, axis=0)
 
     def _read(self, seen: Array, effects: Sequence[Effect]) -> Array:
         """What is read (rows, outputs) of what there is: the gauge at the wrist may err."""
@@ -183,20 +216,26 @@ def _told(effects: Sequence[Effect]) -> Sequence[Hashable]:
 class _Course:
     """Changes (lanes, rows, outputs) at values (lanes,) of a parameter, through those (values,
     rows, outputs) that were simulated; beyond them as at the last. Those without a result are left
-    out. The change by a mass is proportional to it, so no logarithm is taken.
+    out, and of a row those that are not usable (values, rows), if two others stay. The change by a
+    mass is proportional to it, so no logarithm is taken.
     """
 
-    def __init__(self, values: Array, changes: Array) -> None:
-        known = np.isfinite(changes).all(axis=(1, 2))
-        self._at = values[known]
-        enough = len(self._at) > 1
-        self._through = PchipInterpolator(self._at, changes[known]) if enough else None
+    def __init__(self, values: Array, changes: Array, usable: Mask) -> None:
+        known = np.array([np.isfinite(change).all() for change in changes])
+        usable = usable & known[:, None]
+        usable[:, usable.sum(axis=0) < 2] = known[:, None]
+        self._through: list[tuple[Mask, PchipInterpolator]] = []
+        for used in np.unique(usable, axis=1).T if known.sum() > 1 else []:
+            rows = (used[:, None] == usable).all(axis=0)
+            through = PchipInterpolator(values[used], changes[used][:, rows])
+            self._through.append((rows, through))
         self._shape = changes.shape[1:]
 
     def __call__(self, values: Array) -> Array:
-        if self._through is None:
-            return np.full((len(values), *self._shape), np.nan)
-        return np.asarray(self._through(np.clip(values, self._at[0], self._at[-1])))
+        found = np.full((len(values), *self._shape), np.nan)
+        for rows, through in self._through:
+            found[:, rows] = through(np.clip(values, through.x[0], through.x[-1]))
+        return found
 
 
 def simulated_values(parameter: Parameter) -> list[float]:
@@ -210,6 +249,11 @@ def simulated_values(parameter: Parameter) -> list[float]:
     found = outward(inward(neutral) + BEYOND_USUAL * (inward(ends) - inward(neutral)))
     inside = np.clip(found, parameter.low, parameter.high)
     return np.unique(np.append(inside.round(12), neutral)).tolist()
+
+
+def _halfway(parameter: Parameter, low: float, high: float) -> float:
+    """The value in the middle between two of a parameter."""
+    return float(np.sqrt(low * high)) if parameter.logarithmic else 0.5 * (low + high)
 
 
 def within_simulated(classes: Mapping[str, type[Effect]]) -> dict[str, type[Effect]]:
@@ -244,8 +288,7 @@ def simulated(
         mine = np.flatnonzero(scales == one).tolist()
         seen |= dict(zip(mine, rollouts(data, mine, [(effects, one)], engine)[0], strict=True))
     read = grasp._read(np.concatenate([seen[run] for run in range(len(data.runs))]), effects)
-    table = data.table
-    return np.asarray((_scales(data) * read.T)[table.output, table.row])
+    return grasp._in_table(read)
 
 
 def closer_grasp(

@@ -11,14 +11,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from model_lab.aliases import Array
+from model_lab.rules import RULES
 
-# All chosen by hand; of two inputs that were meant to be the same, with a pump driven by hand, or
-# read by a sensor that was changed between them
-ALIKE_RANGES = 1.45  # most ratio of their ranges ...
-OTHER_UNIT = 5.0  # ... up to where one of them must be in another unit, which is found as a slip
-ALIKE_PACES = 1.7  # most ratio of their paces ...
-OTHER_TIME_UNIT = 50.0  # ... up to where one of the clocks must be in another unit
-ALIKE_COURSES = 0.05  # of the range, mean difference over the time that both have
 TURN = 0.1  # of the range of an input, from which it is driven, and from which it has turned
 SPIKE = 3  # samples, of which the middle one counts if it is the median
 DRIVE_SAMPLES = 2000  # of a course, that are looked at
@@ -67,8 +61,8 @@ def driven_alike(one: Drive, other: Drive) -> bool:
     them ends, as in pulls until rupture; or differ by a unit.
     """
     return (
-        _alike(one.extent, other.extent, ALIKE_RANGES, OTHER_UNIT)
-        and _alike(one.pace, other.pace, ALIKE_PACES, OTHER_TIME_UNIT)
+        _alike(one.extent, other.extent, RULES.repeat_range, RULES.other_unit)
+        and _alike(one.pace, other.pace, RULES.repeat_pace, RULES.other_time_unit)
     ) or _same_course(one, other)
 
 
@@ -88,7 +82,7 @@ def _same_course(one: Drive, other: Drive) -> bool:
         courses.append((drive.time[begins:] - drive.time[begins], drive.value[begins:]))
     at = np.linspace(0.0, min(float(time[-1]) for time, _ in courses), COMPARED_TIMES)
     first, second = (np.interp(at, *course) for course in courses)
-    return bool(np.mean(np.abs(first - second)) <= ALIKE_COURSES * extent)
+    return bool(np.mean(np.abs(first - second)) <= RULES.repeat_course * extent)
 
 
 def _travelled(value: Array, least: float) -> float:
