@@ -17,7 +17,6 @@ from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
 from model_lab.diagnosis.criteria import error_of, excess, material
 from model_lab.diagnosis.search import Scored, score_base
-from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.held_out import hold_out
@@ -33,6 +32,7 @@ from model_lab.learning.effect_file import (
 )
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
+from model_lab.slips.find import find_slips
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model
@@ -143,7 +143,7 @@ def learn(
     tell: Tell = tell_nobody,
 ) -> Learning:
     """Learn the curve that a model lacks, if one lowers the error on held-out data, after slips
-    such as wrong units are taken out of the data, as in `diagnose`.
+    such as wrong units are taken out of the data, as in `compare`.
 
     classes: effect classes by name; None: the built-in ones. Raises ValueError for data that the
     model cannot use, and for data with several outputs.
@@ -154,7 +154,7 @@ def learn(
             f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
         )
     known = classes or effect_classes()
-    checked = find_all_slips(data, model, known, tell)
+    checked = find_slips(data, model, tell)
     tell("fitting the model as it is", 0, 0)
     searched = thinned(checked.data, MOST_SAMPLES, FEWEST_SAMPLES_A_RUN)
     problem, given = pose_problem(searched, model, known)
