@@ -290,7 +290,14 @@ def test_a_strain_is_in_percent_where_its_header_says_so_or_it_would_be_too_larg
 
 @pytest.mark.parametrize(
     ("column", "scale", "expected"),
-    [("Std [deg]", 1.0, 0.5), ("angle sd (mrad)", 17.453, 0.5), ("pressure std [kPa]", 1.0, None)],
+    [
+        ("Std [deg]", 1.0, 0.5),
+        ("angle sd (mrad)", 17.453, 0.5),
+        ("standard deviation", 1.0, 0.5),
+        ("pressure std [kPa]", 1.0, None),
+        ("std [%]", 1.0, None),
+        ("deviation [mm]", 1.0, None),
+    ],
 )
 def test_a_column_of_standard_deviations_is_the_noise(column, scale, expected, tmp_path, capsys):
     header = f"Pressure [kPa],Mean angle [deg],{column}"

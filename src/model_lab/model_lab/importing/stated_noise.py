@@ -13,9 +13,8 @@ from model_lab.importing.runs import Source
 from model_lab.importing.tables import Column
 from model_lab.measurements.units import column_unit
 
-DEVIATION_WORDS = frozenset(
-    ("std", "sd", "stdev", "stddev", "sigma", "standardabweichung", "stabw", "deviation", "ecart")
-)
+DEVIATION_WORDS = frozenset(("std", "sd", "stdev", "stddev", "standardabweichung", "stabw"))
+STANDARD_DEVIATION = frozenset(("standard", "deviation"))
 
 
 def stated_noise(sources: Sequence[Source], output: str) -> float | None:
@@ -26,11 +25,11 @@ def stated_noise(sources: Sequence[Source], output: str) -> float | None:
     units = [one.unit for source in sources for one in source.meanings if one.quantity == output]
     for source in sources:
         for column in _deviations(source, output):
-            if column.unit in (units[0], ""):
-                scale = 1.0
-            else:
-                one, other = (column_unit(output, unit or "") for unit in (column.unit, units[0]))
-                scale = one.scale / other.scale
+            try:
+                one, other = (column_unit(output, u or "") for u in (column.unit, units[0]))
+            except ValueError:  # of another kind, such as percent
+                continue
+            scale = one.scale / other.scale if column.unit else 1.0
             levels.extend(scale * column.values[np.isfinite(column.values)])
     level = float(np.median(levels)) if levels else 0.0
     return float(f"{level:.3g}") if level > 0.0 else None
@@ -46,5 +45,6 @@ def _deviations(source: Source, output: str) -> Iterable[Column]:
     }
     for column in source.table.columns:
         said = set(words(column.name))
-        if column.name not in meant and said & DEVIATION_WORDS and not said & of_others:
+        named_so = bool(said & DEVIATION_WORDS) or said >= STANDARD_DEVIATION
+        if column.name not in meant and named_so and not said & of_others:
             yield column
