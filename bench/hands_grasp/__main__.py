@@ -5,8 +5,9 @@ Criteria, fixed before the first run: a set is *right* if the verdict is effects
 effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
 unexplained. Of a right one the 95 % interval must hold the hidden value. The lab searches six
-effects, one of them at seven places (`SEARCHED`). Wanted: strong ones right in 80 %, nothing hidden
-adequate in 95 %, as in the contract; with so few cases all but one, and all.
+effects, one of them at seven places (`SEARCHED`). Wanted: strong ones, and those of drawn strength
+(cases 14 to 19), right in 80 %, nothing hidden adequate in 95 %, as in the contract; with so few
+cases all but one, and all.
 """
 
 from __future__ import annotations

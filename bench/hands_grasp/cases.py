@@ -17,6 +17,8 @@ SEED = 9100  # of the first case; the others follow
 ELSEWHERE = Engine(segments=7, step=0.001, name="mujoco")
 STEPPED = Engine(segments=7, step=0.001)  # the lab's engine, otherwise
 GAUGE = "channel_gauge"  # the gauge of a channel reads too much: not in the catalogue
+DRAWN = "drawn"  # strength
+DRAWN_POWERS = (0.5, 1.3)  # of a factor of `SIZES`, between which a drawn one lies
 PLAN = [  # what, how strong, in which engine
     ("nothing", "", ELSEWHERE),
     ("actuator_scatter", "strong", ELSEWHERE),
@@ -32,6 +34,13 @@ PLAN = [  # what, how strong, in which engine
     (GAUGE, "outside", ELSEWHERE),
     ("nothing", "", ELSEWHERE),
     ("actuator_scatter", "strong", ELSEWHERE),
+    # added before they were run, after case 9 had shown what interpolated predictions err
+    ("strut_stiffness", DRAWN, ELSEWHERE),
+    ("palm_stiffness", DRAWN, ELSEWHERE),
+    ("object_mass", DRAWN, ELSEWHERE),
+    ("friction", DRAWN, ELSEWHERE),
+    ("actuator_scatter", DRAWN, ELSEWHERE),
+    ("strut_stiffness", DRAWN, ELSEWHERE),
 ]
 SIZES = {  # factors
     "friction": 0.55,
@@ -57,13 +66,15 @@ def hidden_in(
     hand: HandDescription, kind: str, strength: str, random: np.random.Generator
 ) -> Hidden:
     """A case of the plan, at a place that is drawn."""
+    power = random.uniform(*DRAWN_POWERS) if strength == DRAWN else 1.0
+    size = SIZES.get(kind, 1.0) ** power
     if kind in OF_WHOLE:
-        return Hidden(kind, strength, (OF_WHOLE[kind](factor=SIZES[kind]),), value=SIZES[kind])
+        return Hidden(kind, strength, (OF_WHOLE[kind](factor=size),), value=size)
     if kind == "gent_stiffening":
         return Hidden(kind, strength, (GentStiffening(jm=GENT_LIMIT),))
     if kind == "actuator_scatter":
         places = ActuatorScatter.places(hand)
         where = places[random.integers(len(places))]
-        effect = ActuatorScatter.at(**where)(modulus_factor=SIZES[kind])
-        return Hidden(kind, strength, (effect,), where, SIZES[kind])
+        effect = ActuatorScatter.at(**where)(modulus_factor=size)
+        return Hidden(kind, strength, (effect,), where, size)
     return Hidden(kind, strength)

@@ -48,6 +48,7 @@ EXCEPTIONS = {
     "fitting/notices.py": dict.fromkeys(
         ("COMPARED_RANGE", "FEWEST_PERIODS", "LINE_WIDTH", "SPECTRUM_SAMPLES"), NUMERICS
     ),
+    "fitting/problem.py": {"SETTLED_MOVE": NUMERICS},
     "learning/learn.py": {"KNOT_COUNTS": NUMERICS},
     "localisation/axes.py": dict.fromkeys(("FALLING", "RESTS", "RISING"), "codes of a direction"),
     "localisation/bins.py": dict.fromkeys(

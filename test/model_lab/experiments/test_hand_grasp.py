@@ -9,9 +9,11 @@ from model_lab.bench.hand_grasp_set import grasped, hand_grasp_set
 from model_lab.comparison.add import add_effect, write_model
 from model_lab.comparison.compare import errors_of
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.forward_selection import closer
+from model_lab.diagnosis.search import score_base, score_with
 from model_lab.experiments import grasp_rollouts
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.grasp_rollouts import Engine
+from model_lab.experiments.grasp_rollouts import USUAL_ENGINE, Engine
 from model_lab.experiments.hand_grasp import (
     HandGrasp,
     held,
@@ -26,7 +28,7 @@ from model_lab.measurements.hands import GRASP
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
 from softhand_model.effects import effect_classes
-from softhand_model.effects.hand_parts import Friction, ObjectMass
+from softhand_model.effects.hand_parts import Friction, ObjectMass, StrutStiffness
 from softhand_model.effects.load import STANDARD_GRAVITY, Gravity
 from softhand_model.model_file import load_model
 
@@ -124,6 +126,32 @@ def test_what_is_proportional_to_a_mass_is_exact_between_simulated_masses(monkey
         [[1.0, 1.0], [1.0, 1.6]]
     )
     assert more == pytest.approx(1.6 * one)
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_a_value_between_simulated_ones_is_found_by_simulating_it(monkeypatch):
+    def yielding(time, wrist, masses, *_, model, modulus_scale, **config):
+        strut = np.prod([e.strut_factor() for e in model.effects[:-1]])
+        parts = np.arange(13.0 + masses.shape[1])
+        return np.outer(time, parts / strut) + 0.1 * np.outer(time**2, parts * modulus_scale)
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: yielding)
+    empty, truth = planned("usual", "turned", "near"), 0.4
+    true = simulated(empty, [StrutStiffness(factor=truth), WEIGHT], 1.05, USUAL_ENGINE)
+    random, runs = np.random.default_rng(1), []
+    for number, run in enumerate(empty.runs):
+        parts = empty.table.of_run(true, number)
+        noisy = (parts + 0.01 * random.standard_normal(parts.shape)) / empty.output_scales[:, None]
+        runs.append(
+            replace(run, columns={**run.columns, **dict(zip(empty.outputs, noisy, strict=True))})
+        )
+    data = replace(empty, runs=tuple(runs))
+    posed, _ = pose_problem(data, load_model("gravity"), {"strut_stiffness": StrutStiffness})
+    between = score_with(posed, score_base(posed), "strut_stiffness")
+    exact = closer(posed, between)
+    assert between.fit.values[1] > 1.15 * truth  # interpolated, as the change is like 1/factor
+    assert exact.fit.values == pytest.approx([1.05, truth], rel=0.02)
+    assert exact.held_out.rmse == pytest.approx(0.01, rel=0.1)
 
 
 @pytest.mark.usefixtures("by_analytic")

@@ -22,7 +22,7 @@ from model_lab.experiments.grasp_rollouts import (
 )
 from model_lab.experiments.hand_pose import in_lane
 from model_lab.experiments.own_errors import OwnErrors
-from model_lab.experiments.samples import modulus_scales
+from model_lab.experiments.samples import modulus_of_runs, modulus_scales
 from model_lab.measurements.hands import GRASP, OBJECT_PLACE, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.specimens import DOCUMENT, require_columns
@@ -45,8 +45,8 @@ class HandGrasp:
     parameters are fixed. For each free parameter, and for the modulus, the change that it alone
     causes is simulated at a few values, in the first run of each protocol, and interpolated between
     them (PCHIP), so that contacts that open and close from step to step do not disturb the fit. A
-    prediction is the fixed model plus the sum of these changes. Effects on what the wrist's sensor
-    reads are computed exactly.
+    prediction is the fixed model plus the sum of these changes (`closer_grasp` simulates the
+    model that is named). Effects on what the wrist's sensor reads are computed exactly.
 
     Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
     """
@@ -233,15 +233,35 @@ def _bounded(kind: type[Effect]) -> type[Effect]:
 
 
 def simulated(
-    data: MeasurementSet, effects: Sequence[Effect], scale: float, engine: Engine
+    data: MeasurementSet, effects: Sequence[Effect], scale: float | Array, engine: Engine
 ) -> Array:
     """Simulated outputs (samples,) [N] of a set, as its sensors would read them, with these effects
-    and a factor `scale` [-] on the modulus.
+    and a factor `scale` [-] on the modulus, one or (runs,).
     """
-    grasp, every = HandGrasp(data, engine), range(len(data.runs))
-    seen = np.concatenate(rollouts(data, every, [(effects, scale)], engine)[0])
+    grasp, scales = HandGrasp(data, engine), np.broadcast_to(scale, len(data.runs))
+    seen: dict[int, Array] = {}
+    for one in np.unique(scales).tolist():
+        mine = np.flatnonzero(scales == one).tolist()
+        seen |= dict(zip(mine, rollouts(data, mine, [(effects, one)], engine)[0], strict=True))
+    read = grasp._read(np.concatenate([seen[run] for run in range(len(data.runs))]), effects)
     table = data.table
-    return np.asarray((_scales(data) * grasp._read(seen, effects).T)[table.output, table.row])
+    return np.asarray((_scales(data) * read.T)[table.output, table.row])
+
+
+def closer_grasp(
+    data: MeasurementSet,
+    calibration: Mapping[str, Array],
+    effects: Sequence[Effect],
+    predicted: Array,
+) -> tuple[Array, None]:
+    """Predictions (samples,) of a fitted model in which each run is simulated with the fitted
+    values; `predicted` (samples,), which is interpolated, in runs that then end otherwise than
+    measured, held or lost. Errors of the predictions stay as they are (None).
+    """
+    scales = modulus_of_runs(data, calibration)[0, :, 0]
+    found = simulated(data, effects, scales, USUAL_ENGINE)
+    alike = np.equal(held(data), held(data, found))
+    return np.where(alike[data.table.run], found, predicted), None
 
 
 def _scales(data: MeasurementSet) -> Array:

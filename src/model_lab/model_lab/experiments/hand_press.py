@@ -327,15 +327,18 @@ def _taken_off(
 
 
 def closer_press(
-    data: MeasurementSet, calibration: Mapping[str, Array], effects: Sequence[Effect]
+    data: MeasurementSet,
+    calibration: Mapping[str, Array],
+    effects: Sequence[Effect],
+    predicted: Array,
 ) -> tuple[Array, OwnErrors]:
-    """Correction (samples,) of predictions near a fitted model for the error of few segments and
-    long steps, and the errors that remain. The usual correction is computed for the hand as stated;
-    effects of the fitted model may change it.
+    """Predictions (samples,) of a fitted model, corrected for the error of few segments and long
+    steps, and the errors that remain. `predicted` (samples,) has the correction for the hand as
+    stated; effects of the fitted model may change it.
     """
     segments = data.hand_segments or PRESS_SEGMENTS
     moved = _taken_off(data, segments, calibration, effects) - _taken_off(data, segments)
-    return moved, press_errors(data, Model(effects=tuple(effects)), calibration)
+    return predicted + moved, press_errors(data, Model(effects=tuple(effects)), calibration)
 
 
 def press_errors(

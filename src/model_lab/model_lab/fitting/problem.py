@@ -11,7 +11,12 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.experiments.base_torque import torque_errors
 from model_lab.experiments.forward import Forward
-from model_lab.experiments.hand_grasp import grasp_errors, weighted, within_simulated
+from model_lab.experiments.hand_grasp import (
+    closer_grasp,
+    grasp_errors,
+    weighted,
+    within_simulated,
+)
 from model_lab.experiments.hand_motion import own_errors
 from model_lab.experiments.hand_pose import in_lane, own_error, with_weight
 from model_lab.experiments.hand_press import closer_press, press_errors
@@ -40,10 +45,15 @@ OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | OwnErrors]] =
     GRASP: grasp_errors,
 }  # of predictions; those of other experiments are `own_error`
 
-CLOSER: Mapping[
-    str,
-    Callable[[MeasurementSet, Mapping[str, Array], Sequence[Effect]], tuple[Array, OwnErrors]],
-] = {PRESS: closer_press}  # predictions near a fitted model, where an error of them depends on it
+Closer = Callable[
+    [MeasurementSet, Mapping[str, Array], Sequence[Effect], Array],
+    tuple[Array, OwnErrors | None],
+]
+"""Predictions and their errors at the values of a fitted model; None: errors as before."""
+
+CLOSER: Mapping[str, Closer] = {PRESS: closer_press, GRASP: closer_grasp}
+CLOSER_FITS = {PRESS: 1, GRASP: 3}  # at most: predictions err at the new values, too
+SETTLED_MOVE = 0.3  # of its standard error, by which no parameter moves any more
 
 Result = TypeVar("Result")
 
@@ -243,19 +253,28 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
-    """The fit, repeated with predictions whose numerical errors are evaluated at that fit; the same
-    for experiments without such, and where closer predictions have no result.
+    """The fit, repeated with predictions whose numerical errors are evaluated at that fit, at most
+    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, and where
+    closer predictions have no result.
     """
-    closer, likelihood = CLOSER.get(problem.data.experiment), found.likelihood
-    if closer is None or not isinstance(likelihood.forward, Forward):
+    experiment, likelihood = problem.data.experiment, found.likelihood
+    if experiment not in CLOSER or not isinstance(likelihood.forward, Forward):
         return found
-    values = found.values[None]
-    acting = [in_lane(effect, 0) for effect in likelihood.forward.acting_at(values)]
-    moved, own = closer(problem.data, likelihood.forward.calibration_at(values), acting)
-    if not np.isfinite(moved).all():
-        return found
-    again = replace(likelihood, forward=likelihood.forward.moved(moved), own=own)
-    return fit(again, values)
+    forward, again = likelihood.forward, found
+    for _ in range(CLOSER_FITS[experiment]):
+        values = again.values[None]
+        acting = [in_lane(effect, 0) for effect in forward.acting_at(values)]
+        predicted, calibration = forward.predict(values)[0], forward.calibration_at(values)
+        closer, own = CLOSER[experiment](problem.data, calibration, acting, predicted)
+        if not np.isfinite(closer).all():
+            return found
+        moved = forward.moved(closer - predicted)
+        again = fit(replace(likelihood, forward=moved, own=own or likelihood.own), values)
+        inward = likelihood.scales.inward
+        way = np.abs(inward(again.values) - inward(values[0]))
+        if np.all(way <= SETTLED_MOVE * np.sqrt(np.diag(again.covariance))):
+            break
+    return again
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:
