@@ -183,13 +183,12 @@ class Rules:
     # ------------------------------------------------------------------ which runs are repeats
     repeat_range: float = _rule(
         1.45,
-        "range of the input of a run over that of another, of a pump driven by hand or a sensor "
-        "that was changed, up to which they are repeats",
-        BY_HAND,
+        "largest ratio of the ranges of two inputs with which runs are repeats",
+        "by hand, above 1.25: a pressure sensor changed by a factor of 0.8 keeps its repeats",
         neutral=inf,
     )
     repeat_pace: float = _rule(
-        1.7, "the same for how often they go through their range in a second", BY_HAND, neutral=inf
+        1.7, "the same of how often they pass through their range in a second", BY_HAND, neutral=inf
     )
     repeat_course: float = _rule(
         0.05,

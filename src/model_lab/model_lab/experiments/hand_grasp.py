@@ -35,7 +35,7 @@ from softhand_model.effects.hand import HandEffect, effects_of_hand
 from softhand_model.model_file import Model
 
 SIMULATED_MODULI = (0.85, 1.0, 1.15)  # that are simulated
-HALVINGS = 2  # of the way between values at which a run ends as measured, and otherwise
+HALVINGS = 2  # of the way between values at which a run ends as measured, and otherwise; by hand
 BEYOND_USUAL = 1.3  # ends of what is simulated over usual ones, from the neutral value
 
 

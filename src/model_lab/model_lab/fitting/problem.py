@@ -53,7 +53,7 @@ Closer = Callable[
 
 CLOSER: Mapping[str, Closer] = {PRESS: closer_press, GRASP: closer_grasp}
 CLOSER_FITS = {PRESS: 1, GRASP: 3}  # at most: predictions err at the new values, too
-SETTLED_MOVE = 0.3  # of its standard error, by which no parameter moves any more
+SETTLED_MOVE = 0.3  # of its standard error, by which no parameter moves any more; by hand
 
 Result = TypeVar("Result")
 

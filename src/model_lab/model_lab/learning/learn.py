@@ -153,11 +153,10 @@ def learn(
             f"experiment: expected one with a single output to learn from, got {data.experiment}, "
             f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
         )
-    known = classes or effect_classes()
     checked = find_slips(data, model, tell)
     tell("fitting the model as it is", 0, 0)
     searched = thinned(checked.data, MOST_SAMPLES, FEWEST_SAMPLES_A_RUN)
-    problem, given = pose_problem(searched, model, known)
+    problem, given = pose_problem(searched, model, classes or effect_classes())
     names = [effect.name for effect in given]
     base = score_base(problem, names)
     found = _searched(problem, base, NAME, tell)
