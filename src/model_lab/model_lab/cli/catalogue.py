@@ -43,6 +43,8 @@ COMMANDS: Mapping[str, Command] = {
             "model-lab import pull.csv -o out/strip --map 'stretch=elongation(Weg,50mm)'"
             " --map 'stress=per_area(Kraft,30mm2)'",
             "model-lab import poses.csv -o out/hand --hand rbo_hand_2 --wrist 0,90,0",
+            "model-lab import out/demo/bag -o out/grasp --hand rbo_hand_2 --experiment grasp"
+            " --object cylinder",
         ),
         (
             argument(
@@ -59,7 +61,7 @@ COMMANDS: Mapping[str, Command] = {
                 "--experiment",
                 metavar="E",
                 help="free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, "
-                "hand_pose or hand_motion (default: as columns say; of a hand, poses)",
+                "hand_pose, hand_motion, press or grasp (default: as columns say; of a hand, poses)",
             ),
             argument(
                 "--map",
@@ -108,8 +110,16 @@ COMMANDS: Mapping[str, Command] = {
                 "--hand",
                 metavar="HAND[:FINGER]",
                 help="hand by name or file, of which a finger was measured; or whose markers "
-                "were followed (columns such as index_tip.x), or that held poses in bags of this "
-                "suite",
+                "were followed (columns such as index_tip.x), or that is in bags of this suite",
+            ),
+            argument("--object", help="what was grasped (--experiment grasp), by name or file"),
+            argument("--scene", help="where it was grasped (default: table)"),
+            argument(
+                "--plate",
+                type=options.plate,
+                metavar="FRICTION[,HEIGHT]",
+                help="friction coefficient of the level plate on which a hand was pressed "
+                "(--experiment press), and its height in m (0)",
             ),
             argument(
                 "--wrist",

@@ -45,6 +45,7 @@ def import_files(arguments: argparse.Namespace) -> None:
         for name in ("stretched-to", "wrist", "mode")
     )
     parting = (modes, arguments.split_restarts)
+    touched = options.touched(arguments)
     files, experiment, hand = arguments.files, arguments.experiment, arguments.hand
     said = told.Said(
         experiment,
@@ -58,10 +59,11 @@ def import_files(arguments: argparse.Namespace) -> None:
         sheets,
         held,
         *parting,
+        touched,
     )
     with Progress("reading") as progress:
         progress("the files", 0, 0)
-        of_hand = set_of_hand(files, hand, experiment, maps, shifts, *given, held)
+        of_hand = set_of_hand(files, hand, experiment, maps, shifts, *given, held, touched)
         proposal = of_hand[1] if of_hand else propose(files, experiment, maps, *given, *parting)
     if of_hand and any(parting):
         raise DocumentError("--mode, --split-restarts: expected no whole hand, got --hand " + hand)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from model_lab.experiments.hand_pose import with_weight
+from model_lab.measurements.hands import LARGEST_FRICTION, Grasped, Plate
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.own_effects import all_classes, file_of_each, own_classes
@@ -148,6 +149,27 @@ def name_of_file(text: str) -> tuple[str, str]:
     if not name:
         raise argparse.ArgumentTypeError(f"expected NAME or FILE=NAME, got {text}")
     return file, name
+
+
+def plate(text: str) -> Plate:
+    """The plate of a press from the text FRICTION[,HEIGHT], with the height in m."""
+    try:
+        friction, height = map(float, text.split(",") if "," in text else (text, "0"))
+    except ValueError:
+        friction, height = math.nan, 0.0
+    if not (0.0 < friction <= LARGEST_FRICTION and math.isfinite(height)):
+        raise argparse.ArgumentTypeError(
+            f"expected FRICTION[,HEIGHT] with a friction of at most {LARGEST_FRICTION:g}, got {text}"
+        )
+    return Plate(friction, height)
+
+
+def touched(arguments: argparse.Namespace) -> Grasped | Plate | None:
+    """What the hand of a press or grasp touches, as stated; raises ValueError for both at once."""
+    what, scene, level = arguments.object, arguments.scene, arguments.plate
+    if (what and level) or (scene and not what):
+        raise ValueError("--object, --scene, --plate: expected an object (in a scene) or a plate")
+    return Grasped(what, scene or Grasped.scene) if what else level
 
 
 # ---------------------------------------------------------------------- declared

@@ -58,13 +58,7 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
 
     Raises DocumentError for a bag of another hand or of two hands.
     """
-    found: dict[str, TopicTable] = {}
-    for topic in read_topics(bag):
-        if found.setdefault(_suffix(topic.topic), topic) is not topic:
-            raise DocumentError(
-                f"{bag}: expected topics of one hand, got those of two, such as {topic.topic} and "
-                f"{found[_suffix(topic.topic)].topic}; record each hand in a bag of its own"
-            )
+    found = topics_of_hand(bag)
     tips, state, wrist = (found[name] for name in HAND_TOPICS)
     counted = sum(name.endswith("position.x") for name in tips.columns)
     if counted != len(hand.tips):
@@ -80,28 +74,42 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
     ).transpose(2, 0, 1)
     pose = [f"pose.position.{axis}" for axis in "xyz"]
     turn = [f"pose.orientation.{axis}" for axis in "xyzw"]
-    turns = _between(tips.time, wrist.time, without_jumps(_columns(wrist, turn, bag)))
-    efforts = _columns(state, [f"effort[{name}]" for name in hand.channels], bag)
+    turns = interpolated(tips.time, wrist.time, without_jumps(columns_of(wrist, turn, bag)))
+    efforts = columns_of(state, [f"effort[{name}]" for name in hand.channels], bag)
     return HandCourse(
         (bag,),
         tips.time,
-        _between(tips.time, state.time, efforts),
+        interpolated(tips.time, state.time, efforts),
         dict(zip(default_markers(hand), places.transpose(1, 0, 2), strict=True)),
         turns / np.linalg.norm(turns, axis=1)[:, None],
-        wrist_places=_between(tips.time, wrist.time, _columns(wrist, pose, bag)),
+        wrist_places=interpolated(tips.time, wrist.time, columns_of(wrist, pose, bag)),
         load=_load(found.get(LOAD_TOPIC), tips.time, bag),
     )
+
+
+def topics_of_hand(bag: Path) -> dict[str, TopicTable]:
+    """The topics of a bag of one hand, by the last two words of their names; raises DocumentError
+    for a bag of two hands.
+    """
+    found: dict[str, TopicTable] = {}
+    for topic in read_topics(bag):
+        if found.setdefault(_suffix(topic.topic), topic) is not topic:
+            raise DocumentError(
+                f"{bag}: expected topics of one hand, got those of two, such as {topic.topic} and "
+                f"{found[_suffix(topic.topic)].topic}; record each hand in a bag of its own"
+            )
+    return found
 
 
 def _load(wrench: TopicTable | None, time: Array, bag: Path) -> Array | None:
     """Size (k,) [N] of the force on the wrist at times (k,) [s], if it was recorded."""
     if wrench is None:
         return None
-    force = _columns(wrench, [f"wrench.force.{axis}" for axis in "xyz"], bag)
-    return np.linalg.norm(_between(time, wrench.time, force), axis=1)
+    force = columns_of(wrench, [f"wrench.force.{axis}" for axis in "xyz"], bag)
+    return np.linalg.norm(interpolated(time, wrench.time, force), axis=1)
 
 
-def _columns(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
+def columns_of(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
     """Values (k, names) of a topic."""
     missing = [name for name in names if name not in topic.columns]
     if missing:
@@ -112,6 +120,6 @@ def _columns(topic: TopicTable, names: Sequence[str], bag: Path) -> Array:
     return np.stack([topic.columns[name] for name in names], axis=1)
 
 
-def _between(time: Array, known: Array, values: Array) -> Array:
+def interpolated(time: Array, known: Array, values: Array) -> Array:
     """Values (k, n) at each time (k,) [s], straight between those (m, n) at known times (m,)."""
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

@@ -86,7 +86,8 @@ def set_of_runs(
         document["markers"] = {name: usual[name].entry() for name in markers}
     remarks = [remark for course in courses for remark in course.remarks]
     protocols = len({str(entry["protocol"]) for entry in entries.values()})
-    remarks += _remarks(len(runs), protocols, specimen.segments)
+    remarks.append("the hand must have touched nothing: remove rows in which it touched something")
+    remarks += remarks_on(len(runs), protocols, specimen.segments)
     return ImportedSet(document, tuple(runs), tuple(dict.fromkeys(remarks)))
 
 
@@ -102,8 +103,11 @@ def markers_of(courses: Sequence[HandCourse]) -> list[str]:
     return first
 
 
-def _remarks(runs: int, protocols: int, segments: int | None) -> list[str]:
-    remarks = ["the hand must have touched nothing: remove rows in which it touched something"]
+def remarks_on(runs: int, protocols: int, segments: int | None) -> list[str]:
+    """What a user should know of these numbers of runs and protocols, and of rigid segments of an
+    actuator (None: a real hand).
+    """
+    remarks = []
     if segments:
         remarks.append(
             f"a simulated hand of {segments} rigid segments an actuator; it is predicted with as "

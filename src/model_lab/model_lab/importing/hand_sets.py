@@ -1,4 +1,4 @@
-"""Files of a whole hand as a set of its poses or motions: this suite's bags, or tables."""
+"""Files of a whole hand as a set: this suite's bags, or tables."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from model_lab.importing.hand_columns import (
     hand_meanings,
     has_markers,
 )
+from model_lab.importing.hand_contacts import Touched, kind_of, set_of_contacts
 from model_lab.importing.hand_courses import HandCourse
 from model_lab.importing.hand_motions import set_of_motions
 from model_lab.importing.hand_poses import held_poses, set_of_poses
@@ -28,8 +29,11 @@ from model_lab.importing.tables import read_tables
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
 from model_lab.measurements.hands import (
     FREE_FRAME,
+    GRASP,
     HAND_MOTION,
     HAND_POSE,
+    OF_HANDS,
+    WITH_WRENCH,
     HandSpecimen,
     default_markers,
     pressure_columns,
@@ -51,18 +55,24 @@ def set_of_hand(
     decimal: str = "",
     sheets: Mapping[str, str] | None = None,
     wrist: Mapping[str, Sequence[float]] | None = None,
+    touched: Touched | None = None,
 ) -> tuple[ImportedSet, Proposal] | None:
-    """(set of a hand, proposal with the meaning of the columns): of the poses, or of the motions if
-    the experiment is `hand_motion`. None if the files are not of a whole hand: `hand` names no hand
-    with several fingers, or no file has a marker of it.
+    """(set of a hand, proposal with the meaning of the columns): of the poses, or of the experiment
+    `hand_motion`, or, from bags, `press` or `grasp`. None if the files are not of a whole hand:
+    `hand` names no hand with several fingers, or no file has a marker of it.
 
     wrist: roll, pitch and yaw [rad] in which the wrist was held, by the name of the file; "" for
-    all others. The other arguments are those of `importing.propose` and `make_set`.
+    all others. touched: what a press or grasp touches. The other arguments are those of
+    `importing.propose` and `make_set`.
 
-    Raises DocumentError as `set_of_poses`, `set_of_motions`, `course_of_bag` and `courses_of` do,
-    and for an argument about a quantity that sets of a hand do not have.
+    Raises DocumentError as `set_of_poses`, `set_of_motions`, `set_of_contacts`, `course_of_bag` and
+    `courses_of` do, and for an argument about a quantity that sets of a hand do not have.
     """
-    if experiment not in (None, HAND_POSE, HAND_MOTION):
+    if touched and experiment != kind_of(touched):
+        raise DocumentError(
+            f"--object, --plate: expected --experiment {kind_of(touched)}, got {experiment}"
+        )
+    if experiment not in (None, *OF_HANDS):
         return None
     if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
         if experiment:
@@ -71,11 +81,22 @@ def set_of_hand(
     kind = experiment or HAND_POSE
     cut = set_of_motions if kind == HAND_MOTION else set_of_poses
     stated, given = hand if hand in hand_names() else str(Path(hand).resolve()), maps or {}
+    if experiment in WITH_WRENCH:
+        if given or not are_bags_of_hand(files):
+            raise DocumentError(
+                f"--experiment {experiment}: expected bags of this suite, got "
+                f"{listed(map(str, files))}; write a set of files of another kind by hand"
+            )
+        if touched is None:
+            what = "--object NAME" if experiment == GRASP else "--plate FRICTION"
+            raise DocumentError(f"--experiment {experiment}: expected {what}, got none")
     if not given and are_bags_of_hand(files):
         if shifts:
             raise DocumentError("--shift: expected files of a hand at two clocks, got bags")
-        courses = [course_of_bag(bag, described) for bag in files]
         specimen = HandSpecimen(stated, described, _segments_of(files, described))
+        if touched:
+            return set_of_contacts(files, specimen, touched), Proposal((), kind, {})
+        courses = [course_of_bag(bag, described) for bag in files]
         return cut(courses, specimen), Proposal((), kind, {})
     of = sheets or {}
     tables = [

@@ -15,6 +15,7 @@ from model_lab.aliases import Array
 from model_lab.importing.derived import OPEN_AREA, OPEN_LENGTH
 from model_lab.importing.derived_columns import Maps
 from model_lab.importing.importing import Proposal
+from model_lab.measurements.hands import Grasped, Plate
 
 LEVELS = "▁▂▃▄▅▆▇█"
 CURVE_WIDTH = 16  # characters
@@ -84,6 +85,7 @@ class Said:
     wrist: Mapping[str, Sequence[float]] = field(default_factory=dict)
     modes: Mapping[str, str] = field(default_factory=dict)
     split_restarts: bool = False
+    touched: Grasped | Plate | None = None
 
     @property
     def words(self) -> list[str]:
@@ -111,6 +113,10 @@ class Said:
         for name, held in self.wrist.items():
             angles = ",".join(f"{angle:g}" for angle in np.rad2deg(held))
             words += ["--wrist", f"{name}={angles}" if name else angles]
+        if isinstance(self.touched, Grasped):
+            words += ["--object", self.touched.object, "--scene", self.touched.scene]
+        elif self.touched:
+            words += ["--plate", f"{self.touched.friction:g},{self.touched.height:g}"]
         return words
 
 
