@@ -22,8 +22,8 @@ import yaml
 
 from bench.command_line import command_line
 from grasp_strategies.strategy import load_strategy
-from softhand_bringup.ros.demo import Demo, object_place
 from softhand_bringup.processes.suite import SuiteOptions
+from softhand_bringup.ros.demo import Demo, object_place
 
 THING, HAND, ENGINE = "cylinder", "rbo_hand_2", "mujoco"
 STRATEGIES = ("surface_constrained", "rbo_hand_2_lying_cylinder")
@@ -67,7 +67,10 @@ def row(name: str, folder: Path, jobs: str) -> str:
     found = json.loads(answer.read_text())
     named = [effect["name"] for effect in found["effects"]]
     right = named == [name] or (name == "nothing" and found["verdict"] == "adequate")
-    values = [f"{part} {effect['parameters']}" for part, effect in zip(named, found["effects"])]
+    values = [
+        f"{part} {effect['parameters']}"
+        for part, effect in zip(named, found["effects"], strict=True)
+    ]
     keys = ("error_before", "error_after", "noise_floor")
     errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in keys)
     told = ", ".join((found["verdict"], *values))

@@ -60,3 +60,33 @@ def recorded(folder, sequence, hold=1.0, move=0.5, joints=(), forces=()):
         last = pressures
     bag.close()
     return folder
+
+
+def touching(folder, rows, strategy="", rate=RATE):
+    """A bag with one row (force along z [N], height of wrist and of object [m], mass [kg] and
+    pressure [Pa] of all channels) for each sample; an object whose height is None is not recorded.
+    """
+    bag, vector = SyntheticBag(folder), T["geometry_msgs/msg/Vector3"]
+    for number, (force, wrist, thing, mass, pressure) in enumerate(rows):
+        time = 5.0 + number / rate
+        bag.tick(time)
+        state = joint_state(time, CHANNELS, [mass] * 4, [pressure] * 4)
+        bag.write("/pneumaticbox/state", time, state)
+        array = T["geometry_msgs/msg/PoseArray"](
+            header(time, "wrist"), TIPS * [pose_message([0] * 3)]
+        )
+        bag.write("/hand/fingertips", time, array)
+        stamped = T["geometry_msgs/msg/PoseStamped"]
+        bag.write("/wrist/pose", time, stamped(header(time), pose_message([0, 0, wrist])))
+        if thing is not None:
+            bag.write(
+                "/scene/object_pose", time, stamped(header(time), pose_message([0.01, 0, thing]))
+            )
+        load = T["geometry_msgs/msg/Wrench"](vector(0.0, 0.0, force), vector(0.1 * force, 0.0, 0.0))
+        bag.write("/wrist/wrench", time, T["geometry_msgs/msg/WrenchStamped"](header(time), load))
+    if strategy:
+        status = T["diagnostic_msgs/msg/DiagnosticStatus"](0, f"sequencer: {strategy}", "", "", [])
+        kind = T["diagnostic_msgs/msg/DiagnosticArray"]
+        bag.write("/grasp/result", time, kind(header(time), [status]))
+    bag.close()
+    return folder

@@ -61,7 +61,8 @@ COMMANDS: Mapping[str, Command] = {
                 "--experiment",
                 metavar="E",
                 help="free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, "
-                "hand_pose, hand_motion, press or grasp (default: as columns say; of a hand, poses)",
+                "hand_pose, hand_motion, press or grasp (default: as columns say; of a hand, "
+                "poses)",
             ),
             argument(
                 "--map",

@@ -159,7 +159,8 @@ def plate(text: str) -> Plate:
         friction, height = math.nan, 0.0
     if not (0.0 < friction <= LARGEST_FRICTION and math.isfinite(height)):
         raise argparse.ArgumentTypeError(
-            f"expected FRICTION[,HEIGHT] with a friction of at most {LARGEST_FRICTION:g}, got {text}"
+            f"expected FRICTION[,HEIGHT], friction above 0 and at most {LARGEST_FRICTION:g}, "
+            f"got {text}"
         )
     return Plate(friction, height)
 

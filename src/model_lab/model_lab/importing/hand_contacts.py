@@ -49,7 +49,8 @@ RATE = {PRESS: 25.0, GRASP: 20.0}  # [Hz] of the set; readings between two sampl
 FREE_BEFORE = 0.5  # [s] before the first contact
 UNTOUCHED = 0.5  # [s] without contact that part two presses
 TOUCHED_FOR = 0.2  # [s] that a press lasts at least
-MOVED, HIGHEST = 1e-3, 2e-3  # [m]: way of an object that was touched; below the highest, still held up
+MOVED = 1e-3  # [m] way of an object that was touched
+HELD_UP = 2e-3  # [m] below its highest place, at which the wrist still holds up
 
 
 Touched = Grasped | Plate
@@ -86,9 +87,7 @@ class _Recorded:
         return np.asarray(load | (way > MOVED))
 
 
-def set_of_contacts(
-    bags: Sequence[Path], specimen: HandSpecimen, touched: Touched
-) -> ImportedSet:
+def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touched) -> ImportedSet:
     """The set of all grasps of an object, or of all presses on a plate.
 
     A grasp is one run for each bag, from `FREE_BEFORE` [s] before the hand touches something until
@@ -178,10 +177,8 @@ def _of_grasp(recorded: _Recorded) -> list[slice]:
     time, height = recorded.time, recorded.wrist[:, 2]
     first = int(np.searchsorted(time, time[touched[0]] - FREE_BEFORE))
     lowest = first + int(np.argmin(height[first:]))
-    up = np.flatnonzero(height[lowest:] >= height[lowest:].max() - HIGHEST)
-    above = spans_of(height >= height[lowest:].max() - HIGHEST)
-    begin = lowest + int(up[0])
-    return [slice(first, next(end for start, end in above if start <= begin < end))]
+    held_up = height >= height[lowest:].max() - HELD_UP
+    return [slice(first, next(end for _, end in spans_of(held_up) if end > lowest))]
 
 
 def _of_presses(recorded: _Recorded) -> list[slice]:
