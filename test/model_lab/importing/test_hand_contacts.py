@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hand_bag import RATE, touching
 
+from model_lab.api.data import import_files
 from model_lab.cli.main import main
 from model_lab.importing.hand_sets import set_of_hand
 from model_lab.measurements.hands import Grasped, Plate
@@ -117,3 +118,9 @@ def test_files_of_another_kind_are_refused(tmp_path):
     (tmp_path / "a.csv").write_text("time [s],wrench.fx [N]\n0,1\n1,2\n")
     with pytest.raises(DocumentError, match="expected bags of this suite"):
         set_of_hand([tmp_path / "a.csv"], HAND, "press", touched=PLATE)
+
+
+def test_in_python_an_object_or_a_friction_says_what_was_touched(tmp_path, pressed):
+    one = import_files([grasped(tmp_path / "a")], "grasp", hand=HAND, touched="cylinder")
+    two = import_files([pressed], "press", hand=HAND, touched=0.3)
+    assert "protocol from_above" in str(one) and "protocol press_2" in str(two)

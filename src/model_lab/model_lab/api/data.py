@@ -200,14 +200,16 @@ def import_files(
     wrist: Sequence[float] | Mapping[str, Sequence[float]] | None = None,
     modes: str | Mapping[str, str] = "",
     split_restarts: bool = False,
+    touched: str | float | None = None,
 ) -> Data:
     """A measurement set made of files as test rigs write them. Several files may hold one run,
     sampled at different rates.
 
     Args:
         paths: CSV files of any dialect, spreadsheets, MAT files, or bags.
-        experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque, hand_pose
-            or hand_motion; None: found out from the columns (of a hand: hand_pose).
+        experiment: free_bending, blocked_tip, uniaxial, rubber, valve_pulse, base_torque,
+            hand_pose, hand_motion, or, from bags of this suite, press or grasp; None: found out
+            from the columns (of a hand: hand_pose).
         columns: for each quantity, the name of its column and the unit, such as {"pressure":
             ("P_reg", "psi")}; a unit of "" stands for the one in the header.
         hand: name of the hand, or HAND:ACTUATOR, to which the tested finger belongs; for files with
@@ -225,17 +227,25 @@ def import_files(
         modes: how the rubber was stretched, uniaxial, pure_shear or equibiaxial: one mode for all
             files, or one for each by the name of the file; "": as the names of the files say.
         split_restarts: whether a new run begins where the clock of a file begins anew.
+        touched: what the hand of a grasp touched, the name or file of the object on a table; of a
+            press, the friction coefficient [-] of the level plate, at height 0; None for all other
+            experiments.
 
     Raises ValueError if the files leave something open; the message says what, and how to state it.
     """
+    from model_lab.importing.hand_contacts import Touched
     from model_lab.importing.hand_sets import set_of_hand
     from model_lab.importing.importing import make_set, propose
+    from model_lab.measurements.hands import Grasped, Plate
 
     if decimal not in DECIMAL_SIGNS:
         raise ValueError(f"decimal: expected '.', ',' or '', got {decimal!r}")
     files = [Path(path) for path in paths]
     given = (None, decimal, _by_file(sheets))
-    of_hand = set_of_hand(files, hand, experiment, columns, shifts, *given, _by_file(wrist))
+    what: Touched | None = None
+    if touched is not None:
+        what = Grasped(touched) if isinstance(touched, str) else Plate(touched)
+    of_hand = set_of_hand(files, hand, experiment, columns, shifts, *given, _by_file(wrist), what)
     if of_hand:
         found = of_hand[0]
     else:
