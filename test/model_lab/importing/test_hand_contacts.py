@@ -99,7 +99,8 @@ def test_presses_of_several_bags_are_repeats_by_their_order(tmp_path, pressed):
         ("grasp", CYLINDER, "lacks scene/object_pose"),
         ("grasp", None, "expected --object NAME, got none"),
         ("press", None, "expected --plate FRICTION, got none"),
-        ("press", CYLINDER, "expected --experiment grasp, got press"),
+        ("press", CYLINDER, "--object: expected --experiment grasp, got --experiment press"),
+        (None, PLATE, "--plate: expected --experiment press, got none"),
     ],
 )
 def test_what_a_bag_or_a_command_lacks_is_told(pressed, experiment, touched, told):
@@ -124,3 +125,15 @@ def test_in_python_an_object_or_a_friction_says_what_was_touched(tmp_path, press
     one = import_files([grasped(tmp_path / "a")], "grasp", hand=HAND, touched="cylinder")
     two = import_files([pressed], "press", hand=HAND, touched=0.3)
     assert "protocol from_above" in str(one) and "protocol press_2" in str(two)
+
+
+def test_an_object_that_the_simulator_does_not_know_is_the_users_mistake(tmp_path, capsys):
+    found, _ = set_of_hand([grasped(tmp_path / "a")], HAND, "grasp", touched=Grasped("can"))
+    found.write(tmp_path / "set")
+    assert main(["compare", str(tmp_path / "set")]) == 2
+    assert "object: expected one of cylinder" in capsys.readouterr().err
+
+
+def test_a_bag_of_another_hand_is_refused(pressed):
+    with pytest.raises(DocumentError, match="is --hand the hand that was recorded"):
+        set_of_hand([pressed], "rbo_hand_1", "press", touched=PLATE)

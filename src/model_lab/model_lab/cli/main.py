@@ -21,7 +21,7 @@ from softhand_common.standard_output import with_checked_output
 PROGRAM = "model-lab"
 HELP_WIDTH = 80  # of descriptions
 DONE, UNUSABLE, FAULT, INTERRUPTED = 0, 2, 70, 130
-PACKAGES = ("model_lab", "softhand_")
+PACKAGES = ("model_lab", "softhand_", "pneuflex_sim")
 
 
 class _Parser(argparse.ArgumentParser):

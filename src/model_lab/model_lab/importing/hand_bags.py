@@ -17,7 +17,8 @@ from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.hand.hand import HandDescription
 
-HAND_TOPICS = ("hand/fingertips", "pneumaticbox/state", "wrist/pose")
+FINGERTIPS, STATE, WRIST = "hand/fingertips", "pneumaticbox/state", "wrist/pose"
+HAND_TOPICS = (FINGERTIPS, STATE, WRIST)
 LOAD_TOPIC = "wrist/wrench"  # of an arm that feels it
 JOINTS = "hand/joint_states"  # of a simulated hand, one for each segment
 
@@ -58,18 +59,12 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
 
     Raises DocumentError for a bag of another hand or of two hands.
     """
-    found = topics_of_hand(bag)
+    found = topics_of_hand(bag, hand)
     tips, state, wrist = (found[name] for name in HAND_TOPICS)
-    counted = sum(name.endswith("position.x") for name in tips.columns)
-    if counted != len(hand.tips):
-        raise DocumentError(
-            f"{bag}: {tips.topic}: expected {len(hand.tips)} fingertips of {hand.name}, got "
-            f"{counted}: is --hand the hand that was recorded?"
-        )
     places = np.stack(
         [
             [tips.columns[f"poses[{number}].position.{axis}"] for axis in "xyz"]
-            for number in range(counted)
+            for number in range(len(hand.tips))
         ]
     ).transpose(2, 0, 1)
     pose = [f"pose.position.{axis}" for axis in "xyz"]
@@ -87,9 +82,9 @@ def course_of_bag(bag: Path, hand: HandDescription) -> HandCourse:
     )
 
 
-def topics_of_hand(bag: Path) -> dict[str, TopicTable]:
-    """The topics of a bag of one hand, by the last two words of their names; raises DocumentError
-    for a bag of two hands.
+def topics_of_hand(bag: Path, hand: HandDescription) -> dict[str, TopicTable]:
+    """The topics of a bag of a hand, by the last two words of their names; raises DocumentError for
+    a bag of two hands, and for another number of fingertips.
     """
     found: dict[str, TopicTable] = {}
     for topic in read_topics(bag):
@@ -98,6 +93,13 @@ def topics_of_hand(bag: Path) -> dict[str, TopicTable]:
                 f"{bag}: expected topics of one hand, got those of two, such as {topic.topic} and "
                 f"{found[_suffix(topic.topic)].topic}; record each hand in a bag of its own"
             )
+    tips = found[FINGERTIPS]
+    counted = sum(name.endswith("position.x") for name in tips.columns)
+    if counted != len(hand.tips):
+        raise DocumentError(
+            f"{bag}: {tips.topic}: expected {len(hand.tips)} fingertips of {hand.name}, got "
+            f"{counted}: is --hand the hand that was recorded?"
+        )
     return found
 
 

@@ -12,6 +12,8 @@ from model_lab.aliases import Array
 from model_lab.importing.bag_tables import TopicTable
 from model_lab.importing.hand_bags import (
     LOAD_TOPIC,
+    STATE,
+    WRIST,
     columns_of,
     interpolated,
     topics_of_hand,
@@ -36,8 +38,9 @@ from model_lab.measurements.hands import (
 from model_lab.measurements.measurement_set import SET_FORMAT
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.hand.hand import HandDescription
 
-STATE, WRIST, OBJECT = "pneumaticbox/state", "wrist/pose", "scene/object_pose"
+OBJECT = "scene/object_pose"
 RESULT = "grasp/result"  # of the sequencer; its first status is "NODE: STRATEGY"
 POSITION = tuple(f"pose.position.{axis}" for axis in "xyz")
 TURN = tuple(f"pose.orientation.{axis}" for axis in "xyzw")
@@ -103,14 +106,16 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
     for bag in bags:
-        recorded = _recorded(bag, hand.channels, kind)
+        recorded = _recorded(bag, hand, kind)
         for number, span in enumerate(_SPANS[kind](recorded)):
             name = f"r{len(runs) + 1}"
             protocol = _strategy(bag) or GRASP if kind == GRASP else f"press_{number + 1}"
             entries[name] = {"specimen": "hand", "protocol": protocol, "file": f"{name}.csv"}
             columns = _columns(recorded, span, specimen, kind)
             runs.append(ImportedRun(name, columns, {}, (bag,)))
-    where = asdict(touched) if isinstance(touched, Grasped) else {"plate": asdict(touched)}
+    where: dict[str, object] = {"plate": asdict(touched)}
+    if isinstance(touched, Grasped):
+        where = {key: _stated(name) for key, name in asdict(touched).items()}
     document = {
         "format": SET_FORMAT,
         "experiment": kind,
@@ -125,8 +130,8 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
     return ImportedSet(document, tuple(runs), tuple(remarks))
 
 
-def _recorded(bag: Path, channels: Sequence[str], kind: str) -> _Recorded:
-    topics = topics_of_hand(bag)
+def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
+    topics = topics_of_hand(bag, hand)
     needed = (STATE, WRIST, LOAD_TOPIC, *([OBJECT] if kind == GRASP else []))
     missing = [name for name in needed if name not in topics]
     if missing:
@@ -137,7 +142,7 @@ def _recorded(bag: Path, channels: Sequence[str], kind: str) -> _Recorded:
     end = min(topics[name].time[-1] for name in needed)
     time = np.arange(begin, end, 1.0 / RATE[kind])
     masses, pressures = (
-        columns_of(topics[STATE], [f"{part}[{name}]" for name in channels], bag)
+        columns_of(topics[STATE], [f"{part}[{name}]" for name in hand.channels], bag)
         for part in ("position", "effort")
     )
     return _Recorded(
@@ -210,6 +215,11 @@ def _columns(
         thing = recorded.thing[span] * np.repeat([MM, 1.0], [3, 4])
         values += [MG * recorded.mass[span], thing]
     return {"time": time - time[0], **dict(zip(names, np.hstack(values).T, strict=True))}
+
+
+def _stated(name: str) -> str:
+    """The name of an object or scene, or where its file is, for a set in another folder."""
+    return str(Path(name).resolve()) if Path(name).is_file() else name
 
 
 def _unit(column: str) -> str:

@@ -69,9 +69,9 @@ def set_of_hand(
     `courses_of` do, and for an argument about a quantity that sets of a hand do not have.
     """
     if touched and experiment != kind_of(touched):
-        raise DocumentError(
-            f"--object, --plate: expected --experiment {kind_of(touched)}, got {experiment}"
-        )
+        option = "object" if kind_of(touched) == GRASP else "plate"
+        got = f"--experiment {experiment}" if experiment else "none"
+        raise DocumentError(f"--{option}: expected --experiment {kind_of(touched)}, got {got}")
     if experiment not in (None, *OF_HANDS):
         return None
     if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
