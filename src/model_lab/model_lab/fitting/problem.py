@@ -52,6 +52,7 @@ Closer = Callable[
 """Predictions and their errors at the values of a fitted model; None: errors as before."""
 
 CLOSER: Mapping[str, Closer] = {PRESS: closer_press, GRASP: closer_grasp}
+INTERPOLATED = (GRASP,)  # experiments whose predictions are, between simulated values
 CLOSER_FITS = {PRESS: 1, GRASP: 3}  # at most: predictions err at the new values, too
 SETTLED_MOVE = 0.3  # of its standard error, by which no parameter moves any more; by hand
 
@@ -254,13 +255,15 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
     """The fit, repeated with predictions whose numerical errors are evaluated at that fit, at most
-    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, and where
-    closer predictions have no result.
+    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, where
+    closer predictions have no result, and if that was done before.
     """
     experiment, likelihood = problem.data.experiment, found.likelihood
     if experiment not in CLOSER or not isinstance(likelihood.forward, Forward):
         return found
     forward, again = likelihood.forward, found
+    if forward.is_moved:
+        return found
     for _ in range(CLOSER_FITS[experiment]):
         values = again.values[None]
         acting = [in_lane(effect, 0) for effect in forward.acting_at(values)]
