@@ -6,7 +6,7 @@ effect, the hidden one at its place; *tied* if the hidden one is among what is t
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
 unexplained. Of a right one the 95 % interval must hold the hidden value. The lab searches six
 effects, one of them at seven places (`SEARCHED`). Wanted: strong ones, and those of drawn strength
-(cases 14 to 21), right in 80 %, nothing hidden adequate in 95 %, as in the contract; with so few
+(cases from 14 on), right in 80 %, nothing hidden adequate in 95 %, as in the contract; with so few
 cases all but one, and all.
 """
 

@@ -44,6 +44,17 @@ PLAN = [  # what, how strong, in which engine
     # added before they were run, after case 17 had shown what a lost object does to interpolation
     ("friction", DRAWN, ELSEWHERE),
     ("friction", DRAWN, ELSEWHERE),
+    # added before they were run, after case 21 had shown that interpolation hides a friction
+    ("friction", DRAWN, ELSEWHERE),
+    ("nothing", "", ELSEWHERE),
+    ("actuator_scatter", DRAWN, ELSEWHERE),
+    ("gent_stiffening", "outside", ELSEWHERE),
+    ("friction", DRAWN, ELSEWHERE),
+    ("object_mass", DRAWN, ELSEWHERE),
+    (GAUGE, "outside", ELSEWHERE),
+    ("palm_stiffness", DRAWN, ELSEWHERE),
+    ("nothing", "", STEPPED),
+    ("strut_stiffness", DRAWN, ELSEWHERE),
 ]
 SIZES = {  # factors
     "friction": 0.55,

@@ -106,6 +106,18 @@ class Rules:
     parameter_penalty: float = _rule(
         3.0, "deviance that a parameter must bring in a comparison", neutral=0.0
     )
+    simulated_singles: int = _rule(
+        2,
+        "best single effects whose interpolated predictions are replaced by simulated ones "
+        "(effort of the search)",
+        "by hand, after case 21 of `bench.hands_grasp`",
+        neutral=0,
+    )
+    simulated_share: float = _rule(
+        0.9,
+        "share of excess error that they may leave before (effort of the search)",
+        "by hand, after case 21 of `bench.hands_grasp`",
+    )
     beam: int = _rule(3, "models of each size that are extended (effort of the search)", BY_HAND)
     beam_gain: float = _rule(
         0.2, "share of the best model's gain that others must bring", neutral=0.0

@@ -11,6 +11,7 @@ from model_lab.comparison.compare import errors_of
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.search import score_base, score_with
+from model_lab.diagnosis.selection import select
 from model_lab.experiments import grasp_rollouts
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.grasp_rollouts import USUAL_ENGINE, Engine
@@ -27,6 +28,7 @@ from model_lab.fitting.problem import pose_problem
 from model_lab.measurements.hands import GRASP
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
+from model_lab.rules import RULES
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand_parts import Friction, ObjectMass, StrutStiffness
 from softhand_model.effects.load import STANDARD_GRAVITY, Gravity
@@ -90,6 +92,17 @@ def analytic(time, wrist, masses, start, scene, model, modulus_scale, **config):
     return np.outer(time, np.arange(13.0 + masses.shape[1])) * level
 
 
+def noisy(empty, true):
+    """The set with these outputs [N] and noise of 0.01 N."""
+    random, runs = np.random.default_rng(1), []
+    for number, run in enumerate(empty.runs):
+        parts = empty.table.of_run(true, number)
+        read = (parts + 0.01 * random.standard_normal(parts.shape)) / empty.output_scales[:, None]
+        columns = {**run.columns, **dict(zip(empty.outputs, read, strict=True))}
+        runs.append(replace(run, columns=columns))
+    return replace(empty, runs=tuple(runs))
+
+
 @pytest.fixture
 def by_analytic(monkeypatch):
     monkeypatch.setattr(grasp_rollouts, "_replay", lambda: analytic)
@@ -138,20 +151,36 @@ def test_a_value_between_simulated_ones_is_found_by_simulating_it(monkeypatch):
     monkeypatch.setattr(grasp_rollouts, "_replay", lambda: yielding)
     empty, truth = planned("usual", "turned", "near"), 0.4
     true = simulated(empty, [StrutStiffness(factor=truth), WEIGHT], 1.05, USUAL_ENGINE)
-    random, runs = np.random.default_rng(1), []
-    for number, run in enumerate(empty.runs):
-        parts = empty.table.of_run(true, number)
-        noisy = (parts + 0.01 * random.standard_normal(parts.shape)) / empty.output_scales[:, None]
-        runs.append(
-            replace(run, columns={**run.columns, **dict(zip(empty.outputs, noisy, strict=True))})
-        )
-    data = replace(empty, runs=tuple(runs))
+    data = noisy(empty, true)
     posed, _ = pose_problem(data, load_model("gravity"), {"strut_stiffness": StrutStiffness})
     between = score_with(posed, score_base(posed), "strut_stiffness")
     exact = closer(posed, between)
     assert between.fit.values[1] > 1.15 * truth  # interpolated, as the change is like 1/factor
     assert exact.fit.values == pytest.approx([1.05, truth], rel=0.02)
     assert exact.held_out.rmse == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_an_effect_whose_interpolated_predictions_err_is_simulated_before_it_is_rejected(
+    monkeypatch,
+):
+    def sliding(time, wrist, masses, *_, model, modulus_scale, **config):
+        """What friction changes depends on the modulus, which a sum of changes leaves out."""
+        friction = np.prod([e.friction_factor() for e in model.effects[:-1]])
+        felt = time**2 + 40.0 * (modulus_scale - 1.0) * np.sin(6.0 * time)
+        level = 5.0 * time * modulus_scale + np.log(friction) * felt
+        return 1e-3 * np.outer(level, np.arange(13.0 + masses.shape[1]))
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: sliding)
+    empty, truth = planned("usual", "turned", "near"), 0.6
+    data = noisy(empty, simulated(empty, [Friction(factor=truth), WEIGHT], 1.05, USUAL_ENGINE))
+    posed, _ = pose_problem(data, load_model("gravity"), {"friction": Friction})
+
+    def found(rules):
+        return select(replace(posed, rules=rules), ["friction"], [], seed=0, jobs=1).final
+
+    assert found(replace(RULES, simulated_singles=0)).effects == ()
+    assert found(RULES).fit.values == pytest.approx([1.05, truth], rel=0.02)
 
 
 @pytest.mark.usefixtures("by_analytic")

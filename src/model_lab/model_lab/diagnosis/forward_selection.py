@@ -23,7 +23,7 @@ from model_lab.diagnosis.criteria import (
 )
 from model_lab.diagnosis.search import Scored, Unseen, score_without
 from model_lab.fitting.held_out import hold_out
-from model_lab.fitting.problem import FitProblem, fitted_closer
+from model_lab.fitting.problem import INTERPOLATED, FitProblem, fitted_closer
 
 Search = Callable[..., list[Scored | Unseen]]
 """`score_all` with the number of processes and a progress callback."""
@@ -68,6 +68,9 @@ def select_forward(
     good = proven(singles, threshold)
     if not good or not material(problem, base):
         return ForwardSelection((tuple(good),), base)
+    nearest = _simulated_single(problem, base, good)
+    if nearest is not good[0] and _explains_alone(problem, base, nearest):
+        return ForwardSelection((tuple(good),), nearest)
     names = [s.added for s in singles]
     sizes = [good]
     while len(sizes) < problem.rules.most_effects and _is_open(problem, base, sizes):
@@ -75,7 +78,7 @@ def select_forward(
         if not larger:
             break
         sizes.append(larger)
-    chosen = _chosen(problem, base, sizes, threshold)
+    chosen = _chosen(problem, base, sizes, threshold, nearest)
     if not lowers(problem, chosen, base):
         return ForwardSelection(tuple(map(tuple, sizes)), base)
     return ForwardSelection(tuple(map(tuple, sizes)), with_own_held_out(problem, chosen))
@@ -100,6 +103,31 @@ def closer(problem: FitProblem, scored: Scored) -> Scored:
     if again is scored.fit:
         return scored
     return with_own_held_out(problem, replace(scored, fit=again, held_out=hold_out(again)))
+
+
+def _simulated_single(problem: FitProblem, base: Scored, good: Sequence[Scored]) -> Scored:
+    """The model with one effect that explains most: the best one, or where predictions are
+    interpolated and it does not reach the floor, one of the best, simulated at its fitted values.
+    """
+    best, rules = good[0], problem.rules
+    if problem.data.experiment not in INTERPOLATED or not material(problem, best):
+        return best
+    for single in good[: rules.simulated_singles]:
+        if share_left(problem, single, base) <= rules.simulated_share:
+            nearer = closer(problem, single)
+            if nearer.plausible and error_of(problem, nearer) < error_of(problem, best):
+                best = nearer
+            if _explains_alone(problem, base, nearer):
+                return nearer
+    return best
+
+
+def _explains_alone(problem: FitProblem, base: Scored, single: Scored) -> bool:
+    """Whether a model with one effect leaves no more than noise, and explains most of the rest."""
+    removed = share_left(problem, single, base) <= 1.0 - problem.rules.removed_share
+    return (
+        single.plausible and removed and is_noise(problem, single) and lowers(problem, single, base)
+    )
 
 
 def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]]) -> bool:
@@ -146,9 +174,16 @@ def _larger(
 
 
 def _chosen(
-    problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]], threshold: float
+    problem: FitProblem,
+    base: Scored,
+    sizes: Sequence[Sequence[Scored]],
+    threshold: float,
+    single: Scored,
 ) -> Scored:
-    """The best model of the largest size that is worth its last effect; the base if none is."""
+    """The best model of the largest size that is worth its last effect; the base if none is.
+
+    single: the model with one effect that is to be chosen if none with more is.
+    """
     for size in range(len(sizes) - 1, 0, -1):
         before = min((models[0] for models in sizes[:size]), key=criterion)
         hopeful = (_best(problem, sizes[size]), sizes[size][0])
@@ -158,7 +193,6 @@ def _chosen(
         kept = without_idle(problem, base, best)
         if size == 1 or (len(kept.effects) == len(best.effects) and _is_whole(problem, base, kept)):
             return kept
-    single = sizes[0][0]
     most_left = 1.0 - problem.rules.removed_share
     return single if share_left(problem, single, base) <= most_left else base
 

@@ -198,6 +198,11 @@ class Forward:
         """All effects, fixed or free, with parameter values (lanes, k)."""
         return [*self._fixed, *self.effects_at(values)]
 
+    @property
+    def is_moved(self) -> bool:
+        """Whether `moved` has made it."""
+        return bool(np.any(self._moved))
+
     def moved(self, by: Array) -> Forward:
         """The same with predictions that differ by (samples,)."""
         found = copy(self)

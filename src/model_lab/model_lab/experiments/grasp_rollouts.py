@@ -26,6 +26,9 @@ START_ROUNDING = 4  # digits of the object's start [m] that distinguish two simu
 Tried = tuple[Sequence[Effect], float]
 """Effects, and a factor on the modulus [-]."""
 
+Asked = tuple[int, Sequence[Effect], float]
+"""Index of a run, effects, and a factor on the modulus [-]."""
+
 
 @dataclass(frozen=True)
 class Engine:
@@ -71,21 +74,16 @@ def _replay() -> Any:
     return found[0].load()
 
 
-def rollouts(
-    data: MeasurementSet, runs: Sequence[int], tried: Sequence[Tried], engine: Engine
-) -> list[list[Array]]:
-    """Simulated outputs (samples, outputs) of each of these runs, for each of several effects with
-    a factor on the modulus. Results are kept, so that nothing is simulated twice.
+def rollouts(data: MeasurementSet, asked: Sequence[Asked], engine: Engine) -> list[Array]:
+    """Simulated outputs (samples, outputs) of each run that is asked for. Results are kept, so that
+    nothing is simulated twice.
     """
-    keys = [[_key(data, n, *one, engine) for n in runs] for one in tried]
+    keys = [_key(data, *one, engine) for one in asked]
     missing = {
-        key: (data, n, *one, engine)
-        for of_one, one in zip(keys, tried, strict=True)
-        for key, n in zip(of_one, runs, strict=True)
-        if key not in _KEPT
+        key: (data, *one, engine) for key, one in zip(keys, asked, strict=True) if key not in _KEPT
     }
     _KEPT.update(zip(missing, _simulated([*missing.values()]), strict=True))
-    return [[_KEPT[key] for key in of_one] for of_one in keys]
+    return [_KEPT[key] for key in keys]
 
 
 def _simulated(tasks: list[tuple[Any, ...]]) -> list[Array]:

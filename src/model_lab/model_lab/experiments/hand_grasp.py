@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
-from itertools import compress, pairwise
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -48,9 +48,9 @@ class HandGrasp:
     causes is simulated at a few values, in the first run of each protocol, and interpolated between
     them (PCHIP), so that contacts that open and close from step to step do not disturb the fit.
     Values at which a run ends otherwise than measured, held or lost, are left out of its curve, and
-    values between these and the next ones are simulated, too. A prediction is the fixed model plus
-    the sum of these changes (`closer_grasp` simulates the model that is named). Effects on what the
-    wrist's sensor reads are computed exactly.
+    values between these and the next ones are simulated in its protocol, too. A prediction
+    is the fixed model plus the sum of these changes (`closer_grasp` simulates the model that is
+    named). Effects on what the wrist's sensor reads are computed exactly.
 
     Raises DocumentError for a missing column or object, ValueError where no simulator is installed.
     """
@@ -120,29 +120,36 @@ class HandGrasp:
 
     def _stated(self, effects: Sequence[Effect]) -> Array:
         """What is seen (rows, outputs) with these effects and the stated modulus."""
-        every = range(len(self._data.runs))
-        return np.concatenate(rollouts(self._data, every, [(effects, 1.0)], self._engine)[0])
+        return np.concatenate(_of_every(self._data, (effects, 1.0), self._engine))
 
-    def of_firsts(
-        self, data: MeasurementSet, tried: Sequence[Tried], engine: Engine = USUAL_ENGINE
-    ) -> Array:
-        """Simulated outputs (tried, rows, outputs) for each of several effects and moduli; every
-        run gets the outputs of the first run of its protocol. data: the set, perhaps with other
-        starts of the object.
+    def _of_firsts(self, tried: Sequence[Tried], firsts: Sequence[Collection[int]]) -> Array:
+        """Simulated outputs (tried, rows, outputs) for each of several effects and moduli, in some
+        first runs of protocols; every run gets those of the first one of its protocol, or NaN.
         """
-        firsts = sorted(set(self._twin))
-        whole = [
-            dict(zip(firsts, of_runs, strict=True))
-            for of_runs in rollouts(data, firsts, tried, engine)
-        ]
-        return np.stack([np.concatenate([one[n] for n in self._twin]) for one in whole])
+        asked = [(n, *one) for one, mine in zip(tried, firsts, strict=True) for n in sorted(mine)]
+        found = iter(rollouts(self._data, asked, self._engine))
+        seen = np.full((len(tried), len(self._run), len(self._data.outputs)), np.nan)
+        for one, mine in enumerate(firsts):
+            for first in sorted(mine):
+                outputs = next(found)
+                for run in np.flatnonzero(np.equal(self._twin, first)):
+                    seen[one, self._run == run] = outputs
+        return seen
 
-    def _changes(self, effects: Sequence[Effect], tried: Sequence[Tried]) -> tuple[Array, Mask]:
+    def _changes(
+        self,
+        effects: Sequence[Effect],
+        tried: Sequence[Tried],
+        firsts: Sequence[Collection[int]] | None = None,
+    ) -> tuple[Array, Mask]:
         """Changes (tried, rows, outputs) by other effects and moduli, and which of them are usable
         in a run (tried, runs): those with which it ends as measured, held or lost. If it ends
-        otherwise without them, too, all are, as changes are from there.
+        otherwise without them, too, all are, as changes are from there. firsts: first runs of
+        protocols that are simulated, for each that is tried; others are NaN; None: all.
         """
-        seen = self.of_firsts(self._data, [(effects, 1.0), *tried], self._engine)
+        every = set(self._twin)
+        firsts = [every] * len(tried) if firsts is None else firsts
+        seen = self._of_firsts([(effects, 1.0), *tried], [every, *firsts])
         measured = held(self._data)
         alike = np.array([np.equal(measured, held(self._data, self._in_table(o))) for o in seen])
         return np.asarray(seen[1:] - seen[0]), alike[1:] | ~alike[0]
@@ -165,25 +172,44 @@ class HandGrasp:
     ) -> _Course:
         key = (*_told(effects), kind.name, parameter.name)
         if key not in self._courses:
-            values = simulated_values(parameter)
-            changes, usable = self._at_values(effects, kind, parameter, values)
+            every: Collection[int] = set(self._twin)
+            firsts = dict.fromkeys(simulated_values(parameter), every)
+            changes, usable = self._at_values(effects, kind, parameter, firsts)
             for _ in range(HALVINGS):
-                differ = (usable[1:] != usable[:-1]).any(axis=1)
-                pairs = compress(pairwise(values), differ)
-                values = sorted([*values, *(_halfway(parameter, *pair) for pair in pairs)])
-                changes, usable = self._at_values(effects, kind, parameter, values)
-            self._courses[key] = _Course(np.array(values), changes, usable[:, self._run])
+                firsts |= self._between(parameter, firsts, usable)
+                changes, usable = self._at_values(effects, kind, parameter, firsts)
+            self._courses[key] = _Course(np.array(sorted(firsts)), changes, usable[:, self._run])
         return self._courses[key]
+
+    def _between(
+        self, parameter: Parameter, firsts: Mapping[float, Collection[int]], usable: Mask
+    ) -> dict[float, Collection[int]]:
+        """Values halfway between two of which one is usable (values, runs) and one not, with the
+        first runs of protocols in which that is so.
+        """
+        found: dict[float, set[int]] = {}
+        for run, first in enumerate(self._twin):
+            mine = {
+                v: u
+                for v, u in zip(sorted(firsts), usable[:, run], strict=True)
+                if first in firsts[v]
+            }
+            for low, high in pairwise(mine):
+                if mine[low] != mine[high]:
+                    found.setdefault(_halfway(parameter, low, high), set()).add(first)
+        return dict(found)
 
     def _at_values(
         self,
         effects: Sequence[Effect],
         kind: type[Effect],
         parameter: Parameter,
-        values: Sequence[float],
+        firsts: Mapping[float, Collection[int]],
     ) -> tuple[Array, Mask]:
-        """`_changes` by these values of a parameter."""
-        neutral = float(parameter.neutral or 0.0)
+        """`_changes` by the values of a parameter, in ascending order; firsts: first runs of
+        protocols in which each value is simulated.
+        """
+        values, neutral = sorted(firsts), float(parameter.neutral or 0.0)
         still = {other.name: other.neutral for other in kind.parameters}
         alike = values[0] < neutral and not parameter.logarithmic  # both ways: one is simulated
         moved = [value for value in values if (value > neutral if alike else value != neutral)]
@@ -191,7 +217,7 @@ class HandGrasp:
             ([*effects, kind(**{**still, parameter.name: value})], 1.0)  # type: ignore[arg-type]
             for value in moved
         ]
-        changes, usable = self._changes(effects, tried)
+        changes, usable = self._changes(effects, tried, [firsts[value] for value in moved])
         if alike:
             changes = np.concatenate([-changes[::-1], changes])
             usable = np.concatenate([usable[::-1], usable])
@@ -215,17 +241,19 @@ def _told(effects: Sequence[Effect]) -> Sequence[Hashable]:
 
 class _Course:
     """Changes (lanes, rows, outputs) at values (lanes,) of a parameter, through those (values,
-    rows, outputs) that were simulated; beyond them as at the last. Those without a result are left
-    out, and of a row those that are not usable (values, rows), if two others stay. The change by a
+    rows, outputs) that were simulated; beyond them as at the last. Of a row those without a result
+    are left out, and those that are not usable (values, rows), if two others stay. The change by a
     mass is proportional to it, so no logarithm is taken.
     """
 
     def __init__(self, values: Array, changes: Array, usable: Mask) -> None:
-        known = np.array([np.isfinite(change).all() for change in changes])
-        usable = usable & known[:, None]
-        usable[:, usable.sum(axis=0) < 2] = known[:, None]
+        known = np.isfinite(changes).all(axis=2)
+        usable = usable & known
+        usable = np.where(usable.sum(axis=0) < 2, known, usable)
         self._through: list[tuple[Mask, PchipInterpolator]] = []
-        for used in np.unique(usable, axis=1).T if known.sum() > 1 else []:
+        for used in np.unique(usable, axis=1).T:
+            if used.sum() < 2:
+                continue
             rows = (used[:, None] == usable).all(axis=0)
             through = PchipInterpolator(values[used], changes[used][:, rows])
             self._through.append((rows, through))
@@ -282,13 +310,15 @@ def simulated(
     """Simulated outputs (samples,) [N] of a set, as its sensors would read them, with these effects
     and a factor `scale` [-] on the modulus, one or (runs,).
     """
-    grasp, scales = HandGrasp(data, engine), np.broadcast_to(scale, len(data.runs))
-    seen: dict[int, Array] = {}
-    for one in np.unique(scales).tolist():
-        mine = np.flatnonzero(scales == one).tolist()
-        seen |= dict(zip(mine, rollouts(data, mine, [(effects, one)], engine)[0], strict=True))
-    read = grasp._read(np.concatenate([seen[run] for run in range(len(data.runs))]), effects)
+    grasp, scales = HandGrasp(data, engine), np.broadcast_to(scale, len(data.runs)).tolist()
+    asked = [(run, effects, one) for run, one in enumerate(scales)]
+    read = grasp._read(np.concatenate(rollouts(data, asked, engine)), effects)
     return grasp._in_table(read)
+
+
+def _of_every(data: MeasurementSet, one: Tried, engine: Engine) -> list[Array]:
+    """Simulated outputs (samples, outputs) of all runs."""
+    return rollouts(data, [(run, *one) for run in range(len(data.runs))], engine)
 
 
 def closer_grasp(
@@ -324,9 +354,9 @@ def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
         for engine in (*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else []))
     ]
     tried += [(_shifted(data, name), USUAL_ENGINE) for name in OBJECT_PLACE[:2]]
-    every, table, scales = range(len(data.runs)), data.table, _scales(data)
+    table, scales = data.table, _scales(data)
     stated, *moved = (
-        np.concatenate(rollouts(other, every, [(acting, 1.0)], engine)[0])
+        np.concatenate(_of_every(other, (acting, 1.0), engine))
         for other, engine in ((data, USUAL_ENGINE), *tried)
     )
     rows = [(scales * (one - stated).T)[table.output, table.row] for one in moved]

@@ -52,6 +52,7 @@ Closer = Callable[
 """Predictions and their errors at the values of a fitted model; None: errors as before."""
 
 CLOSER: Mapping[str, Closer] = {PRESS: closer_press, GRASP: closer_grasp}
+INTERPOLATED = (GRASP,)  # experiments whose predictions are, between simulated values
 CLOSER_FITS = {PRESS: 1, GRASP: 3}  # at most: predictions err at the new values, too
 SETTLED_MOVE = 0.3  # of its standard error, by which no parameter moves any more; by hand
 
@@ -254,15 +255,21 @@ def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
 
 def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
     """The fit, repeated with predictions whose numerical errors are evaluated at that fit, at most
-    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, and where
-    closer predictions have no result.
+    `CLOSER_FITS` times, until its parameters stay; the same for experiments without such, where
+    closer predictions have no result, and if that was done before. It begins where it ended for
+    another noise floor, as what was simulated there is kept.
     """
     experiment, likelihood = problem.data.experiment, found.likelihood
     if experiment not in CLOSER or not isinstance(likelihood.forward, Forward):
         return found
     forward, again = likelihood.forward, found
+    if forward.is_moved:
+        return found
+    known: dict[Hashable, Any] = {} if problem.known is None else problem.known
+    key = ("closer", *likelihood.names)
+    at = known.get(key, found.values)
     for _ in range(CLOSER_FITS[experiment]):
-        values = again.values[None]
+        values, known[key] = at[None], at
         acting = [in_lane(effect, 0) for effect in forward.acting_at(values)]
         predicted, calibration = forward.predict(values)[0], forward.calibration_at(values)
         closer, own = CLOSER[experiment](problem.data, calibration, acting, predicted)
@@ -274,6 +281,7 @@ def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
         way = np.abs(inward(again.values) - inward(values[0]))
         if np.all(way <= SETTLED_MOVE * np.sqrt(np.diag(again.covariance))):
             break
+        at = again.values
     return again
 
 
