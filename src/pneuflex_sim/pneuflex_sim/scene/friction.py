@@ -49,8 +49,8 @@ class FrictionTable:
         found = self.pairs.get(frozenset((first, second)))
         if found is None:
             raise ValueError(
-                f"friction: expected a table with the pair {first} and {second}, got one of "
-                f"{listed(self.materials)} without it ({self.source})"
+                f"friction: expected a coefficient of {first} on {second} in {self.source}, got "
+                f"none; its materials are {listed(self.materials)}"
             )
         return found
 

@@ -121,7 +121,8 @@ def _chambers(
         if stop - start < 2.5 * min(low, 5.0) or low <= 0.0:
             raise ValueError(
                 f"plug: expected chambers longer than wide between plugs of {used.plug:g} mm, got "
-                f"one from {start:g} to {stop:g} mm of {line.length:g}"
+                f"one from {start:g} to {stop:g} mm of the {line.length:g} mm of {line.name}; take "
+                "a smaller --plug"
             )
     return found
 
@@ -137,8 +138,9 @@ def _room_for_fillet(
     most = float(min((flat / tangent).min(), line.roof(s).min() / 1.2))
     if most < LEAST_FILLET:
         raise ValueError(
-            f"width: expected a chamber of {line.name} that leaves edges of {LEAST_FILLET:g} mm "
-            f"room between its slanted walls, got room for {most:.2g} mm"
+            f"width: expected a chamber of {line.name} with room for edges rounded by "
+            f"{LEAST_FILLET:g} mm between its slanted walls, got room for {most:.2g} mm; make it "
+            "wider or higher"
         )
     return min(used.fillet, most)
 

@@ -251,7 +251,9 @@ def _chain(
     _check_shape(node, fields, parts)
     arc = parts[0].arc_radius is not None
     if arc != ("turn" in fields):
-        raise node.error("the key turn for arcs, and not for straight actuators", listed(fields))
+        wanted = "the key turn, as its actuators are arcs"
+        other = "no key turn, as its actuators are straight"
+        raise node.error(wanted if arc else other, listed(fields))
     return ChainDescription(
         name,
         actuators,
@@ -281,11 +283,11 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
             listed(actuator.name for actuator in actuators),
         )
     if pair != ("pitch" in fields):
-        raise node.error(
-            "the key pitch for a pair of straight actuators, and not for others", listed(fields)
-        )
+        wanted = "the key pitch, as it has two straight actuators"
+        other = "no key pitch, as it does not have two straight actuators"
+        raise node.error(wanted if pair else other, listed(fields))
     if any(curved) and "web" in fields:
-        raise fields["web"].error("no web on arcs")
+        raise fields["web"].error("no web, as its actuators are arcs")
 
 
 def _pitch_bounds(parts: list[Actuator]) -> Bounds:
