@@ -61,11 +61,13 @@ class Strut:
     density: float = 950.0
 
     def stiffness(self) -> Array:
-        """Stiffness (3,) [N m/rad] about x, y and z of a cantilever of this section, lumped in one
-        joint.
+        """Stiffness (3,) [N m/rad] about x, y and z of the one joint by which the whole strut is
+        modelled.
 
-        E*I/length about x and y; about z G*J/length with J = w*t**3/3*(1 - 0.63*t/w) of a flat
-        strip (Roark) and G = E/2.8 (Poisson's ratio 0.4 of polyamide).
+        About x and y: E*I/length, as of a cantilever bent by a moment, with Young's modulus E and
+        the section's second moment of area I. About z: G*J/length, with the torsion constant J =
+        w*t**3/3*(1 - 0.63*t/w) of a flat strip of width w and thickness t (Roark), and the shear
+        modulus G = E/2.8 (Poisson's ratio 0.4 of polyamide).
 
         >>> float(np.round(Strut(0.05, 0.012, 0.002, 1.7e9).stiffness()[1], 3))
         0.272
