@@ -217,8 +217,10 @@ class Unseen:
 def score_base(
     problem: FitProblem, effects: Sequence[str] = (), start: Array | None = None
 ) -> Scored:
-    """Fit the model with some effects, and predict held-out data. start: values (k,) from which the
-    fit starts; None: those of the model as it is if all are known, else the usual ones.
+    """Fit the model with some effects, and predict held-out data.
+
+    start: values (k,) from which the fit starts. None: the fitted values of the model if it has all
+    of them, otherwise the usual start values.
     """
     likelihood = problem.likelihood(effects)
     parameters = likelihood.parameters

@@ -336,8 +336,9 @@ def neutral_lane(
     effects: Sequence[Effect],
     given: Mapping[str, float],
 ) -> Array:
-    """Values (1, k) as in `lane_values`: those `given` by name; else those at which calibration and
-    effects do nothing; else those of the first lane of values (lanes, k).
+    """One lane of values (1, k), ordered as in `lane_values`. A value is taken from `given` if it
+    is there; otherwise it is the one at which calibration or effect does nothing; if there is no
+    such value, that of the first lane of `values` (lanes, k).
     """
     neutral = [
         given.get(name, {one.name: one.neutral for one in effect.parameters}[name])

@@ -28,8 +28,10 @@ SWEPT_WAY = 200.0  # past any sheet [mm]
 
 @dataclass(frozen=True)
 class Scaffold:
-    """The scaffold in the frame of the wrist [mm]; how far [mm] its plate and its struts lie behind
-    their positions in the hand's file; and the free length [mm] of each strut, by its chain.
+    """The scaffold in the frame of the wrist, lengths in mm.
+
+    plate_moved, struts_moved: how far plate and struts lie behind their positions in the hand's
+    file. free_lengths: of the struts, by the names of their chains.
     """
 
     solid: Solid

@@ -34,8 +34,11 @@ NUB_HALF = 0.4  # half length of a nub [mm]
 
 @dataclass(frozen=True)
 class Mould:
-    """The two parts [mm] as they lie when the mould is closed; the line and parameters from which
-    they were made; the ends of the chambers and the fillet for which there is room [mm].
+    """A mould of two parts.
+
+    line, parameters: what it was made from. chambers: start and end [mm] of each air chamber along
+    the actuator. fillet [mm]: radius for which there was room. shell, core: both parts [mm], as
+    they lie when the mould is closed.
     """
 
     line: Line
