@@ -206,11 +206,12 @@ class BaseTorque:
 
 # ---------------------------------------------------------------------- noise of the poses
 def torque_errors(data: MeasurementSet, model: Model) -> float | OwnErrors:
-    """Errors [N m] that the stated noise of the measured poses makes of the predictions, as several
-    draws; 0 if no noise of a pose is stated.
+    """Errors [N m] of the predicted torques that the stated noise of the measured poses causes, as
+    several random draws; 0 if no noise of a pose is stated.
 
-    A chain that is nearly straight is so stiff along its axis that they can exceed the noise of the
-    torques by far. Repeats hardly show it, as those that scatter most are left out of the floor.
+    As a chain that is nearly straight is very stiff along its axis, these errors can exceed the
+    noise of the torques by far. Repeats hardly show it: those that scatter most are left out of the
+    noise floor.
     """
     sigma = {name: data.noise[name] for name in TIP_POSE if data.noise.get(name)}
     if not sigma:
