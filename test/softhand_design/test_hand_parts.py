@@ -247,7 +247,7 @@ def test_a_hand_without_room_for_its_parts_is_refused():
     with pytest.raises(ValueError, match="mount of palm: expected room for an arm of 4 mm"):
         build_scaffold(hand, wall, wall, None, used)
     fingers = replace(hand, chains=hand.chains[:4])
-    with pytest.raises(ValueError, match="strut: expected room for those of little, ring"):
+    with pytest.raises(ValueError, match="strut: expected room for the struts of little, ring"):
         build_scaffold(fingers, wall, wall, None, used)
 
 

@@ -214,7 +214,7 @@ def test_sizes_without_room_are_refused_by_name(name, changes, split, said):
 
 def test_a_chamber_too_narrow_for_slanted_walls_is_refused():
     thick = replace(load_actuator("P5"), side_wall=ConstantProfile(0.004))
-    with pytest.raises(ValueError, match="width: expected a chamber of P5 that leaves edges"):
+    with pytest.raises(ValueError, match="width: expected a chamber of P5 with room for edges"):
         build_mould(thick)
 
 

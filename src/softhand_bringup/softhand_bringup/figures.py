@@ -243,7 +243,10 @@ def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
     for segments in range(1, 16):
         if names_of(build_layout(load_hand(hand), segments, load_model(None))) == list(joint_names):
             return segments
-    raise ValueError(f"hand: expected the joints of {hand}, got {len(joint_names)} other joints")
+    raise ValueError(
+        f"hand: expected a recording of {hand}, got one with {len(joint_names)} other joints; name "
+        "the hand that was recorded"
+    )
 
 
 def _caption(marks: Sequence[Phase], time: float) -> str:

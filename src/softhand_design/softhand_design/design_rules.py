@@ -27,9 +27,11 @@ RULE_TEXTS: dict[int | str, str] = {
 
 @dataclass(frozen=True)
 class BrokenRule:
-    """A rule of section 3.6.1 that an actuator breaks: its number, or the name of another limit;
-    the quantity, its value and the bounds `low` and `high` it should keep, all in `unit` (None: no
-    bound on that side); the place [m] along the actuator where it is broken most, if it has one.
+    """A rule of section 3.6.1, or another limit, that an actuator breaks.
+
+    rule: number of the rule, or name of the limit. quantity: name of what is limited. value, low,
+    high: the actuator's value and the bounds it should keep, in `unit`; None where there is no
+    bound. place [m]: where along the actuator the rule is broken most; None if it has no place.
     """
 
     rule: int | str

@@ -32,9 +32,11 @@ UNITS = {  # of requirements; all others are lengths [m]
 
 
 class RequirementError(ValueError):
-    """A requirement that cannot be met: its `key`; what is `expected`, with `{}` in the place of
-    the bound; `bound` and `got`, the value that came, in `unit`, the SI unit of the key; `place`
-    [m] along the actuator.
+    """A requirement that cannot be met.
+
+    key: name of the required quantity. expected: what it should be, as text with `{}` in the place
+    of the bound. bound, got: the bound and the value that was required, in the SI unit of the key
+    (`unit`). place [m]: where along the actuator; None if it has no place.
     """
 
     def __init__(

@@ -35,7 +35,7 @@ class LabProcess:
         Raises ValueError while another command runs.
         """
         if self.is_running:
-            raise ValueError("lab: expected the last command to have ended; wait, or press cancel")
+            raise ValueError("lab: an earlier command still runs; wait until it ends, or cancel it")
         output = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed by the thread)
         self._process = process = subprocess.Popen(
             [sys.executable, "-m", "model_lab", *words],

@@ -107,7 +107,9 @@ class ResultsTab:
         records = read_results(path, RECORD_KEYS)
         mapped = all(each["key"].count("/") >= 2 for each in records)
         if not mapped or not any("outcome" in each for each in records):
-            raise ValueError(f"{path}: expected results of a sweep, got none")
+            raise ValueError(
+                f"{path}: expected results of a sweep, got none; `softhand sweep` makes them"
+            )
         self._records = {record["key"]: record for record in records if "outcome" in record}
         self._object.options = tuple(sorted({_family(key) for key in self._records}))
         self._draw()

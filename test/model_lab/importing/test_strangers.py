@@ -91,7 +91,7 @@ def test_absolute_and_gauge_pressures_are_not_put_into_one_set(tmp_path):
         write(tmp_path / name, f"t [s],{header},angle [deg]", TIME, PRESSURE + 101.0, ANGLE)
         for name, header in names.items()
     ]
-    with pytest.raises(DocumentError, match="all pressures absolute or all gauge, got both"):
+    with pytest.raises(DocumentError, match=r"all gauge, got p \(gauge\) and p \(absolute\)"):
         make_set(propose(files), HAND)
 
 

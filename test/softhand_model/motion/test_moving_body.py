@@ -133,5 +133,5 @@ def test_constant_acceleration_pulls_as_weight_does():
 
 
 def test_time_that_does_not_rise_is_refused():
-    with pytest.raises(ValueError, match="time: expected to rise, got a gap of 0 s"):
+    with pytest.raises(ValueError, match="time: expected rising values, got a change of 0 s"):
         steps_between(np.array([0.0, 0.01, 0.01]), 0.002)

@@ -83,7 +83,7 @@ def test_a_larger_budget_goes_on_from_where_the_smaller_one_ended(tmp_path):
 def test_results_of_another_problem_are_refused(tmp_path):
     run_search(BOWL, tmp_path, jobs=0)
     for changed in ({"seed": 4}, {"settings": {"wait": 0.001}}, {"objective": "other:bowl"}):
-        with pytest.raises(ValueError, match="expected results of this plan, got bowl/0000"):
+        with pytest.raises(ValueError, match="got one of the trial bowl/0000"):
             run_search(replace(BOWL, **changed), tmp_path, jobs=0)
 
 

@@ -77,7 +77,7 @@ def test_more_cells_are_added_to_the_results_there_are(plan, ran, tmp_path):
 def test_results_of_a_plan_that_has_changed_are_refused(plan, ran, tmp_path, changed):
     run_sweep(plan, tmp_path, jobs=0)
     before = (tmp_path / "results.jsonl").read_bytes()
-    with pytest.raises(ValueError, match=r"results\.jsonl: expected results of this plan, got map"):
+    with pytest.raises(ValueError, match=r"results\.jsonl: expected results of this plan, got one"):
         run_sweep(replace(plan, **changed), tmp_path, jobs=0)
     assert (tmp_path / "results.jsonl").read_bytes() == before
 
@@ -108,7 +108,7 @@ def test_a_strategy_of_the_same_text_in_another_folder_is_the_same_plan(
 def test_two_sweeps_do_not_write_to_the_same_results(plan, tmp_path):
     with (
         Results(tmp_path, plan.tasks()),
-        pytest.raises(ValueError, match="has not ended yet; wait until it ends"),
+        pytest.raises(ValueError, match="wait until that run ends"),
     ):
         Results(tmp_path, plan.tasks())
 

@@ -112,9 +112,12 @@ class Success:
 
 @dataclass(frozen=True)
 class Strategy:
-    """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
-    its file), the objects that it is known to lift, its phases in order, and the world in which it
-    was tried.
+    """A strategy: phases that the hand carries out in order.
+
+    description: what the strategy is for. hand: name of the hand, or path of its file. object_rpy:
+    orientation of the object [rad] in which the axes of the frame `object` are those of the world.
+    objects: the objects that the strategy is known to lift. success: when a grasp counts.
+    tried_with: the world in which the strategy was tried.
     """
 
     name: str

@@ -144,7 +144,9 @@ def add(
     given = [effects] if isinstance(effects, str | NamedEffect) else list(effects)
     names = [one if isinstance(one, str) else one.name for one in given]
     if not names:
-        raise ValueError("effects: expected at least one, got none: a diagnosis may name none")
+        raise ValueError(
+            "effects: expected at least one to add, got none; a diagnosis may find none missing"
+        )
     known, measured = load_model(model, own), set_of(data)
     paths = [Path(path) for path in own]
     files = {name: path for name, path in file_of_each(paths).items() if name in names}

@@ -66,7 +66,10 @@ def import_files(arguments: argparse.Namespace) -> None:
         of_hand = set_of_hand(files, hand, experiment, maps, shifts, *given, held, touched)
         proposal = of_hand[1] if of_hand else propose(files, experiment, maps, *given, *parting)
     if of_hand and any(parting):
-        raise DocumentError("--mode, --split-restarts: expected no whole hand, got --hand " + hand)
+        raise DocumentError(
+            "--mode, --split-restarts: expected measurements of one actuator or of rubber, got "
+            f"those of a whole hand (--hand {hand}); leave the option out"
+        )
     if proposal.sources:
         print(text_table(told.table_rows(proposal)))
     if of_hand:

@@ -307,9 +307,11 @@ def depends_on(
     black_boxes: Sequence[BlackBox],
     localised: Localisation,
 ) -> tuple[str, ...]:
-    """Names of at most three axes on which the residual of a model depends: those of black boxes
-    that predict better, the best first; if none does, those along which the residual varies beyond
-    chance, or else the first axis.
+    """Names of at most three axes on which the residual of a model depends.
+
+    These are the axes of the black boxes that predict better than the model, the best first. If
+    none does, they are the axes along which the residual varies beyond chance; if it varies along
+    none, the first axis.
     """
     varied = {axis.name for axis in axes_of(data)}
     least = final.rules.black_box_better * final.held_out.rmse

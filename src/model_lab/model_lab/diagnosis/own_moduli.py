@@ -25,9 +25,10 @@ OF_SPECIMENS = {"specimen", "wall"}  # axes along which castings differ
 
 
 def may_differ(data: MeasurementSet, found: Diagnosis) -> dict[str, str]:
-    """A batch of its own for each specimen that has runs, by the name of the specimen, if the error
-    that a diagnosis leaves depends on the specimen and is more than noise; else empty.
-    Specimens that differ in their mount alone count as one casting, with one batch.
+    """The batch of each specimen that has runs, if each casting should have a batch of its own.
+
+    Empty unless the error that a diagnosis leaves is more than noise and depends on the specimen.
+    Specimens that differ only in how they are mounted count as one casting, with one batch.
     """
     if not varies_with_castings(found) or _explains(found):
         return {}

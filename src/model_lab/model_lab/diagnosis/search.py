@@ -105,8 +105,10 @@ def with_trials(likelihood: Likelihood, fit: Fit, effect: str, trials: Array) ->
 
 
 def starts(found: Signature, fit: Fit) -> Array:
-    """Trial values (n, k) of the effect from which its fit starts: the best one within the usual
-    ranges as it is, and the best one scaled; n is 1 or 2.
+    """Trial values (n, k) from which the fit of the effect starts; n is 1 or 2.
+
+    Among the trial values within the usual ranges, these are the best one if its signature is taken
+    as it is, and the best one if each signature is scaled to fit best. They may be the same one.
     """
     as_it_is, scaled = _improvements(found, fit)
     usual = np.all((found.values >= found.usual[0]) & (found.values <= found.usual[1]), axis=1)
@@ -217,8 +219,10 @@ class Unseen:
 def score_base(
     problem: FitProblem, effects: Sequence[str] = (), start: Array | None = None
 ) -> Scored:
-    """Fit the model with some effects, and predict held-out data. start: values (k,) from which the
-    fit starts; None: those of the model as it is if all are known, else the usual ones.
+    """Fit the model with some effects, and predict held-out data.
+
+    start: values (k,) from which the fit starts. None: the fitted values of the model if it has all
+    of them, otherwise the usual start values.
     """
     likelihood = problem.likelihood(effects)
     parameters = likelihood.parameters

@@ -206,11 +206,12 @@ class BaseTorque:
 
 # ---------------------------------------------------------------------- noise of the poses
 def torque_errors(data: MeasurementSet, model: Model) -> float | OwnErrors:
-    """Errors [N m] that the stated noise of the measured poses makes of the predictions, as several
-    draws; 0 if no noise of a pose is stated.
+    """Errors [N m] of the predicted torques that the stated noise of the measured poses causes, as
+    several random draws; 0 if no noise of a pose is stated.
 
-    A chain that is nearly straight is so stiff along its axis that they can exceed the noise of the
-    torques by far. Repeats hardly show it, as those that scatter most are left out of the floor.
+    As a chain that is nearly straight is very stiff along its axis, these errors can exceed the
+    noise of the torques by far. Repeats hardly show it: those that scatter most are left out of the
+    noise floor.
     """
     sigma = {name: data.noise[name] for name in TIP_POSE if data.noise.get(name)}
     if not sigma:
@@ -336,8 +337,9 @@ def neutral_lane(
     effects: Sequence[Effect],
     given: Mapping[str, float],
 ) -> Array:
-    """Values (1, k) as in `lane_values`: those `given` by name; else those at which calibration and
-    effects do nothing; else those of the first lane of values (lanes, k).
+    """One lane of values (1, k), ordered as in `lane_values`. A value is taken from `given` if it
+    is there; otherwise it is the one at which calibration or effect does nothing; if there is no
+    such value, that of the first lane of `values` (lanes, k).
     """
     neutral = [
         given.get(name, {one.name: one.neutral for one in effect.parameters}[name])

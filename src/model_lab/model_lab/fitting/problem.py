@@ -286,8 +286,8 @@ def fitted_closer(problem: FitProblem, found: Fit) -> Fit:
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:
-    """Starts (n, k) of a search: the start values of the parameters, and the same with softer and
-    with stiffer batches.
+    """Values (n, k) from which a search starts: the start values of the parameters; if batches have
+    factors on their moduli, also with these 10 % smaller and 10 % larger.
     """
     start = np.array([p.start for p in parameters], float)
     scales = np.array([p.name.startswith("modulus_scale") for p in parameters], bool)

@@ -13,8 +13,8 @@ from model_lab.aliases import Array, Mask
 
 @dataclass(frozen=True)
 class Scales:
-    """Search coordinates of parameters: the logarithm of one that spans decades, else its value.
-    low, high: bounds; width: of the usual range.
+    """Search coordinates of parameters: the logarithm of a parameter that spans decades, the value
+    of any other. low, high: bounds. width: of the usual range.
     """
 
     low: Array

@@ -43,7 +43,9 @@ def words(name: str) -> list[str]:
 
 
 def mode_in(name: str) -> str:
-    """The mode of deformation, one of MODES, that a name says; "" if it says none.
+    """The mode of deformation (one of MODES) that a name contains; "" if it contains none.
+
+    ET in capitals stands for equibiaxial tension; in small letters it is the French for "and".
 
     >>> mode_in("pure_shear_2"), mode_in("Planar tension"), mode_in("run 1"), mode_in("äquibiaxial")
     ('pure_shear', 'pure_shear', '', 'equibiaxial')

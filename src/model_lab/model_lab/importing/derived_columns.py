@@ -57,8 +57,8 @@ def _with_column(table: Table, quantity: str, text: str, unit: str) -> Table:
 
 
 def as_derived(name: str, unit: str) -> tuple[str, str]:
-    """Column and unit that the user states; without unit for a function with a size, which has
-    already used the unit of its column.
+    """Column and unit that the user stated for a quantity. For a function with a size, such as
+    `elongation(Weg,50mm)`, the unit is "": the function has already used it.
     """
     call = derivation(name)
     return (name, "") if call is not None and call[0].sized else (name, unit)

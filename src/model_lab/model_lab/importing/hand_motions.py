@@ -144,8 +144,8 @@ def _path(course: HandCourse) -> Array:
     """
     if course.wrist_places is None:
         raise DocumentError(
-            f"{course.files[0]}: expected {listed(WRIST_POSE[:3])} of a wrist that moves, got its "
-            "attitude alone"
+            f"{course.files[0]}: expected {listed(WRIST_POSE[:3])} of a wrist that moves, got only "
+            "its orientation"
         )
     return np.hstack([course.wrist_places, without_jumps(course.wrist)])
 

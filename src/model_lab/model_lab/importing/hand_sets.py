@@ -92,7 +92,10 @@ def set_of_hand(
             raise DocumentError(f"--experiment {experiment}: expected {what}, got none")
     if not given and are_bags_of_hand(files):
         if shifts:
-            raise DocumentError("--shift: expected files of a hand at two clocks, got bags")
+            raise DocumentError(
+                "--shift: expected tables, which may have different clocks, got bags, whose topics "
+                "share one clock; leave --shift out"
+            )
         specimen = HandSpecimen(stated, described, _segments_of(files, described))
         if touched:
             return set_of_contacts(files, specimen, touched), Proposal((), kind, {})
@@ -125,7 +128,8 @@ def set_of_hand(
     if said and kind == HAND_MOTION:
         raise DocumentError(
             f"{listed(map(str, files))}: expected positions in the frame of the wrist for a "
-            f"motion, got another frame: {said[0]}; convert the positions, or import poses"
+            f"motion, got another frame: {said[0]}; convert the positions, or import "
+            "poses at rest (--experiment hand_pose)"
         )
     found = cut(courses, HandSpecimen(stated, described, free_frame=bool(said)))
     return replace(found, remarks=(*found.remarks, *said)), proposal

@@ -145,7 +145,8 @@ def _time_of(file: HandFile, shifts: Mapping[str, float], one_file: bool) -> Arr
     if time is None:
         if not one_file:
             raise DocumentError(
-                f"{file.table.path}: expected a column of time, as the run has another file too"
+                f"{file.table.path}: expected a column of time, to join it with the other file of "
+                "the run, got none; say --map time=COLUMN:UNIT"
             )
         return np.arange(float(file.table.rows))
     return time + shifts.get(file.table.path.name, 0.0)

@@ -208,8 +208,8 @@ def run_of_many(members: Sequence[Source], experiment: str) -> ImportedRun:
     source = members[0]
     if len(members) > 1:
         raise DocumentError(
-            f"{listed(map(str, paths))}: expected {listed(NEEDED[VALVE_PULSE])} of a pulse in one "
-            "row of one file, got two files"
+            f"{listed(map(str, paths))}: expected {listed(NEEDED[VALVE_PULSE])} of each pulse in "
+            "one row of one file, got them in several files; join these to one table"
         )
     present = [name for name in (*NEEDED[VALVE_PULSE], *INTEGRALS) if name in source.quantities]
     by_name = {one.quantity: one for one in source.meanings}
@@ -298,8 +298,9 @@ def gauge_entries(sources: Iterable[Source]) -> dict[str, str]:
         kinds = {one.kind == GAUGE for one in meant}
         if len(kinds) > 1:
             raise DocumentError(
-                f"{name}: expected absolute or gauge pressures in all files, got both; say --map "
-                f"'{name}=COLUMN:UNIT(g)' or import them one by one"
+                f"{name}: expected absolute pressures in all files, or gauge pressures in all, got "
+                f"both; mark gauge pressures by --map '{name}=COLUMN:UNIT(g)', or import the files "
+                "one by one"
             )
         if kinds == {True}:
             found[name] = meant[0].unit or ""

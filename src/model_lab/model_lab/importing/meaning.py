@@ -359,8 +359,10 @@ def _time(column: Column) -> Meant:
 
 
 def experiment_of(quantities: Iterable[str], stated: Iterable[str] = ()) -> str | None:
-    """The experiment whose columns are among these quantities; None if it is not clear which.
-    stated: quantities that the user named; of several experiments, the one that needs most of these
+    """The experiment all of whose columns are among these quantities; None if that holds for none,
+    or for several.
+
+    stated: quantities that the user named. Of several experiments, the one that needs most of them
     is taken.
     """
     have, said = (

@@ -173,7 +173,7 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
         lacking = of_output if time is None else of_input
         raise DocumentError(
             f"{_path(lacking)}: expected a column of time, to join it with the other file of "
-            f"the run"
+            "the run, got none; say --map time=COLUMN:UNIT"
         )
     remarks = [*of_input.remarks(driving), *of_output.remarks(output)]
     if min(time[-1], input_time[-1]) <= max(time[0], input_time[0]):
@@ -182,7 +182,8 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
     inside = (time >= input_time[0]) & (time <= input_time[-1])
     if inside.sum() < 3:
         raise DocumentError(
-            f"{paths[0]}: expected times that overlap with those of {paths[-1]}, got no overlap"
+            f"{paths[0]}: expected three or more samples at times within those of {paths[-1]}, got "
+            f"{inside.sum()}; --shift FILE=SECONDS shifts the clock of a file"
         )
     if not inside.all():
         remarks.append(
@@ -227,7 +228,10 @@ def _of_one_file(
     input_time, inputs = source.series(driving)
     if time is None or input_time is None:
         if len(values) != len(inputs):
-            raise DocumentError(f"{paths[0]}: expected a column of time, as some cells are empty")
+            raise DocumentError(
+                f"{paths[0]}: expected a column of time, which rows with empty cells need, got "
+                "none; say --map time=COLUMN:UNIT"
+            )
         return ImportedRun(name, {driving: inputs, output: values}, {}, paths)
     columns, lead = _at_outputs(input_time, inputs, time, values)
     remarks = tuple(dict.fromkeys([*source.remarks(driving), *source.remarks(output)]))

@@ -105,9 +105,10 @@ def _absolute(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns
     every = (one for source in sources for one in source.meanings)
     meant = {one.kind: one for one in every if one.quantity == AIR_COLUMN}
     if len(meant) > 1:
+        got = " and ".join(f"{one.column} ({kind or GAUGE})" for kind, one in meant.items())
         raise DocumentError(
-            f"{sources[0].table.path}: expected all pressures absolute or all gauge, got both; "
-            "import them one by one"
+            f"{sources[0].table.path}: expected all pressures absolute or all gauge, got {got}; "
+            "import the files one by one"
         )
     if ABSOLUTE not in meant:
         return {}

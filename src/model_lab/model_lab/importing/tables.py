@@ -240,8 +240,8 @@ def _refuse_second_table(path: Path, rows: Sequence[Row], names: list[str], widt
             continue
         if [unit_in_header(cell)[0] for cell in row] != names:
             raise DocumentError(
-                f"{path}: expected one table, got a second one below {listed(row)}; keep each in "
-                "a file of its own"
+                f"{path}: expected one table, got a second one, which begins with {listed(row)}; "
+                "keep each table in a file of its own"
             )
 
 

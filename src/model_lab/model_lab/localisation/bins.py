@@ -85,10 +85,11 @@ def _few_values(values: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class Curve:
-    """Mean residual (bins,) of one output along an axis with its 95 % band (low, high), in SI
-    units, and the number of samples in each bin.
+    """Mean residual of one output in each bin of an axis, such as pressure or time.
 
-    The mean is NaN where a bin is empty, the band also where only one block has samples in the bin.
+    mean, low, high (bins,): the mean and the limits of its 95 % band, in SI units; NaN in a bin
+    without samples. low and high are NaN, too, if all samples of a bin belong to one block (a run,
+    or a part of one), as the band follows from how blocks differ. count (bins,): number of samples.
     """
 
     mean: Array

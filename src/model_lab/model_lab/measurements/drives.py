@@ -21,9 +21,12 @@ COMPARED_TIMES = 100  # times, at which two courses are compared
 
 @dataclass(frozen=True)
 class Drive:
-    """The input of a run. extent: its range, in its unit. pace [1/s]: how often it goes through its
-    range up or down, from its first to its last time beyond a tenth of it; 0 without a clock. time
-    (k,) [s], empty without a clock, and value (k,) above that at rest.
+    """The input of a run, such as its pressure.
+
+    extent: largest minus smallest value, in the unit of the input. pace [1/s]: how often the input
+    goes through this range, up or down, from the first to the last time at which it exceeds a tenth
+    of the range; 0 without a clock. time (k,) [s]: empty without a clock. value (k,): the input
+    minus its value at rest.
     """
 
     extent: float
@@ -57,8 +60,9 @@ def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str)
 
 
 def driven_alike(one: Drive, other: Drive) -> bool:
-    """Whether two inputs have about the same range and pace; or the same course up to where one of
-    them ends, as in pulls until rupture; or differ by a unit.
+    """Whether two inputs may be repeats of each other. They may if they have about the same range
+    and pace, or would have them in another unit; or if they have the same course until one of them
+    ends, as in pulls until rupture.
     """
     return (
         _alike(one.extent, other.extent, RULES.repeat_range, RULES.other_unit)

@@ -163,8 +163,10 @@ class Run:
 
 @dataclass(frozen=True)
 class WildSample:
-    """A wild reading that was replaced: index of its run, index of the sample in the run, and
-    `moved`, what was added to it [SI unit of the output].
+    """A wild reading that was replaced.
+
+    run, sample: index of its run, and its index within the run. moved: the new reading minus the
+    old one, in the SI unit of the output.
     """
 
     run: int

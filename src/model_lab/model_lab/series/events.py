@@ -154,9 +154,7 @@ def examine(
 
 
 def of_the_other(event: Event, data: MeasurementSet) -> Event:
-    """The event under the hypothesis that of the two repeats `event.run` and `event.other` the
-    second is the odd run.
-    """
+    """The event as it would be if not `event.run` but its repeat `event.other` were the odd run."""
     run = next(index for index, run in enumerate(data.runs) if run.name == event.other)
     size = 1.0 / (1.0 + event.size) - 1.0 if event.quantity == OUTPUT_SCALE else -event.size
     shape = (np.arange(len(data.runs)) == run).astype(float)

@@ -13,9 +13,9 @@ from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 
 
 def without_events(data: MeasurementSet, events: Sequence[Event]) -> MeasurementSet:
-    """The set without events: readings after a step or in a drift are changed to what they would
-    have been before it, odd runs are left out. Where the load changed, pressures become those at
-    which the specimen, as it was before, would have given the readings.
+    """The set without its events. Readings after a step, or during a drift, are changed to what
+    they would have been before it. If the load changed, pressures are changed instead: to those at
+    which the specimen, as it was before, would have given the readings. Odd runs are left out.
     """
     set_aside = {event.run for event in events if event.kind not in STEP_OR_DRIFT}
     courses = [event for event in events if event.kind in STEP_OR_DRIFT]

@@ -28,9 +28,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The parts from which an engine is built: physics step [s], hand with its air and wrist,
-    object and scene with their friction; `weight_scale` [-], the share of gravity that acts on the
-    hand (the object always has its whole weight); other fields as in `SimulationConfig`.
+    """The parts from which an engine is built.
+
+    step [s]: time step of the physics. layout, air, wrist: the hand, its air, and what carries it.
+    scene, friction, object: the surroundings; None without an object. weight_scale [-]: share of
+    gravity that acts on the hand; it acts on the object in full. The other fields are those of
+    `SimulationConfig`.
     """
 
     step: float

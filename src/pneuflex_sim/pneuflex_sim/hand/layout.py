@@ -119,7 +119,7 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         if count - start > MAX_SPHERICAL_JOINTS:
             raise ValueError(
                 f"segments of {' + '.join(chains)}: expected at most {MAX_SPHERICAL_JOINTS} "
-                f"joints in one body, got {count - start}"
+                f"joints in one body, got {count - start}; take fewer segments"
             )
         mount, joints = description.chain(chains[0]).mount, slice(start, count)
         place = np.asarray(mount.position)

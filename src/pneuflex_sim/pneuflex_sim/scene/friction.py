@@ -28,9 +28,11 @@ RUBBER_RANGE_BOUNDS = Bounds(0.1, 10.0, "")
 
 @dataclass(frozen=True)
 class FrictionTable:
-    """Coefficients of friction [-] by pair of materials (a set of one or two names), from files
-    that `source` names; `rubber_range`: least and largest factor [-] on the coefficients of rubber
-    with which they stay within published values.
+    """Coefficients of friction [-] between materials.
+
+    pairs: the coefficient by the set of the two names; a single name stands for a material on
+    itself. source: the files that state them. rubber_range: the smallest and the largest factor [-]
+    by which the coefficients of rubber can be multiplied and stay within published values.
     """
 
     pairs: Mapping[frozenset[str], float]
@@ -49,8 +51,8 @@ class FrictionTable:
         found = self.pairs.get(frozenset((first, second)))
         if found is None:
             raise ValueError(
-                f"friction: expected a table with the pair {first} and {second}, got one of "
-                f"{listed(self.materials)} without it ({self.source})"
+                f"friction: expected a coefficient of {first} on {second} in {self.source}, got "
+                f"none; its materials are {listed(self.materials)}"
             )
         return found
 

@@ -216,7 +216,7 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
         ["shape", *sizes, "mass", "material"], [*more, "rpy", "compliance", "note"]
     )
     if shape == "sheet" and "compliance" in fields:
-        raise fields["compliance"].error("none for a sheet")
+        raise fields["compliance"].error("no key `compliance` for a sheet")
     return ObjectDescription(
         name,
         shape,

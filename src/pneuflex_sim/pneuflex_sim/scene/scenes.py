@@ -48,9 +48,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Wall:
-    """A plane of a material that meets the table in the line x = distance [m]. Inclination [deg]
-    against the table: 90 is upright; less, and it slopes away from the object; more, and it
-    overhangs. rolling_resistance [m]: as for a table.
+    """A plane wall that meets the table in the line x = distance [m].
+
+    inclination [deg]: angle to the table. A wall of 90 deg is upright; with less it slopes away
+    from the object, with more it leans over the table. rolling_resistance [m]: as for a table.
     """
 
     material: str

@@ -286,7 +286,7 @@ class Simulation:
 
     def _object(self) -> BodyOfObject:
         if self._body is None:
-            raise ValueError(f"object: scene {self.scene.name} has none")
+            raise ValueError(f"object: expected a scene with an object, got {self.scene.name}")
         return self._body
 
     def pressures(self) -> Array:

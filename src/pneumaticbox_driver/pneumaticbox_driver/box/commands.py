@@ -265,7 +265,8 @@ class Setpoints:
     def at(self, time: float, period: float = 0.0) -> Floats:
         """Setpoints (n,) at `time` [s], which must not decrease between calls.
 
-        With samples a `period` [s] apart, a step of a schedule takes place at the nearest sample.
+        period [s]: time between calls. A step of a valve schedule takes effect at the call nearest
+        to its time; with 0, at the first call that is not before it.
         """
         half = 0.5 * period
         if time >= self._until or time + half >= self._stepped_until:

@@ -37,10 +37,10 @@ LEAST_LIFT = 1e3  # rise of the pressure that inflating pulses must cause [Pa]
 class CalibrationPlan:
     """Plan of a calibration.
 
-    `points` is the number of pulses per channel, both directions and all supply pressures together;
-    `supplies` the number of supply pressures, between which the run waits for the user; `ranges`
-    those of the pulses, `settling` and `averaging` [s] the times between them; `leak_test` [s] the
-    duration of the leak test at the end, 0 for none.
+    points: number of pulses per channel, in both directions and at all supply pressures together.
+    supplies: number of supply pressures; the run waits until the user has set the next one. ranges:
+    of the pulses. settling, averaging [s]: after each pulse, how long the pressure settles and is
+    then averaged. leak_test [s]: duration of the leak test at the end, 0 for none.
 
     Raises:
         ValueError: names the entry, what was expected and what was found.

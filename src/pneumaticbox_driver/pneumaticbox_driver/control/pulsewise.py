@@ -219,8 +219,8 @@ class Pressure:
         return value, volume + model.volumes(value) - model.volumes(pressures)
 
     def evidence(self, view: BoxView, change: Floats, moved: Floats) -> Floats:
-        """How much each pulse counts in learning, as a change of pressure (n,) [Pa]: size of the
-        measured change, or 0 where pressure fell as air went in, or rose as it went out.
+        """How much each pulse counts in learning: the size (n,) [Pa] of the measured change of
+        pressure; 0 if it is within the noise, or has the wrong sign for the moved air.
         """
         size = np.where(change * moved > 0, np.abs(change), 0.0)
         return np.where(size > PRESSURE_NOISE, size, 0.0)

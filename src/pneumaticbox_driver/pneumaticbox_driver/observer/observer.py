@@ -68,10 +68,10 @@ class MassObserver:
         self._leak = np.array([c.leak.conductance for c in calibrations])  # [kg/(s Pa)]
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        """Use other coefficients from the next pulses on; the estimates stay.
+        """Use these coefficients from the next pulses on; the masses estimated so far are kept.
 
         Raises:
-            ValueError: another number of calibrations than channels.
+            ValueError: there is not one calibration for each channel.
         """
         if len(calibrations) != len(self.direction):
             n = len(self.direction)

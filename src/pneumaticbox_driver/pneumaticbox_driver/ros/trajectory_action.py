@@ -33,9 +33,12 @@ GOAL_TOLERANCES = {"mass": 5e-6, "pressure": 5e3}  # [kg], [Pa]
 
 @dataclass
 class Following:
-    """A running goal: its handle, the future of its result, its channels and control modes in the
-    goal's order, its end [s] on the box's clock, tolerances (n,) in the modes' units (NaN for
-    none), and the time [s] after the end within which the tolerances must be met.
+    """A running goal of the action.
+
+    handle: by which the action server reports on the goal. ended: future of the result. channels,
+    modes: indices of the channels and their control modes, in the order of the goal. end [s]: time
+    of its last point, on the box's clock. path_tolerance, goal_tolerance (n,): in the units of the
+    modes; NaN for none. goal_time [s]: how long after `end` the goal tolerances may still be met.
     """
 
     handle: Any

@@ -125,7 +125,7 @@ def draw_failures(records: Sequence[Record], path: Path, view: str = "oblique") 
         ValueError: there are no failures, or one cannot be run.
     """
     if not records:
-        raise ValueError("failures: expected at least one trial that failed, got none")
+        raise ValueError("failures: expected at least one failed trial in the results, got none")
     width, height = FAILURE_SIZE[0] / FAILURE_DPI, FAILURE_SIZE[1] / FAILURE_DPI
     figure, axes = plt.subplots(
         len(records),
@@ -200,7 +200,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     records = read_results(options.results, ("object", "settings", "placement"), "outcome")
     if not records:
-        raise ValueError(f"{options.results}: expected results of a sweep, got none")
+        raise ValueError(
+            f"{options.results}: expected results of a sweep, got none; `softhand sweep` makes them"
+        )
     known = sorted({record["object"] for record in records})
     chosen = options.object or known
     if missing := sorted(set(chosen) - set(known)):

@@ -93,7 +93,10 @@ def _shared(result: Node, folder: Path) -> dict[str, PlayedRun]:
     }
     name = next((name for name in runs["mended"] if name in runs["measured"]), None)
     if name is None:
-        raise ValueError(f"{folder}: expected a run under both models, got {listed(sessions)}")
+        raise ValueError(
+            f"{folder}: expected a run that both sessions ({listed(SESSIONS)}) have, got none in "
+            f"{listed(sessions) or 'an empty list of sessions'}"
+        )
     return {session: runs[session][name] for session in SESSIONS}
 
 

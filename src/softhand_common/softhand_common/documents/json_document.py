@@ -28,7 +28,7 @@ def json_node(place: str, text: str | bytes) -> Node:
 
 
 def read_json(path: Path, format_name: str | None = None) -> Node:
-    """The JSON document of a file; with `format_name`, its key `format` must have that value.
+    """Read a JSON file. If `format_name` is given, the file's key `format` must have this value.
 
     Raises DocumentError for a file that cannot be read, is not JSON or has another format.
     """

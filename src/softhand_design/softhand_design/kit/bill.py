@@ -22,8 +22,10 @@ HELICES = 2  # "the double helix" (3.2.2)
 
 @dataclass(frozen=True)
 class Item:
-    """A line of the bill: part, its file, how many, material; of each one volume [cm3], mass [g],
-    length [m] and area [cm2], None where it has none; and whether it stays in the hand.
+    """A line of the bill of materials.
+
+    volume_cm3, mass_g, length_m, area_cm2: of one piece; None for what does not apply, such as the
+    area of a thread. in_hand: whether the part stays in the hand; trays do not.
     """
 
     part: str

@@ -22,9 +22,12 @@ IN_PLACE = np.eye(3, 4)
 
 @dataclass(frozen=True)
 class Kit:
-    """Parts of a hand, lengths in mm: castings of its actuators, passive layers, scaffold, saddles
-    and sheet; trays, by the names of the parts that are cast in them; outlines of mesh as SVG, and
-    their areas [mm2]; how far the sheet was lifted.
+    """All parts of a hand, lengths in mm.
+
+    casts: castings of the actuators. layers: passive layers. structure: scaffold and saddles.
+    sheet: the palm's sheet, None without one. trays: by the names of the parts that are cast in
+    them. cuts, mesh_areas: outlines of mesh as SVG, and their areas [mm2], by name. lift: how far
+    the sheet was lifted from its place in the hand's file.
     """
 
     hand: HandDescription

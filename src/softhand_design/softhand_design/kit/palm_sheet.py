@@ -53,8 +53,9 @@ def bend(sheet: PalmSheet, below: Sequence[Solid]) -> Bent:
                 break
         else:
             raise ValueError(
-                f"sheet: expected a position at most {FARTHEST_LIFT:g} mm above that of the hand's "
-                "file, where it is clear of the actuators, got none"
+                "sheet: expected a place clear of the actuators, where the hand's file has it or "
+                f"up to {FARTHEST_LIFT:g} mm above, got overlaps at each; move the sheet, or make "
+                "it smaller"
             )
         first = max(0.0, float(lift) - step)
     return Bent(band.transform(at(lift)), under.transform(at(lift)), rise, float(lift))

@@ -19,11 +19,12 @@ RAYS_ACROSS = 40  # and as many along, through each part
 
 @dataclass(frozen=True)
 class Part:
-    """A part: name of its file, material and density [kg/m3]; its solid [mm]; poses (3, 4) [mm] of
-    its copies in the frame of the wrist, by their names; its volume [mm3] by a formula, if there
-    is one; for an actuator also the solid with the chamber filled.
+    """A part to print or to cast.
 
-    A tray is in no hand: it has no copies.
+    name: of its file. density [kg/m3]. solid [mm]. copies: poses (3, 4) [mm] in the frame of the
+    wrist, by the names of the copies; empty for a tray, which is not in the hand. formula: volume
+    [mm3] by a formula, None if there is none. filled: solid of an actuator with its chamber filled;
+    None for other parts.
     """
 
     name: str

@@ -125,10 +125,12 @@ def _sheet(chains: Sequence[ChainDescription], frames: dict[str, Array]) -> Shap
     for chain in chains:
         shift = first[:, :3].T @ (frames[chain.name][:, 3] - first[:, 3])
         parallel = np.allclose(frames[chain.name][:, :3], first[:, :3])
-        if not parallel or np.abs(shift[[0, 2]]).max() > SAME_PLACE or chain.strut:
+        beside = np.abs(shift[[0, 2]]).max() <= SAME_PLACE
+        if not (parallel and beside) or chain.strut:
+            got = "a strut" if chain.strut else "another place" if parallel else "another direction"
             raise ValueError(
-                f"web of {chain.name}: expected chains without struts in one plane, side by side, "
-                f"got {chain.name} beside {chains[0].name}"
+                f"web of {chain.name}: expected parallel chains without struts, side by side in "
+                f"one plane with {chains[0].name}, got {chain.name} with {got}"
             )
         pieces.append(_pair(chain).translate((0.0, float(shift[1]))))
         sides.append(float(shift[1]))

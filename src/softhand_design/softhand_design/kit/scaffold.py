@@ -28,8 +28,10 @@ SWEPT_WAY = 200.0  # past any sheet [mm]
 
 @dataclass(frozen=True)
 class Scaffold:
-    """The scaffold in the frame of the wrist [mm]; how far [mm] its plate and its struts lie behind
-    their positions in the hand's file; and the free length [mm] of each strut, by its chain.
+    """The scaffold in the frame of the wrist, lengths in mm.
+
+    plate_moved, struts_moved: how far plate and struts lie behind their positions in the hand's
+    file. free_lengths: of the struts, by the names of their chains.
     """
 
     solid: Solid
@@ -125,7 +127,7 @@ class _Builder:
             return pad + bridge.transform(frame) + arm
         raise ValueError(
             f"mount of {chain.name}: expected room for an arm of {used.arm:g} mm from its base to "
-            "the plate, got none"
+            "the plate, got none; move its mount in the hand's file"
         )
 
     def struts(
@@ -142,7 +144,10 @@ class _Builder:
             ):
                 return [bar + pad for bar, pad in made], float(back)
         names = ", ".join(chain.name for chain, _ in chains)
-        raise ValueError(f"strut: expected room for those of {names}, got none")
+        raise ValueError(
+            f"strut: expected room for the struts of {names} up to {FARTHEST_PLACE:g} mm behind "
+            "the rubber, got none; make the struts thinner or narrower in the hand's file"
+        )
 
     def _strut(self, chain: ChainDescription, strut: Strut, x: float) -> tuple[Solid, Solid]:
         """A strut with its root, and its pad."""

@@ -34,8 +34,11 @@ NUB_HALF = 0.4  # half length of a nub [mm]
 
 @dataclass(frozen=True)
 class Mould:
-    """The two parts [mm] as they lie when the mould is closed; the line and parameters from which
-    they were made; the ends of the chambers and the fillet for which there is room [mm].
+    """A mould of two parts.
+
+    line, parameters: what it was made from. chambers: start and end [mm] of each air chamber along
+    the actuator. fillet [mm]: radius for which there was room. shell, core: both parts [mm], as
+    they lie when the mould is closed.
     """
 
     line: Line
@@ -121,7 +124,8 @@ def _chambers(
         if stop - start < 2.5 * min(low, 5.0) or low <= 0.0:
             raise ValueError(
                 f"plug: expected chambers longer than wide between plugs of {used.plug:g} mm, got "
-                f"one from {start:g} to {stop:g} mm of {line.length:g}"
+                f"one from {start:g} to {stop:g} mm of the {line.length:g} mm of {line.name}; take "
+                "a smaller --plug"
             )
     return found
 
@@ -137,8 +141,9 @@ def _room_for_fillet(
     most = float(min((flat / tangent).min(), line.roof(s).min() / 1.2))
     if most < LEAST_FILLET:
         raise ValueError(
-            f"width: expected a chamber of {line.name} that leaves edges of {LEAST_FILLET:g} mm "
-            f"room between its slanted walls, got room for {most:.2g} mm"
+            f"width: expected a chamber of {line.name} with room for edges rounded by "
+            f"{LEAST_FILLET:g} mm between its slanted walls, got room for {most:.2g} mm; make it "
+            "wider or higher"
         )
     return min(used.fillet, most)
 

@@ -137,8 +137,11 @@ def angle_table(actuator: Actuator, segments: int) -> RestTable:
 
 
 def hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, ..., 4, m) of 1, t, t**2, t**3 for k - 1 intervals of unit length and for a
-    straight line after them, from values and slopes (k, ..., m) at the ends of the intervals.
+    """Cubic polynomials through k points that are 1 apart, with given values and slopes (k, ..., m)
+    at the points.
+
+    Returns the coefficients (k, ..., 4, m) of 1, t, t**2 and t**3. Row i is for the interval after
+    point i, with t from 0 to 1; the last row is the straight line that goes on from the last point.
     """
     rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
     inside = np.stack(

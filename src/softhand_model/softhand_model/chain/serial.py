@@ -29,7 +29,8 @@ def serial_chains(description: HandDescription) -> list[tuple[str, ...]]:
         serial.setdefault(root[chain.name], []).append(chain.name)
         if parent != WRIST and serial[root[parent]][-2] != parent:
             raise ValueError(
-                f"mount of {chain.name}: expected a parent with no other chain on it, got {parent}"
+                f"mount of {chain.name}: expected a parent that carries no other chain, got "
+                f"{parent}, which carries one"
             )
     return [tuple(names) for names in serial.values()]
 

@@ -61,11 +61,13 @@ class Strut:
     density: float = 950.0
 
     def stiffness(self) -> Array:
-        """Stiffness (3,) [N m/rad] about x, y and z of a cantilever of this section, lumped in one
-        joint.
+        """Stiffness (3,) [N m/rad] about x, y and z of the one joint by which the whole strut is
+        modelled.
 
-        E*I/length about x and y; about z G*J/length with J = w*t**3/3*(1 - 0.63*t/w) of a flat
-        strip (Roark) and G = E/2.8 (Poisson's ratio 0.4 of polyamide).
+        About x and y: E*I/length, as of a cantilever bent by a moment, with Young's modulus E and
+        the section's second moment of area I. About z: G*J/length, with the torsion constant J =
+        w*t**3/3*(1 - 0.63*t/w) of a flat strip of width w and thickness t (Roark), and the shear
+        modulus G = E/2.8 (Poisson's ratio 0.4 of polyamide).
 
         >>> float(np.round(Strut(0.05, 0.012, 0.002, 1.7e9).stiffness()[1], 3))
         0.272
@@ -251,7 +253,9 @@ def _chain(
     _check_shape(node, fields, parts)
     arc = parts[0].arc_radius is not None
     if arc != ("turn" in fields):
-        raise node.error("the key turn for arcs, and not for straight actuators", listed(fields))
+        wanted = "the key turn, as its actuators are arcs"
+        other = "no key turn, as its actuators are straight"
+        raise node.error(wanted if arc else other, listed(fields))
     return ChainDescription(
         name,
         actuators,
@@ -281,11 +285,11 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
             listed(actuator.name for actuator in actuators),
         )
     if pair != ("pitch" in fields):
-        raise node.error(
-            "the key pitch for a pair of straight actuators, and not for others", listed(fields)
-        )
+        wanted = "the key pitch, as it has two straight actuators"
+        other = "no key pitch, as it does not have two straight actuators"
+        raise node.error(wanted if pair else other, listed(fields))
     if any(curved) and "web" in fields:
-        raise fields["web"].error("no web on arcs")
+        raise fields["web"].error("no web, as its actuators are arcs")
 
 
 def _pitch_bounds(parts: list[Actuator]) -> Bounds:

@@ -66,7 +66,7 @@ def press_path(time: Array, place: Array, quaternion: Array, step: float) -> Pre
 
     gaps = np.diff(time)
     if not (gaps > 0.0).all():
-        raise ValueError(f"time: expected to rise, got a gap of {gaps.min():.3g} s")
+        raise ValueError(f"time: expected rising values, got a change of {gaps.min():.3g} s")
     orientations = Rotation.from_quat(quaternion)
     angle = (orientations[:-1].inv() * orientations[1:]).magnitude()
     way = np.linalg.norm(np.diff(place, axis=0), axis=1) + TURNED_LENGTH * angle

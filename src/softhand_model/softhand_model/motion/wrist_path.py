@@ -79,7 +79,7 @@ def steps_between(time: Array, step: float) -> tuple[Indices, Array, Array]:
     """
     gaps = np.diff(time)
     if not (gaps > 0.0).all():
-        raise ValueError(f"time: expected to rise, got a gap of {gaps.min():.3g} s")
+        raise ValueError(f"time: expected rising values, got a change of {gaps.min():.3g} s")
     counts = np.maximum(np.ceil(gaps / step - 1e-9), 1.0).astype(int)
     kept = np.concatenate([[0], np.cumsum(counts)])
     duration = np.repeat(gaps / counts, counts)

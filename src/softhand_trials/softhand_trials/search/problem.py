@@ -80,7 +80,10 @@ class SearchProblem:
                 f"4 or more evaluations in a generation, got {self.generation}"
             )
         if self.spread is not None and (self.sampler != "cma" or len(self.starts) != 1):
-            raise ValueError("spread: expected only with the sampler cma and a single start")
+            raise ValueError(
+                "spread: expected sampler: cma and one start beside it, got sampler: "
+                f"{self.sampler} and {len(self.starts)} starts; change them, or leave spread out"
+            )
         by_name = {variable.name: variable for variable in self.variables}
         for name, value in (item for start in self.starts for item in start.items()):
             found = by_name.get(name)
@@ -90,7 +93,11 @@ class SearchProblem:
                     f"range, got {value}"
                 )
         if self.spread is not None and len(self.starts[0]) < len(by_name):
-            raise ValueError("start: expected a value of every variable, as spread is given")
+            lacking = next(name for name in by_name if name not in self.starts[0])
+            raise ValueError(
+                f"start: expected a value of every variable, around which spread searches, got "
+                f"none of {lacking}"
+            )
 
     @property
     def starts(self) -> tuple[Mapping[str, float], ...]:

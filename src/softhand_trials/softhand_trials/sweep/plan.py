@@ -205,7 +205,7 @@ def load_plan(path: str | Path) -> SweepPlan:
         _vary(top["vary"]) if "vary" in top else {},
     )
     if plan.replicates == 0 and not plan.nominal:
-        raise top["replicates"].error("1 or more, unless `nominal: true`")
+        raise top["replicates"].error("1 or more, or 0 beside `nominal: true`")
     return plan
 
 

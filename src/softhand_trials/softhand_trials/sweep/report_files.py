@@ -37,7 +37,10 @@ def write_report(folder: Path, out: Path | None = None, force: bool = False) -> 
     """
     records = last_of_each(read_results(folder, ("cell", "replicate"), "outcome"))
     if not records:
-        raise ValueError(f"{folder}: expected results of a sweep ({RESULTS_FILE}), got none")
+        raise ValueError(
+            f"{folder}: expected results of a sweep ({RESULTS_FILE}), got none; `softhand sweep` "
+            "makes them"
+        )
     out = out or (folder if folder.is_dir() else folder.parent)
     groups = groups_of(records)
     maps = {group.name: group.map for group in groups if group.map is not None}

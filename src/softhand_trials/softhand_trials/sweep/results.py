@@ -66,8 +66,8 @@ class Results:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise ValueError(
-                f"{self.path}: expected results that no other run writes, got those of a run that "
-                "has not ended yet; wait until it ends"
+                f"{self.path}: expected a file to which no other run writes, got one to which a "
+                "run still writes; wait until that run ends, or take another folder"
             ) from None
 
     def _drop_torn_line(self) -> None:
@@ -79,13 +79,13 @@ class Results:
         keys = {task.key for task in tasks}
         for key in self.records:
             if key not in keys:
-                raise self._refused(key, "a key that the plan does not have")
+                raise self._refused(key, "which is not in the plan")
         self.left(tasks)
 
     def _refused(self, key: str, got: str) -> ValueError:
         return ValueError(
-            f"{self.path}: expected results of this plan, got {key} with {got}: the plan or a file "
-            "that it names has changed; take a new folder, or remove the results"
+            f"{self.path}: expected results of this plan, got one of the trial {key}, {got}: the "
+            "plan or a file that it names has changed; take a new folder, or remove the results"
         )
 
     def left(self, tasks: Iterable[Task], again: bool = True) -> list[Task]:
@@ -97,7 +97,7 @@ class Results:
         for task in tasks:
             record = self.records.get(task.key)
             if record is not None and record["digest"] != task.digest:
-                raise self._refused(task.key, "other settings")
+                raise self._refused(task.key, "which was run with other settings")
             if record is None or (again and "error" in record):
                 found.append(task)
         return found
