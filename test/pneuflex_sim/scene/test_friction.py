@@ -74,7 +74,7 @@ def test_a_table_that_cannot_be_used_is_refused_with_its_place(tmp_path, text, n
 
 
 def test_a_pair_that_is_not_there_is_refused_with_the_materials():
-    with pytest.raises(ValueError, match="the pair wood and steel, got one of cardboard, .* wood"):
+    with pytest.raises(ValueError, match="of wood on steel in .*, got none; .* cardboard, .* wood"):
         load_friction().pair("wood", "steel")
 
 

@@ -93,7 +93,7 @@ def test_materials_of_ones_own_come_with_their_friction(tmp_path, simulate):
         hand="single_finger", scene=str(scene), object="marker", friction=str(pairs), step=0.005
     )
     assert simulation.friction.pair("butter", simulation.object.material) == 0.05
-    with pytest.raises(ValueError, match=r"(butter|cardboard) and (butter|cardboard).*pairs.yaml"):
+    with pytest.raises(ValueError, match=r"(butter|cardboard) on (butter|cardboard).*pairs.yaml"):
         simulate(hand="single_finger", scene=str(scene), object="cylinder", friction=str(pairs))
 
 

@@ -174,7 +174,7 @@ def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp
 
 def test_a_bag_of_another_hand_is_refused(grasp_bag, film, capsys):
     assert film("film.gif", "--bag", str(grasp_bag), "--hand", "rbo_hand_2")[0] == 2
-    assert "expected the joints of rbo_hand_2" in capsys.readouterr().err
+    assert "expected a recording of rbo_hand_2" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
