@@ -212,3 +212,25 @@ def test_a_file_of_another_format_is_refused_with_the_way_out(tmp_path, ending):
     (tmp_path / f"r{ending}").write_text('{"time": [0, 1, 2], "pressure": [1, 2, 3]}')
     with pytest.raises(DocumentError, match=f"got {ending}; save it as CSV"):
         propose([tmp_path / f"r{ending}"])
+
+
+def test_a_map_names_a_column_as_its_header_writes_it(tmp_path):
+    file = write(tmp_path / "r.csv", "t [s],P3 [mbar],angle [deg]", TIME, PRESSURE * 10.0, ANGLE)
+    check(made(file, tmp_path / "set", maps={"pressure": ("P3 [mbar]", "")})[0])
+    with pytest.raises(DocumentError, match="expected a column of the files"):
+        propose([file], maps={"pressure": ("P3 [psi]", "")})
+
+
+def test_levels_in_names_are_no_repeats_where_another_number_counts_these(tmp_path):
+    files = [
+        write(
+            tmp_path / f"hold{level}_{repeat}.csv",
+            "t [s],p [kPa],angle [deg]",
+            TIME,
+            PRESSURE * level / 40.0,
+            ANGLE * level / 40.0,
+        )
+        for level, repeat in [(30, 1), (40, 1), (40, 2)]
+    ]
+    runs = make_set(propose(files), HAND).document["runs"]
+    assert [run["protocol"] for run in runs.values()] == ["hold30", "hold40", "hold40"]
