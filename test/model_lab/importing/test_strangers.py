@@ -234,3 +234,32 @@ def test_levels_in_names_are_no_repeats_where_another_number_counts_these(tmp_pa
     ]
     runs = make_set(propose(files), HAND).document["runs"]
     assert [run["protocol"] for run in runs.values()] == ["hold30", "hold40", "hold40"]
+
+
+def test_the_temperature_of_a_run_is_that_of_its_column(tmp_path):
+    files = [
+        write(
+            tmp_path / f"a_{run}.csv",
+            "t [s],p [kPa],angle [deg],T_Raum [°C]",
+            TIME,
+            PRESSURE,
+            ANGLE,
+            np.round(celsius + 0.1 * np.sin(TIME), 2),
+        )
+        for run, celsius in [(1, 19.5), (2, 28.0)]
+    ]
+    found = make_set(propose(files), HAND)
+    found.write(tmp_path / "set")
+    data = load_measurements(tmp_path / "set")
+    assert [run.temperature - 273.15 for run in data.runs] == pytest.approx([19.5, 28.0], abs=0.1)
+    assert any("19.5 to 28.0 degC" in remark for remark in found.remarks)
+
+
+def test_repeats_are_counted_by_a_column_wdh(tmp_path):
+    words = 2 * len(TIME) * ["duenn"] + 2 * len(TIME) * ["dick"]
+    repeat = 2 * (len(TIME) * [1] + len(TIME) * [2])
+    columns = (np.tile(values, 4) for values in (TIME, PRESSURE, ANGLE))
+    header = "Finger,Wdh,t [s],p [kPa],angle [deg]"
+    file = write(tmp_path / "r.csv", header, words, repeat, *columns)
+    runs = make_set(propose([file]), HAND).document["runs"]
+    assert [run["specimen"] for run in runs.values()] == ["duenn", "duenn", "dick", "dick"]

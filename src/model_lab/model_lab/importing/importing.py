@@ -36,7 +36,12 @@ from model_lab.importing.meaning import (
 from model_lab.importing.open_questions import open_questions
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
-from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
+from model_lab.importing.set_columns import (
+    columns_of,
+    in_one_unit,
+    remarks_on_air,
+    temperatures_of,
+)
 from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
 from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
@@ -49,6 +54,7 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
+KELVIN = 273.15  # [K], 0 degC
 SPECIMEN = "finger"  # where no hand says what was measured
 T = TypeVar("T")
 STRIPS = {
@@ -309,6 +315,7 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
+    temperatures = temperatures_of(runs, sources)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
@@ -323,6 +330,7 @@ def make_set(
         ),
         "runs": {
             run.name: _run_entry(run.name, found, pulled)
+            | ({"temperature": temperatures[run.name]} if run.name in temperatures else {})
             | ({"mode": modes[run.name]} if modes else {})
             for run in runs
         },
@@ -335,6 +343,12 @@ def make_set(
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
         *_remarks_on_repeats(found, by_name, modes),
     ]
+    if temperatures:
+        low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
+        remarks.append(
+            f"temperature: the mean of its column in each run, {low:.1f} to {high:.1f} degC (in "
+            "experiment.yaml in K); runs more than 1 K apart are no repeats"
+        )
     remarks += [
         f"noise: {level:g} {columns[name]['unit']} of {name}, the median of the stated standard "
         "deviations (in experiment.yaml: noise)"

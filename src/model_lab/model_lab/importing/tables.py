@@ -40,6 +40,7 @@ MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no ac
 LABEL_WORDS = (
     *("specimen", "sample", "finger", "actuator", "prototype", "trial", "run", "test", "rep"),
     *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
+    *("wdh", "wiederholung", "durchgang", "replicate"),
     *("protokoll", "essai", "echantillon", "eprouvette", "ensayo", "muestra", "probeta", "prova"),
     *("prufkorper", "pruefkoerper", "probekorper", "campione"),
     *("id", "no", "nr", "num", "number", "name", "nummer"),
