@@ -263,3 +263,17 @@ def test_repeats_are_counted_by_a_column_wdh(tmp_path):
     file = write(tmp_path / "r.csv", header, words, repeat, *columns)
     runs = make_set(propose([file]), HAND).document["runs"]
     assert [run["specimen"] for run in runs.values()] == ["duenn", "duenn", "dick", "dick"]
+
+
+def test_a_column_for_each_level_of_pressure_makes_a_run_of_each_row(tmp_path):
+    file = tmp_path / "force.csv"
+    force = np.array([[0.0, 0.51, 1.02, 1.55], [0.01, 0.49, 1.01, 1.52]])
+    lines = ["Messung;0 kPa;10 kPa;20 kPa;30 kPa"]
+    lines += [f"{n + 1};" + ";".join(f"{x:.2f}" for x in row) for n, row in enumerate(force)]
+    file.write_text("\n".join(lines).replace(".", ",") + "\n")
+    found = make_set(propose([file], maps={"tip_force": ("values", "N")}))
+    assert found.document["experiment"] == "blocked_tip"
+    assert [list(run.columns["pressure"]) for run in found.runs] == 2 * [[0.0, 10.0, 20.0, 30.0]]
+    np.testing.assert_allclose([run.columns["tip_force"] for run in found.runs], force)
+    assert len({run["protocol"] for run in found.document["runs"].values()}) == 1
+    assert any("columns are levels of pressure" in remark for remark in found.remarks)

@@ -18,6 +18,7 @@ from model_lab.importing.derived import (
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
+from model_lab.importing.levels import one_row_a_level
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
     meanings_of_many,
@@ -202,6 +203,7 @@ def _tables(
             path, messages, decimal, sheets.get(name.name, sheets.get("", ""))
         ):
             named = replace(table, path=table.path.with_name(before + table.path.name))
+            named = one_row_a_level(named)
             tables += [with_derived(without_lost_tracking(run), given) for run in runs_apart(named)]
     return tables
 

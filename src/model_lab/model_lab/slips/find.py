@@ -39,7 +39,7 @@ PREDICTED_SAMPLES = 15  # of a run, of those that are predicted only
 PRESSURE_SIGN = ("sign", "pressure")  # the only slip by which pressures are below the air's
 TURN_OF_ANGLE = 2.0 * np.pi  # [rad] by which a wrapped angle jumps
 FITTED = 6  # slips that are fitted: those whose predictions come nearest
-LIKE_WEAKNESS = ("chord",)  # slips that look like an effect of another size
+LIKE_WEAKNESS = ("chord", "curvature")  # slips that look like an effect of another size
 
 
 @dataclass(frozen=True)
@@ -278,8 +278,8 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
     """Whether the error falls so far without a slip that hardly any effect could do the same.
 
     The slip must remove most of a large error, or all of a small one, and still more if the
-    calibration ends on a bound. The slip `chord` must explain the data to the noise floor, as a
-    weak actuation halves angles, too.
+    calibration ends on a bound. The slips `chord` and `curvature` must explain the data to the
+    noise floor, as a weak or strong actuation scales angles, too.
 
     name: kind of the slip. before, after: scores of the model with and without it.
     """
