@@ -277,3 +277,24 @@ def test_a_column_for_each_level_of_pressure_makes_a_run_of_each_row(tmp_path):
     np.testing.assert_allclose([run.columns["tip_force"] for run in found.runs], force)
     assert len({run["protocol"] for run in found.document["runs"].values()}) == 1
     assert any("columns are levels of pressure" in remark for remark in found.remarks)
+
+
+def test_runs_come_in_the_order_of_the_numbers_in_their_names(tmp_path):
+    """A shell lists slow_10 before slow_2, and fast_1 before slow_0."""
+    names = [*(f"slow_{n}" for n in range(9, 12)), "fast_12"]
+    header = "t [s],p [kPa],angle [deg]"
+    files = [write(tmp_path / f"{name}.csv", header, TIME, PRESSURE, ANGLE) for name in names]
+    found = make_set(propose(sorted(files)), HAND)
+    assert list(found.document["runs"]) == names
+    assert any(remark.startswith("taken as recorded in this order") for remark in found.remarks)
+    chosen = [files[2], files[0], files[3], files[1]]
+    assert list(make_set(propose(chosen), HAND).document["runs"]) == [one.stem for one in chosen]
+
+
+@pytest.mark.parametrize("written", ["%", "percent", "pct", "Prozent"])
+def test_percent_may_be_written_in_words(tmp_path, written):
+    strain = np.linspace(0.0, 80.0, 30)
+    header = "Time [s],Weite,Stress [MPa]"
+    file = write(tmp_path / "pull.csv", header, np.arange(30.0), strain, 0.002 * strain)
+    found = make_set(propose([file], maps={"strain": ("Weite", written)}))
+    np.testing.assert_allclose(found.runs[0].columns["stretch"], 1.0 + strain / 100.0)

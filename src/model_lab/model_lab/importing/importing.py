@@ -35,6 +35,7 @@ from model_lab.importing.meaning import (
     meanings,
 )
 from model_lab.importing.open_questions import open_questions
+from model_lab.importing.order import as_recorded
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
@@ -153,7 +154,7 @@ def propose(
             f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
         )
     given = maps or {}
-    tables = _tables(paths, given, messages, decimal, sheets or {})
+    tables = _tables(as_recorded(paths), given, messages, decimal, sheets or {})
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
@@ -345,6 +346,11 @@ def make_set(
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
         *_remarks_on_repeats(found, by_name, modes),
     ]
+    if names != sorted(names) and len({path for run in runs for path in run.files}) > 1:
+        remarks.append(
+            f"taken as recorded in this order: {listed(names)}; the largest stretch so far, ageing "
+            "and drifts depend on it (in experiment.yaml: the order of runs)"
+        )
     if temperatures:
         low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
         remarks.append(
