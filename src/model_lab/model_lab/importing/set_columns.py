@@ -62,10 +62,10 @@ def temperatures_of(runs: Sequence[ImportedRun], sources: Sequence[Source]) -> d
     for run in runs:
         for source in (by_file[path] for path in run.files if path in by_file):
             meant = next((one for one in source.meanings if one.quantity == "temperature"), None)
-            values = source.values_of(meant) if meant is not None else np.zeros(0)
-            if meant is None or not meant.unit or not np.isfinite(values).any():
+            if meant is None or not meant.unit or np.isnan(source.values_of(meant)).all():
                 continue
-            kelvin = float(column_unit("temperature", meant.unit).to_si(np.nanmean(values)))
+            values = column_unit("temperature", meant.unit).to_si(source.values_of(meant))
+            kelvin = float(np.nanmean(values))
             if TEMPERATURES[0] <= kelvin <= TEMPERATURES[1]:
                 found[run.name] = round(kelvin, 2)
     return found
