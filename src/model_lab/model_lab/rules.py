@@ -317,6 +317,20 @@ class Rules:
     vacuum_share: float = _rule(
         0.05, "share of samples below that from which a set is one of vacuum", BY_HAND
     )
+    slip_factor: float = _rule(
+        0.03,
+        "factor less 1 that a slip which is a mere factor may leave",
+        BY_HAND + ", what sizes measured to 1 % leave of a blocked force",
+    )
+    slip_factor_most: float = _rule(
+        0.3, "the same beyond which it is no slip at all, whatever acts besides", BY_HAND
+    )
+    slip_shape: float = _rule(
+        0.5,
+        "change of shape over change of size, by effects beside a slip, up to which they act as a "
+        "factor",
+        BY_HAND,
+    )
     most_slips: int = _rule(2, "slips that are told of one set", BY_HAND)
     # ------------------------------------------------------------------ noise floor and fit
     lower_floor: float = _rule(

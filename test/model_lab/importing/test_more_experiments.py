@@ -109,6 +109,13 @@ def in_german(folder):
     return written(folder / "ventil.csv", header, columns)
 
 
+def in_german_letters(folder):
+    words = np.where(WAY > 0.0, "Belüften", "Entlüften").tolist()
+    header = "Richtung;Dauer [ms];p_ein [bar];p_aus [bar];Masse [mg]"
+    columns = words, 1e3 * DURATION, 1e-5 * P_IN, 1e-5 * P_OUT, 1e6 * MASS
+    return written(folder / "ventil.csv", header, columns)
+
+
 def in_gauge(folder):
     header = "direction,pulse_width_ms,p_upstream (kPa(g)),p_downstream (kPa(g)),mass (g)"
     header += ",mass flow (g/s)"
@@ -126,7 +133,7 @@ def in_units_below(folder):
     return written(folder / "b.txt", header, columns, "\t", ".")
 
 
-@pytest.mark.parametrize("rig", [in_german, in_gauge, in_units_below])
+@pytest.mark.parametrize("rig", [in_german, in_german_letters, in_gauge, in_units_below])
 def test_valve_pulses_are_a_set_with_absolute_pressures(tmp_path, rig):
     data = imported(tmp_path, [rig(tmp_path)])
     assert data.experiment == "valve_pulse"

@@ -212,3 +212,89 @@ def test_a_file_of_another_format_is_refused_with_the_way_out(tmp_path, ending):
     (tmp_path / f"r{ending}").write_text('{"time": [0, 1, 2], "pressure": [1, 2, 3]}')
     with pytest.raises(DocumentError, match=f"got {ending}; save it as CSV"):
         propose([tmp_path / f"r{ending}"])
+
+
+def test_a_map_names_a_column_as_its_header_writes_it(tmp_path):
+    file = write(tmp_path / "r.csv", "t [s],P3 [mbar],angle [deg]", TIME, PRESSURE * 10.0, ANGLE)
+    check(made(file, tmp_path / "set", maps={"pressure": ("P3 [mbar]", "")})[0])
+    with pytest.raises(DocumentError, match="expected a column of the files"):
+        propose([file], maps={"pressure": ("P3 [psi]", "")})
+
+
+def test_levels_in_names_are_no_repeats_where_another_number_counts_these(tmp_path):
+    files = [
+        write(
+            tmp_path / f"hold{level}_{repeat}.csv",
+            "t [s],p [kPa],angle [deg]",
+            TIME,
+            PRESSURE * level / 40.0,
+            ANGLE * level / 40.0,
+        )
+        for level, repeat in [(30, 1), (40, 1), (40, 2)]
+    ]
+    runs = make_set(propose(files), HAND).document["runs"]
+    assert [run["protocol"] for run in runs.values()] == ["hold30", "hold40", "hold40"]
+
+
+def test_the_temperature_of_a_run_is_that_of_its_column(tmp_path):
+    files = [
+        write(
+            tmp_path / f"a_{run}.csv",
+            "t [s],p [kPa],angle [deg],T_Raum [°C]",
+            TIME,
+            PRESSURE,
+            ANGLE,
+            np.round(celsius + 0.1 * np.sin(TIME), 2),
+        )
+        for run, celsius in [(1, 19.5), (2, 28.0)]
+    ]
+    found = make_set(propose(files), HAND)
+    found.write(tmp_path / "set")
+    data = load_measurements(tmp_path / "set")
+    assert [run.temperature - 273.15 for run in data.runs] == pytest.approx([19.5, 28.0], abs=0.1)
+    assert any("19.5 to 28.0 degC" in remark for remark in found.remarks)
+
+
+def test_repeats_are_counted_by_a_column_wdh(tmp_path):
+    words = 2 * len(TIME) * ["duenn"] + 2 * len(TIME) * ["dick"]
+    repeat = 2 * (len(TIME) * [1] + len(TIME) * [2])
+    columns = (np.tile(values, 4) for values in (TIME, PRESSURE, ANGLE))
+    header = "Finger,Wdh,t [s],p [kPa],angle [deg]"
+    file = write(tmp_path / "r.csv", header, words, repeat, *columns)
+    runs = make_set(propose([file]), HAND).document["runs"]
+    assert [run["specimen"] for run in runs.values()] == ["duenn", "duenn", "dick", "dick"]
+
+
+def test_a_column_for_each_level_of_pressure_makes_a_run_of_each_row(tmp_path):
+    file = tmp_path / "force.csv"
+    force = np.array([[0.0, 0.51, 1.02, 1.55], [0.01, 0.49, 1.01, 1.52]])
+    lines = ["Messung;0 kPa;10 kPa;20 kPa;30 kPa"]
+    lines += [f"{n + 1};" + ";".join(f"{x:.2f}" for x in row) for n, row in enumerate(force)]
+    file.write_text("\n".join(lines).replace(".", ",") + "\n")
+    found = make_set(propose([file], maps={"tip_force": ("values", "N")}))
+    assert found.document["experiment"] == "blocked_tip"
+    assert [list(run.columns["pressure"]) for run in found.runs] == 2 * [[0.0, 10.0, 20.0, 30.0]]
+    np.testing.assert_allclose([run.columns["tip_force"] for run in found.runs], force)
+    assert len({run["protocol"] for run in found.document["runs"].values()}) == 1
+    assert any("columns are levels of pressure" in remark for remark in found.remarks)
+
+
+def test_runs_come_in_the_order_of_the_numbers_in_their_names(tmp_path):
+    """A shell lists slow_10 before slow_2, and fast_1 before slow_0."""
+    names = [*(f"slow_{n}" for n in range(9, 12)), "fast_12"]
+    header = "t [s],p [kPa],angle [deg]"
+    files = [write(tmp_path / f"{name}.csv", header, TIME, PRESSURE, ANGLE) for name in names]
+    found = make_set(propose(sorted(files)), HAND)
+    assert list(found.document["runs"]) == names
+    assert any(remark.startswith("taken as recorded in this order") for remark in found.remarks)
+    chosen = [files[2], files[0], files[3], files[1]]
+    assert list(make_set(propose(chosen), HAND).document["runs"]) == [one.stem for one in chosen]
+
+
+@pytest.mark.parametrize("written", ["%", "percent", "pct", "Prozent"])
+def test_percent_may_be_written_in_words(tmp_path, written):
+    strain = np.linspace(0.0, 80.0, 30)
+    header = "Time [s],Weite,Stress [MPa]"
+    file = write(tmp_path / "pull.csv", header, np.arange(30.0), strain, 0.002 * strain)
+    found = make_set(propose([file], maps={"strain": ("Weite", written)}))
+    np.testing.assert_allclose(found.runs[0].columns["stretch"], 1.0 + strain / 100.0)

@@ -646,3 +646,22 @@ def test_units_of_pulses_that_contradict_each_other_are_a_slip(pulses, factors, 
     for run, expected in zip(again.runs, pulses.runs, strict=True):
         for column in factors:
             assert run.columns[column] == pytest.approx(expected.columns[column], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"), [(0.224809, "lbf"), (0.157, "mmHg"), (0.382, ""), (5.06, "")]
+)
+def test_a_factor_is_a_slip_of_a_blocked_tip_only_where_it_is_that_of_the_unit(factor, told):
+    """An actuator of another make differs by some factor, which lies near that of some units."""
+    (blocked,) = (one for one in slips.base_cases("nothing") if one.experiment == "blocked_tip")
+    clean = slips.made(blocked, 9600, slips.NOISE)
+    data = stated_otherwise("tip_force", lambda force: factor * force, clean)
+    slip = next(iter(find_slips(data, BASE).slips), None)
+    assert (slip.fits if slip else "") == told
+    if slip is None:
+        assert not find_all_slips(data, BASE, effect_classes()).slips
+        return
+    said = comparison_text(compare(data, BASE), "base")
+    exact = told == "lbf"
+    assert slip.factor == pytest.approx(1.0 if exact else factor * 7.50062, rel=0.1)
+    assert ("may fit" in said) == ("times what the model says" in said) == (not exact)

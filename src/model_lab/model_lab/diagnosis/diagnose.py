@@ -73,6 +73,7 @@ from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import DOCUMENT
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
+from model_lab.slips.factor import acts_as_factor, factor_left, is_mere_factor
 from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
@@ -172,9 +173,21 @@ def _diagnosed(
     absent = candidates_of(judged.problem, model)[1]
     outcome = _described(judged, absent, seed, faults.doubted is not None)
     instead = _instead(data, model, known, checked) if checked.slips else ()
-    found = _with_faults(outcome, faults, checked.slips, instead)
+    slips = [replace(slip, factor=_factor_left(judged, slip)) for slip in checked.slips]
+    found = _with_faults(outcome, faults, slips, instead)
     reasons = _floor_reasons(judged.problem, found.diagnosis, checked.data)
     return replace(found, diagnosis=replace(found.diagnosis, floor_reasons=reasons))
+
+
+def _factor_left(judged: Judgement, slip: Slip) -> float:
+    """The factor that the corrected data still lack, without effects that only take it up."""
+    if not is_mere_factor(slip.name, slip.column):
+        return 1.0
+    data = judged.problem.data
+    base, named = (
+        data.table.value - scored.fit.residual for scored in (judged.selection.base, judged.named)
+    )
+    return factor_left(data, base if acts_as_factor(base, named) else named)
 
 
 def _floor_reasons(
@@ -202,6 +215,8 @@ def _with_faults(
     if not every and not faults.events:
         return outcome
     verdict = UNEXPLAINED if mended.verdict == ADEQUATE else mended.verdict
+    if any(slip.factor != 1.0 for slip in slips):
+        mended = replace(mended, confidence=None, guess=True, beyond=())
     told = replace(
         mended,
         verdict=SLIP if every else verdict,

@@ -26,6 +26,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
 from model_lab.slips.columns import Candidate
+from model_lab.slips.factor import factor_left, is_other_factor
 from model_lab.slips.find import (
     SLIP_SAMPLES,
     Checked,
@@ -68,6 +69,12 @@ class _Searched:
     def least(self) -> float:
         """Smallest relative error with a likely effect, or without any."""
         return min(map(self.relative, (self.base, *self.likely)))
+
+    @property
+    def factor_left(self) -> float:
+        """The factor that the data lack without any effect (`slips.factor`)."""
+        data = self.problem.data
+        return factor_left(data, data.table.value - self.base.fit.residual)
 
     def error(self, scored: Scored) -> float:
         """Error by which the verdict judges. With two protocols that is the error of the fit: one
@@ -211,6 +218,8 @@ def _explained(
         left = mended.relative(mended.base) / stated.relative(stated.base)
         if left > RULES.slip_beside_worse or np.isclose(left, 1.0):
             continue  # what the calibration takes up whole is seen by no error
+        if is_other_factor(candidate.name, candidate.column, mended.factor_left):
+            continue
         limit = FITTED_EFFECTS if left > RULES.help_error else every
         mended = _with_effects(mended, model, limit)
         effect = mended.usual

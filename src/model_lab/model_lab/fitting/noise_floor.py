@@ -19,6 +19,7 @@ from scipy.fft import dct
 from scipy.special import chdtri
 
 from model_lab.aliases import Array, IntArray, Mask
+from model_lab.fitting.pulse_noise import pulse_level
 from model_lab.fitting.smoothing import short_spline_rest, spline_square
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.resolution import rounding_errors
@@ -339,6 +340,10 @@ def spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> 
     """One sigma (outputs,), in the unit of the residual (samples,), of what smoothing splines
     through pieces of the series leave. Raises ValueError for runs that are too short.
     """
+    if data.experiment == "valve_pulse":
+        level = pulse_level(data, residual)
+        if level is not None:
+            return np.array([level])
     if data.stretched and _has_short_runs(spectrum.table):
         level = _short_series_level(data, spectrum, residual)
         if level is not None:

@@ -18,6 +18,7 @@ from model_lab.importing.derived import (
 )
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
+from model_lab.importing.levels import one_row_a_level
 from model_lab.importing.lost_tracking import without_lost_tracking
 from model_lab.importing.many_columns import (
     meanings_of_many,
@@ -34,9 +35,15 @@ from model_lab.importing.meaning import (
     meanings,
 )
 from model_lab.importing.open_questions import open_questions
+from model_lab.importing.order import as_recorded
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
-from model_lab.importing.set_columns import columns_of, in_one_unit, remarks_on_air
+from model_lab.importing.set_columns import (
+    columns_of,
+    in_one_unit,
+    remarks_on_air,
+    temperatures_of,
+)
 from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
 from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
@@ -49,6 +56,7 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
+KELVIN = 273.15  # [K], 0 degC
 SPECIMEN = "finger"  # where no hand says what was measured
 T = TypeVar("T")
 STRIPS = {
@@ -146,7 +154,7 @@ def propose(
             f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
         )
     given = maps or {}
-    tables = _tables(paths, given, messages, decimal, sheets or {})
+    tables = _tables(as_recorded(paths), given, messages, decimal, sheets or {})
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None
@@ -196,6 +204,7 @@ def _tables(
             path, messages, decimal, sheets.get(name.name, sheets.get("", ""))
         ):
             named = replace(table, path=table.path.with_name(before + table.path.name))
+            named = one_row_a_level(named)
             tables += [with_derived(without_lost_tracking(run), given) for run in runs_apart(named)]
     return tables
 
@@ -309,6 +318,7 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
+    temperatures = temperatures_of(runs, sources)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
@@ -323,6 +333,7 @@ def make_set(
         ),
         "runs": {
             run.name: _run_entry(run.name, found, pulled)
+            | ({"temperature": temperatures[run.name]} if run.name in temperatures else {})
             | ({"mode": modes[run.name]} if modes else {})
             for run in runs
         },
@@ -335,6 +346,17 @@ def make_set(
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
         *_remarks_on_repeats(found, by_name, modes),
     ]
+    if names != sorted(names) and len({path for run in runs for path in run.files}) > 1:
+        remarks.append(
+            f"taken as recorded in this order: {listed(names)}; the largest stretch so far, ageing "
+            "and drifts depend on it (in experiment.yaml: the order of runs)"
+        )
+    if temperatures:
+        low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
+        remarks.append(
+            f"temperature: the mean of its column in each run, {low:.1f} to {high:.1f} degC (in "
+            "experiment.yaml in K); runs more than 1 K apart are no repeats"
+        )
     remarks += [
         f"noise: {level:g} {columns[name]['unit']} of {name}, the median of the stated standard "
         "deviations (in experiment.yaml: noise)"

@@ -44,8 +44,9 @@ PULSE_NAMES = {
     r"^duracion|^durata|ontime",
     "friction_integral": r"friction.*int|reibung.*int",
     "injector_integral": r"injector.*int|injektor.*int",
-    "p_in": r"^p(ressure)?in$|upstream|inlet|eingang|vordruck|amont|entrada|ingresso",
-    "p_out": r"^p(ressure)?out$|downstream|outlet|ausgang|nachdruck|hinterdruck|aval|salida|uscita",
+    "p_in": r"^p(ressure)?e?in$|upstream|inlet|eingang|vordruck|amont|entrada|ingresso",
+    "p_out": r"^p(ressure)?(out|aus)$|downstream|outlet|ausgang|nachdruck|hinterdruck|aval|salida"
+    r"|uscita",
     "mass": r"^m$|mass|masse|masa",
 }  # in the words of a name, joined, without those of its unit
 MASS_RATE = re.compile(r"flow|durchfluss|debit|rate")  # of a mass

@@ -79,6 +79,7 @@ TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
     "tip_angle": ("deg", "rad"),
     "tip_force": ("N", "mN", "kN"),
+    "temperature": ("degC",),
 }  # units that say what a column without a telling name is
 QUATERNION_PART = re.compile(r"(?:orientation|rotation|quat\w*)[._ ]?[xyzw]$|^q_?[xyzw]$", re.I)
 TIME_UNITS = {"millis": "ms", "milliseconds": "ms", "ms": "ms", "micros": "us", "us": "us"}

@@ -10,6 +10,7 @@ import numpy as np
 from model_lab.importing.many_columns import gauge_entries
 from model_lab.importing.runs import ImportedRun, Source
 from model_lab.importing.units import ABSOLUTE, GAUGE
+from model_lab.measurements.load import TEMPERATURES
 from model_lab.measurements.meanings import AMBIENT, air_pressure
 from model_lab.measurements.units import column_unit
 from model_lab.rules import RULES
@@ -52,6 +53,22 @@ def columns_of(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Column
         name: {"unit": unit, "is": GAUGE} for name, unit in gauge_entries(sources).items()
     }
     return columns | _absolute(sources, runs) | gauge
+
+
+def temperatures_of(runs: Sequence[ImportedRun], sources: Sequence[Source]) -> dict[str, float]:
+    """Mean temperature [K] of each run whose files have a column of it, by the name of the run."""
+    by_file = {source.table.path: source for source in sources}
+    found = {}
+    for run in runs:
+        for source in (by_file[path] for path in run.files if path in by_file):
+            meant = next((one for one in source.meanings if one.quantity == "temperature"), None)
+            if meant is None or not meant.unit or np.isnan(source.values_of(meant)).all():
+                continue
+            values = column_unit("temperature", meant.unit).to_si(source.values_of(meant))
+            kelvin = float(np.nanmean(values))
+            if TEMPERATURES[0] <= kelvin <= TEMPERATURES[1]:
+                found[run.name] = round(kelvin, 2)
+    return found
 
 
 def remarks_on_air(

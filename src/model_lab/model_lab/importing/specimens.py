@@ -23,6 +23,7 @@ SETTING_WORD = re.compile(
     r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$"
 )
 NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
+SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 
@@ -121,13 +122,18 @@ def _is_of_mode(word: str) -> bool:
 
 def protocol_of(name: str) -> str:
     """Name of the protocol of a run: the name of the run without the number of its repeat, at its
-    beginning, at its end or after a word for what was done.
+    beginning, at its end or after a word for what was done. A number of two digits after such a
+    word is a setting, such as a pressure, if another number at the end counts the repeats.
 
     >>> protocol_of("ramp_2"), protocol_of("run3"), protocol_of("7")
     ('ramp', 'run', '7')
     >>> protocol_of("pull1_slow"), protocol_of("02_fast"), protocol_of("20kPa_slow")
     ('pull_slow', 'fast', '20kPa_slow')
+    >>> protocol_of("hold30_1"), protocol_of("hold_40_2"), protocol_of("run3_2")
+    ('hold30', 'hold_40', 'run')
     """
+    if SETTING_AND_REPEAT.search(name):
+        return name.rstrip("0123456789").rstrip("_- ")
     unnumbered = NUMBERED_WORD.sub(
         lambda found: found[1] if found[1].casefold() in _PROTOCOLS else found[0], name
     )

@@ -40,6 +40,7 @@ MOST_UNREADABLE = 0.05  # share of a column's cells, beyond which they are no ac
 LABEL_WORDS = (
     *("specimen", "sample", "finger", "actuator", "prototype", "trial", "run", "test", "rep"),
     *("repeat", "repetition", "experiment", "protocol", "probe", "versuch", "messung", "lauf"),
+    *("wdh", "wiederholung", "durchgang", "replicate"),
     *("protokoll", "essai", "echantillon", "eprouvette", "ensayo", "muestra", "probeta", "prova"),
     *("prufkorper", "pruefkoerper", "probekorper", "campione"),
     *("id", "no", "nr", "num", "number", "name", "nummer"),
@@ -90,9 +91,15 @@ class Table:
         return len(self.columns[0].values)
 
     def column(self, name: str) -> Column | None:
-        """The column with that name, whatever the case of its letters; None if there is none."""
-        found = [one for one in self.columns if one.name.casefold() == name.casefold()]
-        return found[0] if found else None
+        """The column with that name, whatever the case of its letters, or with that name and unit
+        as the header writes them; None if there is none.
+        """
+        for asked in (name, unit_in_header(name)[0]):
+            found = [one for one in self.columns if one.name.casefold() == asked.casefold()]
+            if found:
+                same = asked == name or (found[0].unit and found[0].unit in name)
+                return found[0] if same else None
+        return None
 
 
 def read_tables(

@@ -45,7 +45,6 @@ SPELLINGS = {
     "n/mm2": "N/mm**2",
     "n/mm²": "N/mm**2",
     "n/mm^2": "N/mm**2",
-    "%": "percent",
     "kpa": "kPa",
     "mpa": "MPa",
     "hpa": "hPa",
@@ -60,6 +59,7 @@ SPELLINGS = {
     "°c": "degC",
     "celsius": "degC",
 }
+PERCENT, PERCENT_WORDS = "percent", ("%", "percent", "pct", "prozent")
 MASS_UNITS = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf"}
 """Units of mass that stand for the weight of it in a column of forces, as scales show it."""
 MASSES = ("kg", "g", "mg", "µg", "ug")
@@ -93,7 +93,7 @@ def usual_unit(text: str) -> str:
     for candidate in dict.fromkeys((SPELLINGS.get(lower, plain), plain.replace("²", "**2"), lower)):
         if any(_measures(quantity, candidate) for quantity in QUANTITIES):
             return candidate
-    return SPELLINGS[plain.lower()] if plain == "%" else ""
+    return PERCENT if lower in PERCENT_WORDS else ""
 
 
 def kind_of_pressure(written: str) -> tuple[str, str]:

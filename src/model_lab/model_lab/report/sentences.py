@@ -95,12 +95,13 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     claims = [
         f"The specimens of a batch differ: the data {fit} if each has its own modulus, {slip.fits}"
         if slip.name == OWN_MODULI
-        else f"The data {fit} if {slip.column} is {slip.fits}, not {slip.said} as stated"
+        else f"The data {'may ' if slip.factor != 1.0 else ''}{fit} if {slip.column} is "
+        f"{slip.fits}, not {slip.said} as stated"
         for slip in slips
     ]
     return [
         f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
-        f"{slip.mend}{_or_else(slip)}"
+        f"{slip.mend}{_or_else(slip)}{_not_exactly(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
 
@@ -127,6 +128,16 @@ def learned_sentences(learned: Learning) -> str:
 def _or_else(slip: Slip) -> str:
     """Other slips that fit as well."""
     return f"\nThey would fit as well if {listed(slip.alike, 'or')}." if slip.alike else ""
+
+
+def _not_exactly(slip: Slip) -> str:
+    """What else a factor may be that is not exactly that of a slip."""
+    if slip.factor == 1.0:
+        return ""
+    return (
+        f"\nIt is not exactly this factor: the data are then still {slip.factor:.3g} times what "
+        "the model says. Other sizes, or an actuator of another make, may be the reason instead."
+    )
 
 
 def _besides(slip: Slip) -> str:

@@ -27,6 +27,7 @@ from model_lab.measurements.specimens import made_of
 from model_lab.rules import RULES
 from model_lab.slips.candidates import candidates
 from model_lab.slips.columns import Candidate
+from model_lab.slips.factor import factor_left, is_mere_factor, is_other_factor
 from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.pulses import agreeing_units, contradict
@@ -38,7 +39,7 @@ PREDICTED_SAMPLES = 15  # of a run, of those that are predicted only
 PRESSURE_SIGN = ("sign", "pressure")  # the only slip by which pressures are below the air's
 TURN_OF_ANGLE = 2.0 * np.pi  # [rad] by which a wrapped angle jumps
 FITTED = 6  # slips that are fitted: those whose predictions come nearest
-LIKE_WEAKNESS = ("chord",)  # slips that look like an effect of another size
+LIKE_WEAKNESS = ("chord", "curvature")  # slips that look like an effect of another size
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Score:
 
     rmse, floor: held-out error and noise floor. size: root mean square of the outputs; all three in
     the SI unit of the outputs. at_bound: whether a parameter of the calibration lies on a bound.
-    scaled: of a free modulus, the logarithm of its ratio to the stated one, without sign.
+    scaled: of a free modulus, the logarithm of its ratio to the stated one, without sign. factor:
+    that the outputs lack, see `slips.factor`.
     """
 
     rmse: float
@@ -70,6 +72,7 @@ class Score:
     size: float
     at_bound: bool = False
     scaled: float = 0.0
+    factor: float = 1.0
 
     @property
     def relative(self) -> float:
@@ -217,7 +220,10 @@ def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple
     least = min((after.relative for _, after in tried), default=np.inf)
     alike = [pair for pair in tried if pair[1].relative <= RULES.slip_alike * least]
     alike.sort(key=lambda pair: (pair[1].at_bound, round(pair[1].scaled), pair[0].rare))
-    return alike if alike and is_slip(alike[0][0].name, before, alike[0][1]) else []
+    if not alike or not is_slip(alike[0][0].name, before, alike[0][1]):
+        return []
+    (best, after), *_ = alike
+    return [] if is_other_factor(best.name, best.column, after.factor) else alike
 
 
 def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Candidate, Score]]:
@@ -263,6 +269,7 @@ def _told(
         after.rmse,
         candidate.mend,
         alike=tuple(map(words, others)),
+        factor=after.factor if is_mere_factor(candidate.name, candidate.column) else 1.0,
     )
     return slip, candidate.mended, after.relative
 
@@ -271,8 +278,8 @@ def is_slip(name: str, before: Score, after: Score) -> bool:
     """Whether the error falls so far without a slip that hardly any effect could do the same.
 
     The slip must remove most of a large error, or all of a small one, and still more if the
-    calibration ends on a bound. The slip `chord` must explain the data to the noise floor, as a
-    weak actuation halves angles, too.
+    calibration ends on a bound. The slips `chord` and `curvature` must explain the data to the
+    noise floor, as a weak or strong actuation scales angles, too.
 
     name: kind of the slip. before, after: scores of the model with and without it.
     """
@@ -342,7 +349,14 @@ def score(data: MeasurementSet, model: Model) -> Score:
     free = [parameter.effect is None for parameter in likelihood.parameters]
     at_bound = bool(np.any(found.at_limit & np.array(free, bool)))
     scales = np.abs(np.log(found.values[free])) if data.free_modulus else np.zeros(1)
-    return Score(hold_out(found).rmse, _floor(problem), size, at_bound, float(np.max(scales)))
+    return Score(
+        hold_out(found).rmse,
+        _floor(problem),
+        size,
+        at_bound,
+        float(np.max(scales)),
+        factor_left(problem.data, problem.data.table.value - found.residual),
+    )
 
 
 def _floor(problem: FitProblem) -> float:

@@ -19,7 +19,8 @@ class Slip:
     the present one.
     beside: effect that the model needs, in addition to the correction, to reach rmse_after; "" if
     none. alike: other slips that explain the data about as well, such as `pressure is inHg, not
-    kPa`.
+    kPa`. factor: of a slip that is a mere factor, such as a unit: the factor by which the corrected
+    data still differ from the model beyond chance, so that it may be none; else 1.
     """
 
     name: str
@@ -31,3 +32,4 @@ class Slip:
     mend: str
     beside: str = ""
     alike: tuple[str, ...] = ()
+    factor: float = 1.0

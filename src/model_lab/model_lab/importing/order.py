@@ -1,0 +1,42 @@
+"""The order in which runs were recorded, as the numbers in the names of their files tell it.
+
+The largest stretch so far, ageing and drifts depend on it; a shell lists `run_10` before `run_2`,
+and `fast_3` before `slow_1`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+LAST_NUMBER = re.compile(r"(\d+)\D*$")
+
+
+def as_recorded(paths: Sequence[Path]) -> list[Path]:
+    """Files in the order of recording: by the last number of their names if that counts all of
+    them, else by all numbers in their names. Files that do not come in the order of a shell, by
+    their letters, stay as they are, as then somebody chose the order.
+
+    >>> [path.name for path in as_recorded([Path("fast_3"), Path("slow_1"), Path("slow_2")])]
+    ['slow_1', 'slow_2', 'fast_3']
+    >>> [path.name for path in as_recorded([Path("r1"), Path("r10"), Path("r2")])]
+    ['r1', 'r2', 'r10']
+    >>> [path.name for path in as_recorded([Path("b_1"), Path("a_2")])]
+    ['b_1', 'a_2']
+    """
+    given = [str(path) for path in paths]
+    if given not in (sorted(given), sorted(given, key=str.casefold)):
+        return list(paths)
+    found = [LAST_NUMBER.search(path.stem) for path in paths]
+    numbers = [int(match[1]) for match in found if match]
+    span = max(numbers) - min(numbers) + 1 if numbers else 0
+    if len(paths) == len(set(numbers)) == span:
+        return [path for _, path in sorted(zip(numbers, paths, strict=True))]
+    return sorted(paths, key=_by_numbers)
+
+
+def _by_numbers(path: Path) -> list[tuple[int, str]]:
+    """A key by which names are sorted, whose numbers count as numbers."""
+    parts = re.split(r"(\d+)", str(path).casefold())
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
