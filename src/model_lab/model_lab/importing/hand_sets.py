@@ -17,6 +17,7 @@ from model_lab.importing.hand_columns import (
     Maps,
     hand_meanings,
     has_markers,
+    places_in,
 )
 from model_lab.importing.hand_courses import HandCourse
 from model_lab.importing.hand_motions import set_of_motions
@@ -84,10 +85,12 @@ def set_of_hand(
         for table in read_tables(path, messages, decimal, of.get(path.name, of.get("", "")))
     ]
     if not any(has_markers(table, described, given) for table in tables):
-        if experiment:
+        others = list(dict.fromkeys(name for table in tables for name in places_in(table)))
+        if experiment or len(others) > 1:
             raise DocumentError(
                 f"{listed(map(str, files))}: expected x, y and z of "
-                f"{listed(default_markers(described))}, got none; give --map "
+                f"{listed(default_markers(described))}, got "
+                f"{f'positions: {listed(others)}' if others else 'none'}; give --map "
                 f"{next(iter(default_markers(described)))}=WORDS, the words that its three "
                 "columns share"
             )
