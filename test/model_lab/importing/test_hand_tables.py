@@ -106,6 +106,13 @@ def test_a_frame_is_freed_only_where_the_body_was_not_aligned(tmp_path):
     assert not any(map(TURNED.search, found.remarks))
 
 
+def test_a_world_whose_y_points_up_is_told(tmp_path):
+    for name, room in (("z", 0.0), ("y", -np.pi / 2)):
+        (tmp_path / name).mkdir()
+        found, _ = set_of_hand(motion_capture(tmp_path / name, room=room), HAND)
+        assert ("y of the world seems to point up" in found.remarks[0]) == (name == "y")
+
+
 def test_a_clock_that_is_late_is_told_and_mended(tmp_path):
     files = motion_capture(tmp_path, late=0.9)
     found, _ = set_of_hand(files, HAND)
