@@ -12,14 +12,11 @@ hold the hidden value.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from bench.command_line import chosen_cases
 from bench.hands.cases import HIGHEST, PLAN, SEED, Hidden, hidden_in
-from bench.hands.measure import HAND, measured
-from bench.hands.slips import SLIPS, with_slip
+from bench.hands.measure import HAND, measured_with_slip
 from bench.hands.verdicts import judge
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -41,12 +38,7 @@ def main() -> None:
 
 def _case(number: int) -> tuple[Hidden, MeasurementSet]:
     random = np.random.default_rng(SEED + number)
-    hidden = hidden_in(load_hand(HAND), *PLAN[number], random)
-    data = measured(hidden, random)
-    if hidden.name in SLIPS:
-        data, slip = with_slip(data, hidden.name, random)
-        hidden = replace(hidden, slip=slip)
-    return hidden, data
+    return measured_with_slip(hidden_in(load_hand(HAND), *PLAN[number], random), random)
 
 
 def error_of_segments(segments: int) -> float:

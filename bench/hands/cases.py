@@ -111,14 +111,22 @@ class Hidden:
 
 
 def hidden_in(
-    hand: HandDescription, kind: str, strength: str, random: np.random.Generator
+    hand: HandDescription,
+    kind: str,
+    strength: str,
+    random: np.random.Generator,
+    share: float | None = None,
 ) -> Hidden:
-    """A case of the plan."""
+    """A case of the plan; share: of the way from the strong size to the weak one."""
     if strength == "two":
         first, second = kind.split(" and ")
-        one = hidden_in(hand, first, "strong", random)
-        return _both(one, hidden_in(one.hand, second, "strong", random))
-    size = SIZES[kind][strength == "weak"] if kind in SIZES else OUTSIDE.get(kind, 0.0)
+        one = hidden_in(hand, first, "strong", random, share)
+        return _both(one, hidden_in(one.hand, second, "strong", random, share))
+    size = OUTSIDE.get(kind, 0.0)
+    if kind in SIZES:
+        strong, weak = SIZES[kind]
+        way = float(strength == "weak") if share is None else share
+        size = strong ** (1.0 - way) * weak**way
     plain = Hidden(hand, kind, strength, value=size if kind in ONE_VALUE else None)
     classes = effect_classes()
     if kind == "actuator_scatter":

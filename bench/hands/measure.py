@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.hands.cases import HIGHEST, Hidden, shuffled
+from bench.hands.slips import SLIPS, with_slip
 from model_lab.measurements.hands import (
     HandSpecimen,
     default_markers,
@@ -23,11 +24,26 @@ from softhand_model.hand.hand import load_hand
 
 HAND = "rbo_hand_2"
 SEGMENTS, STEP = 14, 0.002  # of the simulated hand; [s]
-PROTOCOLS, POSES, REPEATS = 5, 8, 2
-LONGEST, STILL, LOOK = 3.0, 2e-3, 0.05  # [s] of a pose; [rad/s] of a joint at rest; [s]
-MARKER_NOISE, GAUGE_NOISE = 0.5e-3, 50.0  # one sigma of a coordinate [m], of a pressure [Pa]
+REPEATS = 2
+LONGEST, STILL, LOOK = 10.0, 2e-3, 0.05  # [s] of a pose; [rad/s] of a joint at rest; [s]
+GAUGE_NOISE = 50.0  # [Pa], one sigma of a pressure
 WRIST_NOISE = 0.002  # one sigma [rad] by which the frame of the wrist differs from run to run
 MODULUS_SCALES = (0.93, 1.07)
+
+
+@dataclass(frozen=True)
+class Protocols:
+    """How many protocols, poses of each, noise of a coordinate (one sigma) [m], and share of the
+    highest pressures that is reached.
+    """
+
+    count: int
+    poses: int
+    marker_noise: float
+    reach: float
+
+
+USUAL = Protocols(count=5, poses=8, marker_noise=0.5e-3, reach=1.0)
 
 
 def measured(
@@ -36,27 +52,28 @@ def measured(
     scales: tuple[float, float] = MODULUS_SCALES,
     engine: str = PYBULLET,
     step: float = STEP,
+    protocols: Protocols = USUAL,
 ) -> MeasurementSet:
-    """Two noisy repeats of five protocols; each holds the wrist in another way and passes from one
+    """Two noisy repeats of some protocols; each holds the wrist in another way and passes from one
     drawn set of pressures to another. scales: between which the factor [-] on the modulus of all
     rubber is drawn; engine and step [s]: of the simulated hand.
     """
     stated = load_hand(HAND)
     markers, scale = default_markers(stated), float(random.uniform(*scales))
     runs = []
-    for number in range(PROTOCOLS):
+    for number in range(protocols.count):
         rpy = tuple(Rotation.random(random_state=random).as_euler("xyz").tolist())
-        ends = random.uniform(0.0, 1.0, (3, len(stated.channels))) * HIGHEST
+        ends = random.uniform(0.0, 1.0, (3, len(stated.channels))) * HIGHEST * protocols.reach
         ends[0] *= number % 2  # every other one begins without pressure
-        at = np.linspace(0.0, 2.0, POSES)
+        at = np.linspace(0.0, 2.0, protocols.poses)
         pressures = np.stack([np.interp(at, range(3), column) for column in ends.T], axis=1)
         true = poses(hidden, pressures, rpy, scale, engine, step)
         for repeat in "ab"[:REPEATS]:
             frame = Rotation.from_rotvec(WRIST_NOISE * random.standard_normal(3)).as_matrix()
-            seen = true @ frame.T + MARKER_NOISE * random.standard_normal(true.shape)
+            seen = true @ frame.T + protocols.marker_noise * random.standard_normal(true.shape)
             read = pressures + GAUGE_NOISE * random.standard_normal(pressures.shape)
             columns = dict(zip(pressure_columns(stated), read.T, strict=True))
-            places = seen.transpose(1, 2, 0).reshape(-1, POSES)
+            places = seen.transpose(1, 2, 0).reshape(-1, protocols.poses)
             columns |= dict(zip(marker_columns(markers), places, strict=True))
             name, protocol = f"r{number}{repeat}", f"poses_{number}"
             runs.append(Run(name, "h1", protocol, 293.15, columns, wrist_rpy=rpy))
@@ -64,6 +81,17 @@ def measured(
     title = "simulated hand"
     made = MeasurementSet("hand_pose", title, specimens, tuple(runs), markers=markers)
     return shuffled(made, hidden.name, random)
+
+
+def measured_with_slip(
+    hidden: Hidden, random: np.random.Generator, protocols: Protocols = USUAL
+) -> tuple[Hidden, MeasurementSet]:
+    """What is hidden and its measured set, in which the slip is if it is one."""
+    data = measured(hidden, random, protocols=protocols)
+    if hidden.name not in SLIPS:
+        return hidden, data
+    data, slip = with_slip(data, hidden.name, random)
+    return replace(hidden, slip=slip), data
 
 
 def poses(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench import kept
+from bench.lab.reliability import calibration_error, error_by_chance
 from bench.lab.scoring import wilson
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -17,6 +18,8 @@ from softhand_model.effects import Effect
 from softhand_model.model_file import load_model
 
 KEPT = Path("out/bench")
+FLOORS_AFTER = 2.0
+NAMED_ALONE = ("strong", "weak")  # groups with one hidden effect
 SOURCES = ("src/model_lab", "src/softhand_model", "src/pneuflex_sim")
 
 
@@ -26,13 +29,14 @@ def judge(
     make: Callable[[int], tuple[Any, MeasurementSet]],
     unit: str,
     classes: Mapping[str, type[Effect]] | None = None,
+    seed: int | None = None,
 ) -> None:
     """Diagnose the cases of these numbers; print a row for each, and sums. A case is kept in
     `out/bench` as it ends, and is not run again while the code stays.
 
     bench: name of the folder of the bench. make: gives what is hidden in a case (name, strength,
     where, value) and its set; unit: of the errors, a thousandth of the set's; classes: effects
-    that are searched, all if None.
+    that are searched, all if None; seed: by which the cases were drawn.
     """
     revision = kept.revision_of((*SOURCES, f"bench/{bench}"), (".py", ".yaml"))
     file = KEPT / f"{bench}.jsonl"
@@ -40,7 +44,7 @@ def judge(
     print("|---|---|---|---|---|---|---|---|")
     records = []
     for number in numbers:
-        key = f"{revision}/{number}"
+        key = f"{revision}/{number}" if seed is None else f"{revision}/{seed}/{number}"
         record = kept.read(file).get(key)
         if record is None:
             hidden, data = make(number)
@@ -56,7 +60,7 @@ def judge(
 
 def _record(number: int, hidden: Any, answer: dict[str, Any], took: float) -> dict[str, Any]:
     """A case as it is kept."""
-    score, holds = scored(hidden, answer), None
+    score, holds, named = scored(hidden, answer), None, answer["effects"]
     if score == "right" and hidden.value is not None:
         (parameter,) = answer["effects"][0]["parameters"].values()
         low, high = parameter["interval"]
@@ -68,6 +72,11 @@ def _record(number: int, hidden: Any, answer: dict[str, Any], took: float) -> di
         "holds": holds,
         "over_floor": answer["rmse_after"] / answer["noise_floor"],
         "wrong_and_sure": score == "wrong" and sure,
+        "place": named[0].get("where", {}) == hidden.where
+        if hidden.strength in NAMED_ALONE and [one["name"] for one in named] == [hidden.name]
+        else None,
+        "confidence": answer["confidence"],
+        "seconds": took,
         "row": row_of(number, hidden, answer, took, score),
         "answer": {key: answer[key] for key in KEPT_OF_ANSWER},
     }
@@ -90,9 +99,20 @@ def _print_sums(records: Sequence[dict[str, Any]]) -> None:
     print(f"\nwrong and sure: {sum(record['wrong_and_sure'] for record in records)}")
     print(f"intervals that hold the truth: {sum(holds)} of {len(holds)}")
     if over:
+        within = sum(one <= FLOORS_AFTER for one in over)
         print(
             f"error after adding over the floor: median {np.median(over):.2f}, max {max(over):.2f}"
+            f"; at most {FLOORS_AFTER:g} in {within} of {len(over)}"
         )
+    places = [record["place"] for record in records if record.get("place") is not None]
+    print(f"right place of those whose effect is right: {sum(places)} of {len(places)}")
+    stated = [record for record in records if record.get("confidence") is not None]
+    sure, true = [one["confidence"] for one in stated], [one["score"] == "right" for one in stated]
+    error, chance = calibration_error(sure, true), error_by_chance(sure)
+    print(f"calibration error of {len(stated)} confidences: {error:.3f} (by chance {chance:.3f})")
+    took = [record["seconds"] for record in records if "seconds" in record]
+    if took:
+        print(f"processor time [s]: median {np.median(took):.0f}, max {max(took):.0f}")
 
 
 def scored(hidden: Any, answer: dict[str, Any]) -> str:

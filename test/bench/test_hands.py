@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bench.hands import verdicts
-from bench.hands.cases import HIGHEST, PLAN, hidden_in
+from bench.hands.cases import HIGHEST, PLAN, SIZES, hidden_in
+from bench.hands.drawn import DRAWN, ROUND, drawn
 from bench.hands.slips import SLIPS, with_slip
 from bench.hands.verdicts import judge, scored
 from model_lab.bench.hand_motion_set import hand_motion_set
@@ -30,6 +31,25 @@ def test_two_effects_act_in_one_hand_as_each_alone(number):
     assert np.allclose(both.acting(pressures), other.acting(one.acting(pressures)))
     moved = other.seen(at, frames, down) + one.seen(at, frames, down) - at
     assert np.allclose(both.seen(at, frames, down), moved)
+
+
+def test_a_seed_draws_all_kinds_and_sizes_between_strong_and_weak():
+    cases = [drawn(5, number) for number in range(DRAWN)]
+    assert [drawn(5, 7)] == cases[7:8] != [drawn(6, 7)]
+    assert {one.kind for one in cases if one.group == "strong"} == set(SIZES)
+    assert {one.kind for one in cases if one.group == "slip"} == set(SLIPS)
+    assert len(cases) % len(ROUND) == 0
+    hand = load_hand("rbo_hand_2")
+    for kind in ("dead_zone", "actuator_scatter"):
+        strong, weak = SIZES[kind]
+        values = [
+            hidden_in(hand, kind, "strong", np.random.default_rng(1), share).value
+            for share in (None, 0.0, 0.4, 1.0)
+        ]
+        values = [min(value, 1.0 / value) if weak < 1.0 else value for value in values]
+        assert values[0] == values[1] == strong
+        assert values[3] == pytest.approx(weak)
+        assert min(strong, weak) < values[2] < max(strong, weak)
 
 
 @pytest.mark.parametrize("kind", SLIPS)

@@ -68,10 +68,13 @@ def one_row_a_pose(folder, header, scales, run_of=None, **dialect):
     return files
 
 
-def motion_capture(folder, late=0.0, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0), rate=50.0):
+def motion_capture(
+    folder, late=0.0, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0), rate=50.0, room=0.0
+):
     """Two files a run: pressures of a logger, and the export of a motion capture that follows the
     tips in the world, and a body at the wrist whose frame is turned and shifted against the wrist.
-    Poses are held for 1.6 s after 0.6 s of motion; the clock of the places is late.
+    Poses are held for 1.6 s after 0.6 s of motion; the clock of the places is late. room [rad]: by
+    which the world is turned about x, -pi/2 where y points up.
     """
     files, own = [], Rotation.from_euler("xyz", turn)
     for number, (blown, seen) in enumerate(zip(*poses(), strict=True)):
@@ -81,7 +84,8 @@ def motion_capture(folder, late=0.0, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)
         at = np.interp(time, knots, held)
         pressures = np.stack([np.interp(at, range(POSES), one) for one in blown.T], axis=1)
         places = np.stack([np.interp(at, range(POSES), one) for one in seen.reshape(POSES, -1).T])
-        wrist, place = Rotation.from_euler("xyz", WRISTS[number]), np.array([0.4, -0.2, 1.1])
+        wrist = Rotation.from_euler("x", room) * Rotation.from_euler("xyz", WRISTS[number])
+        place = np.array([0.4, -0.2, 1.1])
         world = wrist.apply(places.T.reshape(-1, 3)).reshape(len(time), -1) + np.tile(place, 5)
         body = (wrist * own.inv()).as_quat()
         origin = place - (wrist * own.inv()).apply(shift)

@@ -16,6 +16,7 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.experiments import hand_pose
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.hand_pose import HandPose, own_error, with_weight
+from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.hands import HandSpecimen, Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
@@ -64,6 +65,26 @@ def test_from_a_synthesised_set_to_the_simulator(coarse_hands, tmp_path):
     moved = {tip: float(np.linalg.norm(with_it[tip] - without[tip])) for tip in with_it}
     assert moved.pop(finger) > 3e-3
     assert max(moved.values()) < 1e-9
+
+
+def test_what_the_search_for_slips_fits_to_the_whole_set_is_not_fitted_again(
+    coarse_hands, monkeypatch
+):
+    data = synthesize("hand_pose", 4, True, SCATTER, noise=0.003).data
+    asked, once = [], FitProblem.once
+
+    def counted(problem, make, *key):
+        def told():
+            asked.append((problem.data.table.value.tobytes(), key))
+            return make()
+
+        return once(problem, told, *key)
+
+    monkeypatch.setattr(FitProblem, "once", counted)
+    answer = diagnose(data, load_model("base"), SCATTER).diagnosis
+    tried = [one for one in asked if one[1][0] == "signature"]
+    assert answer.verdict == "effects_missing"
+    assert len(tried) == len(set(tried)) > 3
 
 
 def test_prediction_is_where_the_simulated_hand_rests():

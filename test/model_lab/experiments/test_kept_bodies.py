@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from model_lab.bench.hand_motion_set import hand_motion_set
+from model_lab.bench.layouts import hand_pose_set
 from model_lab.experiments import kept_bodies
 from model_lab.experiments.hand_motion import HandMotion
+from model_lab.experiments.hand_pose import HandPose
 from model_lab.experiments.kept_bodies import SCALES, Recent, ShapesOverScales
 from softhand_model.effects.hand import ActuatorScatter
+from softhand_model.effects.hand_parts import MarkerOffset
 from softhand_model.effects.load import Gravity
 from softhand_model.equilibrium.hand_statics import Shape
 from softhand_model.motion.moving_body import MovingBody
@@ -88,6 +91,17 @@ def test_after_many_scales_of_the_modulus_a_polynomial_gives_the_others(rolled):
         assert 0.0 < np.abs(places - exact).max() < 1e-7
     model.predict(at(1.2), [WEIGHT])  # beyond what is usual
     assert len(rolled) == count + 5
+
+
+def test_poses_too_are_polynomials_of_the_modulus_within_a_tenth_of_a_micrometre():
+    data = hand_pose_set()
+    moved = MarkerOffset.at(marker="index_tip")(x=2e-3, y=-1e-3, z=3e-3)
+    model = HandPose(data)
+    for scale in np.linspace(0.9, 1.1, SCALES + 2):
+        found = model.predict(at(scale), [WEIGHT, moved])
+    kept_bodies._SETS = Recent(1)
+    exact = HandPose(data).predict(at(1.1), [WEIGHT, moved])
+    assert 0.0 < np.abs(found - exact).max() < 1e-7
 
 
 def test_a_shape_that_no_polynomial_follows_is_calculated():

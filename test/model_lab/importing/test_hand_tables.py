@@ -28,8 +28,10 @@ def labelled(time, pressure, place):
 
 
 PLAIN = labelled("time", lambda c: f"pressure.{c}", lambda t, a: f"{t}_tip.{a}")
+OF_A_HAND = ("Daumen", "Zeigefinger", "Mittelfinger", "Ringfinger", "Kleiner Finger")
+FINGERS = dict(zip(TIPS, OF_A_HAND, strict=True))
 GERMAN = labelled(
-    "Zeit [s]", lambda c: f"Druck {c.upper()} [mbar]", lambda t, a: f"{t} Spitze {a} [cm]"
+    "Zeit [s]", lambda c: f"Druck {c.upper()} [mbar]", lambda t, a: f"{FINGERS[t]} {a} [cm]"
 )
 CAMEL = labelled(
     "t_s", lambda c: f"pressure{c.upper()} [Pa]", lambda t, a: f"{t.title()}Tip{a.upper()}"
@@ -104,6 +106,13 @@ def test_a_frame_is_freed_only_where_the_body_was_not_aligned(tmp_path):
     assert not any(map(TURNED.search, found.remarks))
 
 
+def test_a_world_whose_y_points_up_is_told(tmp_path):
+    for name, room in (("z", 0.0), ("y", -np.pi / 2)):
+        (tmp_path / name).mkdir()
+        found, _ = set_of_hand(motion_capture(tmp_path / name, room=room), HAND)
+        assert ("y of the world seems to point up" in found.remarks[0]) == (name == "y")
+
+
 def test_a_clock_that_is_late_is_told_and_mended(tmp_path):
     files = motion_capture(tmp_path, late=0.9)
     found, _ = set_of_hand(files, HAND)
@@ -161,6 +170,35 @@ def test_what_is_open_is_refused_with_what_to_say(tmp_path, name):
     files = one_row_a_pose(tmp_path, header, (1e-3, 1e3))
     with pytest.raises(DocumentError, match=message):
         set_of_hand(files, HAND, wrist=wrist)
+
+
+def test_positions_of_which_none_is_a_fingertip_are_told(tmp_path):
+    header = labelled("t [s]", lambda c: f"p {c} [kPa]", lambda t, a: f"M{TIPS.index(t)} {a} [mm]")
+    files = one_row_a_pose(tmp_path, header, (1e-3, 1e3))
+    with pytest.raises(DocumentError, match=r"got positions: M0 x, M1 x, M2 x, M3 x, M4 x; give"):
+        set_of_hand(files, HAND)
+    maps = {f"{tip}_tip": (f"M{index}", "") for index, tip in enumerate(TIPS)}
+    check_numbers(import_files(files, None, maps, HAND, wrist=HELD))
+
+
+def test_repeats_that_lack_poses_are_those_of_one_protocol_without_these(tmp_path):
+    def file(name, lost):
+        (first, *_) = one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3))
+        lines = first.read_text().splitlines()
+        cells = lines[1 + lost].split(",")
+        lines[1 + lost] = ",".join([*cells[:-3], "", "", ""])
+        path = tmp_path / name
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+    files = [file(f"{index}.csv", lost) for index, lost in enumerate((1, 3))]
+    found, _ = set_of_hand(files, HAND, wrist=dict.fromkeys(("0.csv", "1.csv"), WRISTS[0]))
+    assert [entry["protocol"] for entry in found.document["runs"].values()] == 2 * ["poses_1"]
+    kept = 1e-3 * poses()[0][0][[0, 2, 4]]
+    for run in found.runs:
+        told = np.stack([run.columns[f"pressure.{c}"] for c in CHANNELS], axis=1)
+        assert told == pytest.approx(kept, abs=1e-3)
+    assert "2 poses are left out, as a repeat of the same protocol lacks them" in found.remarks
 
 
 def test_pressures_without_a_unit_are_refused(tmp_path):

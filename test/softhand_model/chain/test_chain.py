@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from softhand_model.chain.chain import discretise
 from softhand_model.chain.segments import BEND_AXIS
+from softhand_model.effects import effect_classes
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model, load_model
@@ -33,6 +34,19 @@ def test_straight_finger_ends_at_its_length():
         position, turned = tip_pose(discretise(FINGER, segments, Model()))
         assert position == pytest.approx([0.0, 0.0, 0.09])
         assert turned.magnitude() == pytest.approx(0.0)
+
+
+def test_effects_on_the_rubber_of_a_chain_that_is_cut_are_those_of_one_cut_with_them():
+    classes, palm = effect_classes(), HAND.chain("palm")
+    stiffer, zone = classes["yeoh_stiffening"](c2=0.2), classes["dead_zone"](threshold=2e3)
+    pressures = np.array([[5e3, 20e3, 30e3]] * len(palm.actuators))
+    cut = discretise(palm, 5, Model(effects=(zone,)))
+    plain = cut.rest_rotations(pressures)
+    found, whole = cut.of_rubber([stiffer]), discretise(palm, 5, Model(effects=(zone, stiffer)))
+    assert (found.rest_rotations(pressures) == whole.rest_rotations(pressures)).all()
+    assert (found.rest_rotation([2e4, 2e4]) == whole.rest_rotation([2e4, 2e4])).all()
+    assert (cut.rest_rotations(pressures) == plain).all()
+    assert np.abs(found.rest_rotations(pressures) - plain).max() > 1e-3
 
 
 def test_finger_on_a_strut_ends_behind_both():

@@ -156,8 +156,11 @@ def _diagnosed(
 
     def pose(measured: MeasurementSet) -> tuple[FitProblem, list[str]]:
         tell("fitting the model as it is", 0, 0)
-        problem, effects = pose_problem(thinned(measured), model, known)
-        problem, given = replace(problem, known={}), [effect.name for effect in effects]
+        whole, posed = thinned(measured), checked.problem
+        if posed is None or whole is not checked.data:
+            problem, effects = pose_problem(whole, model, known)
+            posed = replace(problem, known={}), effects
+        problem, given = posed[0], [effect.name for effect in posed[1]]
         if measured is checked.data:
             plain = [n for n in candidates_of(problem, model)[0] if not problem.classes[n].refines]
             tell_first(first_look(problem, score_base(problem, given), plain, checked.slips))

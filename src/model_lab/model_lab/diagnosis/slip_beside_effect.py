@@ -48,9 +48,12 @@ FIRST_EFFECTS, SECOND_EFFECTS = 2, 3  # of pairs in the set as stated
 
 @dataclass(frozen=True)
 class _Searched:
-    """A set with the model as it is, and with each effect, the least error first."""
+    """A set with the model as it is, and with each effect, the least error first; given: effects of
+    the model that are fitted with the calibration.
+    """
 
     problem: FitProblem
+    given: tuple[Effect, ...]
     base: Scored
     tried: tuple[Scored, ...]
     size: float
@@ -145,25 +148,27 @@ def find_slip_beside_effect(
     classes: effects to try, by name. Raises ValueError for data that the model cannot use.
     """
     stated = _base_of(data, model, classes)
+    whole = thinned(data, 1, SLIP_SAMPLES) is data
+    none = Checked(data, problem=(stated.problem, stated.given) if whole else None)
     scattered = scatters(data, stated.problem.floor.total)
     if stated.explains(stated.base) or scattered or outside(data, model.base):
-        return Checked(data)
+        return none
     tell("looking for wrong units and the like beside an effect", 0, 0)
     every = FITTED_OF_HAND if data.of_hand else 0
     for limit in (FITTED_EFFECTS, every):
         stated = _with_effects(stated, model, limit)
         explained = any(map(stated.explains, stated.likely))
         if explained and stated.problem.floor.source != REPEATS:
-            return Checked(data)
+            return none
     found = list(_explained(data, model, classes, stated, every))
     if explained:
         found = [one for one in found if _explains_repeats(one, stated)]
     if not found:
-        return Checked(data)
+        return none
     best, *others = _alike(found)
     rivals = _pairs_as_good(stated, model, best)
     if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
-        return Checked(data)  # two effects without a slip are as likely
+        return none  # two effects without a slip are as likely
     return Checked(
         best.candidate.mended,
         (replace(_slip(best, stated), alike=tuple(words(one.candidate) for one in others)),),
@@ -330,7 +335,8 @@ def _base_of(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effe
     problem, given = pose_problem(thinned(data, 1, SLIP_SAMPLES), model, classes)
     problem = replace(problem, known={})
     base = score_base(problem, [effect.name for effect in given])
-    return _Searched(problem, base, (), float(np.sqrt(np.mean(problem.data.table.value**2))))
+    size = float(np.sqrt(np.mean(problem.data.table.value**2)))
+    return _Searched(problem, given, base, (), size)
 
 
 def _with_effects(searched: _Searched, model: Model, limit: int = 0) -> _Searched:
@@ -339,7 +345,7 @@ def _with_effects(searched: _Searched, model: Model, limit: int = 0) -> _Searche
     tried = score_all(problem, base, _names(problem, model), limit=limit)
     scored = [one for one in tried if isinstance(one, Scored)]
     scored.sort(key=searched.error)
-    return _Searched(problem, base, tuple(scored), searched.size)
+    return replace(searched, tried=tuple(scored))
 
 
 def _names(problem: FitProblem, model: Model) -> list[str]:

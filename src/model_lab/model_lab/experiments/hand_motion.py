@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
-from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.hand_pose import HandPose, shifted
-from model_lab.experiments.kept_bodies import ShapesOverScales
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.experiments.samples import SampleRows
 from model_lab.measurements.hands import WRIST_POSE
@@ -122,24 +120,11 @@ class HandMotion(HandPose):
             if wild:
                 step = smaller * self._step
                 parts |= self._rolled(body, pressures, gravity, scale, rows, wild, step)
-        first = self._first_joint(body)
+        marked = [self._marked(body, part) for part in parts.values()]
         return Shape(
-            np.concatenate([part.places[:, first:] for part in parts.values()]),
-            np.concatenate([part.frames[:, first:] for part in parts.values()]),
+            np.concatenate([part.places for part in marked]),
+            np.concatenate([part.frames for part in marked]),
         )
-
-    def _first_joint(self, body: MovingBody) -> int:
-        """The first joint of a body of which a marker needs the place or the frame."""
-        chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
-        joints = [
-            body.joint_at(chain_of[marker.actuator], marker.at)
-            for marker in self._data.markers.values()
-            if marker.actuator in body.actuators
-        ]
-        return max(min(joints, default=0) - 1, 0)
-
-    def _scaled(self, whole: Hashable, at_scale: Callable[[float], Any], scale: float) -> Any:
-        return self._kept.over_scales.once(whole, ShapesOverScales).at(at_scale, scale)
 
     def _rolled(
         self,

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array, Indices
-from model_lab.experiments.kept_bodies import KeptBodies, kept_bodies
+from model_lab.experiments.kept_bodies import KeptBodies, ShapesOverScales, kept_bodies
 from model_lab.experiments.samples import modulus_scales
 from model_lab.measurements.free_frame import FreeFrame
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
-from model_lab.measurements.hands import MARKER_AXES
+from model_lab.measurements.hands import MARKER_AXES, Marker
 from model_lab.measurements.measurement_set import MeasurementSet, Run, down_of
 from model_lab.measurements.specimens import require_columns
 from model_lab.rules import RULES
@@ -45,7 +45,7 @@ from softhand_model.model_file import Model
 from softhand_model.motion.moving_body import MovingBody
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
-KEPT_POSES = 64  # poses of bodies that are kept, each under other parameters
+KEPT_POSES = 256  # of bodies that are kept, each under other parameters
 BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubber
 
 
@@ -200,12 +200,12 @@ class HandPose:
         """The shape of a body at a scale of the modulus, of which `at_scale` gives that at any;
         whole: all else that it depends on.
         """
-        return at_scale(scale)
+        return self._kept.over_scales.once(whole, ShapesOverScales).at(at_scale, scale)
 
     def _shaped(
         self, body: MovingBody, pressures: Array, gravity: float, scale: float, rows: Indices
     ) -> Shape | None:
-        """The body in its poses; None without an equilibrium."""
+        """The markers of the body in its poses; None without an equilibrium."""
         try:
             return self._moved(body, pressures, gravity, scale, rows)
         except NoEquilibriumError:
@@ -214,9 +214,9 @@ class HandPose:
     def _moved(
         self, body: MovingBody, pressures: Array, gravity: float, scale: float, rows: Indices
     ) -> Shape:
-        """The body at rest."""
+        """The markers of the body at rest."""
         pull = gravity * self._down[rows]
-        return body.settle(pressures, pull, scale, self._temperature[rows])
+        return self._marked(body, body.settle(pressures, pull, scale, self._temperature[rows]))
 
     def _key_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> Hashable:
         """What distinguishes the model of a chain under effects of a hand; not its mount."""
@@ -229,27 +229,50 @@ class HandPose:
     ) -> ChainModel:
         """The model of a chain, which does not depend on its mount."""
 
-        def make() -> ChainModel:
-            acting = tuple(effect for effect in effects if effect.name != "gravity")
-            return discretise(chain, self._segments, Model(effects=acting))
+        key = self._key_of(chain, effects)
 
-        return self._kept.models.once((self._key_of(chain, effects), of_rubber), make)
+        def plain() -> ChainModel:
+            beside = (e for e in effects if e.stage in BESIDE_RUBBER and e.name != "gravity")
+            return discretise(chain, self._segments, Model(effects=tuple(beside)))
+
+        def make() -> ChainModel:
+            acting = [effect for effect in effects if effect.stage not in BESIDE_RUBBER]
+            cut = self._kept.models.once((key, ()), plain)
+            return cut.of_rubber([effect for effect in acting if effect.name != "gravity"])
+
+        return self._kept.models.once((key, of_rubber), make if of_rubber else plain)
+
+    def _markers_on(self, body: MovingBody) -> list[tuple[str, Marker]]:
+        """Names and markers of a body, in the order of the set."""
+        markers = self._data.markers.items()
+        return [(name, marker) for name, marker in markers if marker.actuator in body.actuators]
+
+    def _marked(self, body: MovingBody, shape: Shape) -> Shape:
+        """The centre line (rows, markers) at the markers of a body."""
+        chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
+        placed = [
+            body.placed(shape, chain_of[marker.actuator], marker.at)
+            for _, marker in self._markers_on(body)
+        ]
+        rows = len(shape.places)
+        places = np.empty((rows, len(placed), 3))
+        frames = np.empty((rows, len(placed), 3, 3))
+        for index, (place, frame) in enumerate(placed):
+            places[:, index], frames[:, index] = place, frame
+        return Shape(places, frames)
 
     def _markers_of(
-        self, body: MovingBody, shape: Shape | None, effects: Sequence[Effect], rows: int
+        self, body: MovingBody, marked: Shape | None, effects: Sequence[Effect], rows: int
     ) -> dict[str, Array]:
         """Places (rows, 3) [m] of the markers on a body; NaN without an equilibrium."""
-        chain_of = {name: chain.name for chain in self._hand.chains for name in chain.actuators}
         moved = effects_of_hand(effects)
         found = {}
-        for name, marker in self._data.markers.items():
-            if marker.actuator not in body.actuators:
-                continue
+        for index, (name, marker) in enumerate(self._markers_on(body)):
             offset = np.array(marker.offset) + sum(e.marker_offset_of(name) for e in moved)
             found[name] = (
                 np.full((rows, 3), np.nan)
-                if shape is None
-                else body.point(shape, chain_of[marker.actuator], marker.at, offset)
+                if marked is None
+                else marked.places[:, index] + marked.frames[:, index] @ offset
             )
         return found
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any
@@ -186,6 +186,9 @@ class HandPress(HandPose):
             paths[index, step] = _path(self._data.runs[index], step)
         found: PressPath = paths[index, step]
         return found
+
+    def _scaled(self, whole: Hashable, at_scale: Callable[[float], Any], scale: float) -> Any:
+        return at_scale(scale)  # no polynomial follows contact
 
     def _markers_of(
         self, body: MovingBody, shape: Any, effects: Sequence[Effect], rows: int

@@ -34,9 +34,17 @@ OF_TIME, WRIST, OF_PRESSURE, ALL_PLACES = "time", "wrist", "pressure", "places"
 WRIST_TURN = ("qx", "qy", "qz", "qw")  # parts of the wrist's attitude in the world
 WRIST_ANGLES = ("roll", "pitch", "yaw")
 WRIST_WORDS = {"wrist", "hand", "palm", "base", "flange", "handgelenk", "poignet"}
+FINGER_WORDS = {  # of a fingertip, beside its own name
+    "thumb": {"daumen", "pouce"},
+    "index": {"zeigefinger", "forefinger"},
+    "middle": {"mittelfinger", "majeur"},
+    "ring": {"ringfinger", "annulaire"},
+    "little": {"pinky", "kleiner", "auriculaire"},
+}
 TURN_WORDS = {"rotation", "orientation", "quat", "quaternion", "rot", "q"}
 PLACE_WORDS = {"position", "pos", "place", "translation", "location", "coordinate", "coord"}
 LENGTH_WORDS = {"m", "mm", "cm", "meter", "meters", "metre", "metres", "millimeters", "millimetres"}
+LEFT_OUT = LENGTH_WORDS | PLACE_WORDS | TURN_WORDS  # of what the names of a position share
 USUAL_DISTANCE = (0.5, 2.0)  # of a marker, over the reach of the hand's tips, by hand
 REACH = 0.2  # [m] of the tips of a hand from its wrist, in the middle
 
@@ -69,6 +77,12 @@ def has_markers(table: Table, hand: HandDescription, given: Maps) -> bool:
         _groups_of(whole, marker, tip, given)
         for marker, tip in zip(default_markers(hand), hand.tips, strict=True)
     )
+
+
+def places_in(table: Table) -> list[str]:
+    """Names of the columns of x of all positions in a file, but for the wrist."""
+    whole = _triples(table)[0].items()
+    return [found["x"].name for rest, found in whole if rest and not WRIST_WORDS & set(rest)]
 
 
 def _may_be_time(column: Column) -> bool:
@@ -119,7 +133,7 @@ def _places(table: Table, hand: HandDescription, given: Maps) -> list[Meant]:
 
 def _part(parts: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     """Which part of a place or an attitude a name is, "" for none, and its other words."""
-    kept = [word for word in parts if word not in LENGTH_WORDS | PLACE_WORDS | TURN_WORDS]
+    kept = [word for word in parts if word not in LEFT_OUT]
     turns = any(word in TURN_WORDS for word in parts)
     known = [word for word in kept if word in (*MARKER_AXES, "w", *WRIST_TURN, *WRIST_ANGLES)]
     if len(known) != 1:
@@ -135,12 +149,14 @@ def _groups_of(
     says so, else those with its name, of several those that say tip.
     """
     if name in given:
-        return [rest for rest in groups if set(rest) == set(words(given[name][0]))]
+        said = {*words(given[name][0])} - LEFT_OUT
+        return [rest for rest in groups if set(rest) == said]
     if name == WRIST:
         if list(groups) == [()]:
             return list(groups)
         return [rest for rest in groups if WRIST_WORDS & set(rest)]
-    mine = [rest for rest in groups if set(words(tip)) <= set(rest)]
+    known = FINGER_WORDS.get(tip, set())
+    mine = [rest for rest in groups if set(words(tip)) <= set(rest) or known & set(rest)]
     return [rest for rest in mine if "tip" in rest] or mine
 
 

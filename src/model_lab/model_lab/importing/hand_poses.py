@@ -35,6 +35,7 @@ from softhand_common.numerics.rotations import to_rpy
 
 # by hand
 HOLD = 0.8  # [s] for which a pose must be held; MARGIN of it at either end is left out
+LACKING = 0.35  # largest share of a protocol's poses that a repeat may lack
 NO_AIR = 2e3  # [Pa] below which a hand is empty
 FREE_LOAD = 0.2  # [N] at the wrist that no free hand bears, as for the monitor
 
@@ -60,33 +61,36 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
     In a file whose samples are farther apart than that, each sample is a pose.
 
     A run ends where the wrist turns or the hand is empty of air again; runs with the same poses are
-    repeats of a protocol. Samples in motion are left out. Poses in which the wrist bears more than
-    FREE_LOAD are told, but not left out, as an arm's own sense of force may have an offset.
+    repeats of a protocol, and poses that one of them lacks are left out of all. Samples in motion
+    are left out. Poses in which the wrist bears more than FREE_LOAD are told, but not left out, as
+    an arm's own sense of force may have an offset.
 
     Raises DocumentError for courses without poses, or with different markers.
     """
     hand, markers = specimen.description, markers_of(courses)
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
-    protocols: list[list[Pose]] = []
     touching: list[str] = []
-    for course in courses:
-        for poses in _runs(held_poses(course)):
-            number = _protocol(poses, protocols)
-            name = f"r{len(runs) + 1}"
-            touching += [
-                f"{name} at {pose.time - poses[0].time:.3g} s ({pose.load:.2g} N)"
-                for pose in poses
-                if pose.load > FREE_LOAD
-            ]
-            columns = _columns(poses, pressure_columns(hand), markers)
-            runs.append(ImportedRun(name, columns, {}, course.files))
-            entries[name] = {
-                "specimen": "hand",
-                "protocol": f"poses_{number + 1}",
-                "wrist_rpy": [round(float(angle), 6) for angle in to_rpy(poses[0].wrist)],
-                "file": f"{name}.csv",
-            }
+    whole = [(course, poses) for course in courses for poses in _runs(held_poses(course))]
+    protocols, numbers = _protocols([poses for _, poses in whole])
+    left_out = 0
+    for (course, held), number in zip(whole, numbers, strict=True):
+        poses = _common(held, protocols[number])
+        left_out += len(held) - len(poses)
+        name = f"r{len(runs) + 1}"
+        touching += [
+            f"{name} at {pose.time - poses[0].time:.3g} s ({pose.load:.2g} N)"
+            for pose in poses
+            if pose.load > FREE_LOAD
+        ]
+        columns = _columns(poses, pressure_columns(hand), markers)
+        runs.append(ImportedRun(name, columns, {}, course.files))
+        entries[name] = {
+            "specimen": "hand",
+            "protocol": f"poses_{number + 1}",
+            "wrist_rpy": [round(float(angle), 6) for angle in to_rpy(poses[0].wrist)],
+            "file": f"{name}.csv",
+        }
     if not runs:
         files = list(dict.fromkeys(path for course in courses for path in course.files))
         raise DocumentError(
@@ -94,6 +98,9 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
             "s, got none; wait longer in each pose"
         )
     found = set_of_runs(HAND_POSE, courses, specimen, runs, entries)
+    if left_out:
+        lost = f"{left_out} poses are left out, as a repeat of the same protocol lacks them"
+        found = replace(found, remarks=(lost, *found.remarks))
     if not touching:
         return found
     said = (
@@ -142,13 +149,35 @@ def _runs(poses: Sequence[Pose]) -> list[list[Pose]]:
     return [run for run in runs if len(run) > 1]
 
 
-def _protocol(poses: list[Pose], protocols: list[list[Pose]]) -> int:
-    """Index of the protocol with these poses, which is added if there is none."""
-    for number, other in enumerate(protocols):
-        if len(other) == len(poses) and all(map(_alike, poses, other)):
-            return number
-    protocols.append(poses)
-    return len(protocols) - 1
+def _protocols(runs: Sequence[list[Pose]]) -> tuple[list[list[Pose]], list[int]]:
+    """The poses that all repeats of each protocol have, and the protocol of each run. Runs are
+    repeats if they have the same poses, of which each may lack a few (LACKING).
+    """
+    protocols: list[list[Pose]] = []
+    numbers = []
+    for poses in runs:
+        for number, other in enumerate(protocols):
+            common = _common(other, poses)
+            if len(common) >= max((1.0 - LACKING) * max(len(poses), len(other)), 2):
+                protocols[number] = common
+                break
+        else:
+            number = len(protocols)
+            protocols.append(poses)
+        numbers.append(number)
+    return protocols, numbers
+
+
+def _common(poses: Sequence[Pose], other: Sequence[Pose]) -> list[Pose]:
+    """Those of some poses that come in the same order among others, each as early as it can."""
+    found, first = [], 0
+    for pose in poses:
+        for index in range(first, len(other)):
+            if _alike(pose, other[index]):
+                found.append(pose)
+                first = index + 1
+                break
+    return found
 
 
 def _alike(pose: Pose, other: Pose) -> bool:

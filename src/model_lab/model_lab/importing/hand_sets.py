@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from model_lab.aliases import Array
 from model_lab.importing.hand_bags import are_bags_of_hand, course_of_bag, segments_of
 from model_lab.importing.hand_columns import (
     ALL_PLACES,
@@ -17,6 +18,7 @@ from model_lab.importing.hand_columns import (
     Maps,
     hand_meanings,
     has_markers,
+    places_in,
 )
 from model_lab.importing.hand_contacts import Touched, kind_of, set_of_contacts
 from model_lab.importing.hand_courses import HandCourse
@@ -26,7 +28,7 @@ from model_lab.importing.hand_tables import HandFile, courses_of
 from model_lab.importing.importing import ImportedSet, Proposal, check_files
 from model_lab.importing.runs import Source
 from model_lab.importing.tables import read_tables
-from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist
+from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist, misfit
 from model_lab.measurements.hands import (
     FREE_FRAME,
     GRASP,
@@ -43,6 +45,9 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import compose, rotate
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
+
+Y_UP = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])  # turns y to where z is
+UP_GAIN = 0.9  # by hand: of the misfit with z up, below which y is said to be up
 
 
 def set_of_hand(
@@ -108,10 +113,12 @@ def set_of_hand(
         for table in read_tables(path, messages, decimal, of.get(path.name, of.get("", "")))
     ]
     if not any(has_markers(table, described, given) for table in tables):
-        if experiment:
+        others = list(dict.fromkeys(name for table in tables for name in places_in(table)))
+        if experiment or len(others) > 1:
             raise DocumentError(
                 f"{listed(map(str, files))}: expected x, y and z of "
-                f"{listed(default_markers(described))}, got none; give --map "
+                f"{listed(default_markers(described))}, got "
+                f"{f'positions: {listed(others)}' if others else 'none'}; give --map "
                 f"{next(iter(default_markers(described)))}=WORDS, the words that its three "
                 "columns share"
             )
@@ -124,6 +131,7 @@ def set_of_hand(
     check_files("--wrist", wrist or {}, names)
     proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), kind, {})
     courses = courses_of(read, described, shifts or {}, wrist or {})
+    up = _about_up(courses, described)
     courses, said = _in_frame_of_wrist(courses, described)
     if said and kind == HAND_MOTION:
         raise DocumentError(
@@ -132,7 +140,7 @@ def set_of_hand(
             "poses at rest (--experiment hand_pose)"
         )
     found = cut(courses, HandSpecimen(stated, described, free_frame=bool(said)))
-    return replace(found, remarks=(*found.remarks, *said)), proposal
+    return replace(found, remarks=(*up, *found.remarks, *said)), proposal
 
 
 def _in_frame_of_wrist(
@@ -141,16 +149,10 @@ def _in_frame_of_wrist(
     """The courses with places and attitude in the frame of the model's wrist, and what was turned,
     if anything.
     """
-    poses = [pose for course in courses for pose in held_poses(course)]
-    if not poses:
+    held = _held(courses)
+    if held is None:
         return courses, []
-    pressures = np.stack([pose.pressures for pose in poses], axis=1)
-    back = np.stack([pose.wrist for pose in poses]) * INVERSE_QUATERNION
-    down = np.stack([rotate(turn, [0.0, 0.0, -1.0]) for turn in back])
-    places = {
-        name: np.stack([pose.places[index] for pose in poses])
-        for index, name in enumerate(courses[0].places)
-    }
+    pressures, down, places = held
     frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places)
     if frame is None:
         return courses, []
@@ -160,6 +162,39 @@ def _in_frame_of_wrist(
         f"`frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
     )
     return [_turned_back(course, frame) for course in courses], [said]
+
+
+def _held(courses: list[HandCourse]) -> tuple[Array, Array, dict[str, Array]] | None:
+    """Pressures (channels, k) [Pa], direction down (k, 3) in the frame of the wrist, and places
+    (k, 3) [m] by marker, of all poses that were held; None without any.
+    """
+    poses = [pose for course in courses for pose in held_poses(course)]
+    if not poses:
+        return None
+    back = np.stack([pose.wrist for pose in poses]) * INVERSE_QUATERNION
+    places = {
+        name: np.stack([pose.places[index] for pose in poses])
+        for index, name in enumerate(courses[0].places)
+    }
+    down = np.stack([rotate(turn, [0.0, 0.0, -1.0]) for turn in back])
+    return np.stack([pose.pressures for pose in poses], axis=1), down, places
+
+
+def _about_up(courses: list[HandCourse], hand: HandDescription) -> list[str]:
+    """Says so if the tracked hand hangs as if y, not z, of the world pointed up."""
+    if any(course.wrist_places is None for course in courses):
+        return []
+    level = [replace(one, wrist=compose(Y_UP, one.wrist)) for one in courses]
+    z, y = (
+        np.nan if held is None else 1e3 * misfit(hand, default_markers(hand), *held)
+        for held in map(_held, (courses, level))
+    )
+    if not y < UP_GAIN * z:
+        return []
+    return [
+        f"y of the world seems to point up: so the hand differs from its model by {y:.2g} mm, but "
+        f"with z up by {z:.2g} mm; the lab takes z as up, so export the tracking with z up"
+    ]
 
 
 def _turned_back(course: HandCourse, frame: WristFrame) -> HandCourse:

@@ -77,6 +77,27 @@ def frame_against_wrist(
     return frame
 
 
+def misfit(
+    hand: HandDescription,
+    markers: Mapping[str, Marker],
+    pressures: Array,
+    down: Array,
+    places: Mapping[str, Array],
+) -> float:
+    """Root mean square distance [m] of the markers of the described hand, moved rigidly, from where
+    they were seen; arguments as of `frame_against_wrist`. NaN without an equilibrium.
+    """
+    chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
+    names, pull = list(places), STANDARD_GRAVITY * down[chosen]
+    seen = np.concatenate([places[name][chosen] for name in names])
+    try:
+        blown = np.maximum(pressures[:, chosen], 0.0)
+        predicted = _predicted(hand, markers, names, blown, pull)
+    except NoEquilibriumError:
+        return float("nan")
+    return _left(predicted, seen, *frame_of(predicted, seen))
+
+
 def _predicted(
     hand: HandDescription,
     markers: Mapping[str, Marker],

@@ -45,8 +45,9 @@ def thinned(
         return data
     if data.experiment in FOLLOWED:
         return _begun(data) if largest == 1 else data
-    wanted = samples / largest
-    return replace(data, runs=tuple(_thin(run, wanted, shortest) for run in data.runs))
+    runs = tuple(_thin(run, samples / largest, shortest) for run in data.runs)
+    alike = all(one is run for one, run in zip(runs, data.runs, strict=True))
+    return data if alike else replace(data, runs=runs)
 
 
 def _begun(data: MeasurementSet) -> MeasurementSet:
@@ -60,6 +61,8 @@ def _begun(data: MeasurementSet) -> MeasurementSet:
 
 def _thin(run: Run, wanted: float, shortest: int) -> Run:
     step = max(min(int(wanted + 0.5), run.samples // shortest), 1)
+    if step == 1:
+        return run
     columns = {name: values[::step] for name, values in run.columns.items()}
     lead = {name: values[::-step][::-1] for name, values in run.lead.items()}
     return replace(run, columns=columns, lead=lead)

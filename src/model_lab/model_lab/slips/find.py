@@ -32,6 +32,7 @@ from model_lab.slips.mislabelled import mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.pulses import agreeing_units, contradict
 from model_lab.slips.slip import Slip
+from softhand_model.effects import Effect
 from softhand_model.model_file import Model
 
 SLIP_SAMPLES = 40  # that are compared
@@ -48,13 +49,15 @@ class Checked:
 
     relative_error: held-out error on this set over the size of the outputs; NaN if no slip was
     found by the error. instead: effects, or pairs of effects, that explain the set as it was stated
-    as well as the slips do.
+    as well as the slips do. problem: of this set, with all that was fitted to it, if that was the
+    whole set.
     """
 
     data: MeasurementSet
     slips: tuple[Slip, ...] = ()
     relative_error: float = np.nan
     instead: tuple[str, ...] = ()
+    problem: tuple[FitProblem, tuple[Effect, ...]] | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ K cause the torque C*K*e.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -30,6 +31,7 @@ from softhand_model.chain.segments import (
     SegmentChain,
     cut_chain,
 )
+from softhand_model.effects import Effect
 from softhand_model.effects.hand import modulus_factor, palm_factor, tip_mass
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.gas import ROOM_TEMPERATURE
@@ -96,7 +98,7 @@ class ChainModel:
             )
             for name, actuator in description.actuators.items()
         }
-        self.description, self.model = replace(description, actuators=parts), model
+        self.description = replace(description, actuators=parts)
         cut = cut_chain(self.description, segments, model.springs)
         self.segments = _altered(cut, self.description, segments, model)
         self._shape = self.segments.offset.shape
@@ -104,11 +106,25 @@ class ChainModel:
         self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
         self._stated = list(description.actuators.values())
         self._parts, self.count = list(parts.values()), segments
+        self._act(model)
+
+    def _act(self, model: Model) -> None:
+        """Take the effects of a model on the rubber."""
+        self.model = model
         self._responses = [
-            SegmentResponse(part, segments, model)
+            SegmentResponse(part, self.count, model)
             for part in (self._parts if bends(model) and not tabulates(model) else ())
         ]
         self._staged = StagedEffects(model.effects)  # of which nothing with memory is asked
+
+    def of_rubber(self, effects: Sequence[Effect]) -> ChainModel:
+        """The chain with further effects on its rubber, and the same segments, which these do not
+        change.
+        """
+        found = copy(self)
+        found.__dict__.pop("_tables", None)
+        found._act(replace(self.model, effects=(*self.model.effects, *effects)))
+        return found
 
     @cached_property
     def _rest_volume(self) -> Array:

@@ -170,9 +170,18 @@ class HandBody:
     def point(self, shape: Shape, chain: str, at: float, offset: Array) -> Array:
         """Positions (rows, 3) [m], in the wrist frame, of a point on a straight chain.
 
-        at [-]: place along the rubber, as a share of its length. offset (3,) [m]: from the centre
-        line there, in the frame of that line. shape: of all joints, or of the last ones of the
-        body. Raises ValueError for a chain of arcs.
+        offset (3,) [m]: from the centre line at `at`, in the frame of that line. For shape, at and
+        errors see `placed`.
+        """
+        place, frame = self.placed(shape, chain, at)
+        return np.asarray(place + frame @ np.asarray(offset, float))
+
+    def placed(self, shape: Shape, chain: str, at: float) -> tuple[Array, Array]:
+        """Positions (rows, 3) [m] and frames (rows, 3, 3), in the wrist frame, of the centre line
+        of a straight chain.
+
+        at [-]: place along the rubber, as a share of its length. shape: of all joints, or of the
+        last ones of the body. Raises ValueError for a chain of arcs.
         """
         description = self._models[chain].description
         if description.turn:
@@ -189,10 +198,8 @@ class HandBody:
             before = np.broadcast_to(self.arrays.frame @ self.arrays.rest[joint], after.shape)
         along = np.stack([before[:, :, 2], after[:, :, 2]]) * edge
         ends = shape.places[:, left] + np.stack([-along[0], along[1]]) / 2.0
-        place = _hermite(share, ends, along)
-        if not np.any(offset):
-            return place
-        return np.asarray(place + _between(before, after, share) @ np.asarray(offset, float))
+        frame = after if share == 1.0 else _between(before, after, share)
+        return _hermite(share, ends, along), frame
 
     def _springs(self, rest_bend: Array, modulus: float, temperature: Array) -> SpringArrays:
         """The springs at every row, for rest bends (rows, n) [rad]; struts are as stiff as ever."""
