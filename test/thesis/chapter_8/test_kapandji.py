@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from softhand_trials.search import Tried
 from thesis.chapter_8 import kapandji
 from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN, THUMB_FIRST, hand_variant
 from thesis.chapter_8.kapandji import (
@@ -10,8 +11,12 @@ from thesis.chapter_8.kapandji import (
     FAR,
     LEAST,
     NO_INDEX,
+    Found,
     Parameters,
     by_actuator,
+    by_channel,
+    longer_order,
+    neighbours,
     problem,
     report,
 )
@@ -30,6 +35,9 @@ def one(distance, pressure=40e3, touched=None):
     return {
         "values": {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 1.0},
         "statics": 0.5 * distance,
+        "longer": False,
+        "runs": 30,
+        "minutes": 0.5,
         "repeats": [repeat] * 3,
     }
 
@@ -122,6 +130,41 @@ def test_seven_channels_contain_each_posture_of_four():
     assert [values[name] for name in ("thumb", "palm_inner", "palm_outer")] == [3.0, 3.0, 4.0]
 
 
+def test_four_channels_come_near_a_posture_of_seven():
+    four = {"a": 10e3, "b": 20e3, "c": 30e3, "d": 40e3, THUMB_FIRST: 1.0}
+    assert by_channel(by_actuator(four), "little") == pytest.approx(four)
+    seven = {**by_actuator(four), "little": 60e3, "thumb": 50e3}
+    assert by_channel(seven, "little") == pytest.approx({**four, "a": 60e3, "c": 40e3})
+
+
+def found(cost, touched=None, statics=0.0, pressure=40e3):
+    """The winner of a short search, tried once if `touched` is given."""
+    values = {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 0.0}
+    tries = [] if touched is None else [{"cost": cost, "touched": touched}]
+    return Found(Tried({"values": values, "cost": cost}, tries), statics)
+
+
+def test_places_whose_tries_all_touch_and_those_far_away_are_not_searched_longer():
+    short = {
+        (FOUR, 1): found(30.0),
+        (FOUR, 3): found(5.0, touched=True),
+        (FOUR, 5): found(9.0, touched=False),
+        (RIGID, 1): found(9.0),
+        (RIGID, 6): found(float("inf"), statics=2 * FAR),
+        (SEVEN, 6): found(20.0),
+    }
+    assert longer_order(short) == [(SEVEN, 6), (FOUR, 5), (FOUR, 1), (RIGID, 1)]
+
+
+def test_a_longer_search_knows_winners_with_other_channels_and_of_the_places_beside_it():
+    short = {(FOUR, place): found(9.0, pressure=1e3 * place) for place in range(1, 9)}
+    longer = {**short, (FOUR, 6): found(5.0, pressure=60e3)}
+    known = neighbours(short, longer, SEVEN, 6)
+    assert known[0] == by_actuator(short[FOUR, 6].values)
+    assert [one["a"] for one in neighbours(short, longer, FOUR, 6)] == [5e3, 7e3]
+    assert neighbours(short, longer, RIGID, 6)[0]["a"] == 60e3
+
+
 def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
     from thesis.frame import Job
 
@@ -136,7 +179,7 @@ def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     from thesis.frame import Job, save_figure
 
-    given = Parameters(**{**kapandji.SMALL, "repeats": 1})
+    given = Parameters(**{**kapandji.SMALL, "places": (1, 4), "repeats": 1})
     job = Job(tmp_path, lambda what, share: None)
     first = kapandji.run(given, job)
     again = kapandji.run(given, job)
@@ -146,6 +189,10 @@ def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     assert len(lines) == kapandji.SMALL["starts"]
     lines = (tmp_path / FOUR / "4" / "around" / "results.jsonl").read_text().splitlines()
     assert len(lines) == kapandji.SMALL["around"]
-    found = report(first, given)
-    save_figure(kapandji, first, found, tmp_path / "figure.png")
+    longer = tmp_path / FOUR / "1" / "longer"
+    for name, count in (("local", "local"), ("wide", "wide"), ("again", "local")):
+        lines = (longer / name / "results.jsonl").read_text().splitlines()
+        assert len(lines) == kapandji.SMALL[count]
+    said = report(first, given)
+    save_figure(kapandji, first, said, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000
