@@ -168,23 +168,14 @@ def run(given: Parameters, job: Job) -> Results:
     and the postures of one case.
     """
     wanted = [(c, p) for c in given.cases for p in CASES[c][2] if p in given.places]
-    short: dict[tuple[str, int], Found] = {}
+    found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
     with start_workers(given.jobs) as workers:
+        searches = Searches(workers, given, job.folder)
         for number, (case, place) in enumerate(wanted):
-            job.progress(f"{case}, place {place}", 0.5 * number / len(wanted))
-            four = short.get((FOUR, place)) if case == SEVEN else None
-            known = [by_actuator(four.values)] if four else []
-            short[case, place] = _searched(workers, given, case, place, known, job.folder)
-        whole = dict(short)
-        for number, (case, place) in enumerate(longer_order(short)):
-            job.progress(f"{case}, place {place}, longer", 0.5 + 0.5 * number / len(wanted))
-            known = neighbours(short, whole, case, place)
-            one = short[case, place]
-            whole[case, place] = _longer(workers, given, case, place, one, known, job.folder)
-        job.progress("repeats, finer steps, postures, workspace", 0.99)
-        found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
-        for (case, place), one in whole.items():
+            job.progress(f"{case}, place {place}", number / (len(wanted) + 1))
+            one = searches.whole(case, place)
             found[case][str(place)] = _judged(workers, given, case, place, one, job.folder)
+        job.progress("finer steps, postures, workspace", len(wanted) / (len(wanted) + 1))
         fine = {
             case: finely(workers, given, case, found[case], job.folder)
             for case in LEAST
@@ -210,33 +201,45 @@ class Found:
         return dict(self.tried.record["values"])
 
 
-def longer_order(short: Mapping[tuple[str, int], Found]) -> list[tuple[str, int]]:
-    """Cases and places that are searched longer: seven channels, four channels, controls, and of
-    these the place that is missed by the least first.
-    """
-    ranks = {case: number for number, case in enumerate((SEVEN, FOUR, RIGID, NO_INDEX))}
-    left = [k for k, one in short.items() if one.statics <= FAR and not _holds(one.tried)]
-    return sorted(left, key=lambda k: (ranks[k[0]], _rank(short[k].tried), k[1]))
+class Searches:
+    """Searches of cases and places, each made when it or one that starts from it is asked for."""
 
+    def __init__(self, workers: Workers, given: Parameters, folder: Path) -> None:
+        self._given = workers, given, folder
+        self._short: dict[tuple[str, int], Found] = {}
+        self._whole: dict[tuple[str, int], Found] = {}
 
-def neighbours(
-    short: Mapping[tuple[str, int], Found],
-    whole: Mapping[tuple[str, int], Found],
-    case: str,
-    place: int,
-) -> list[Mapping[str, float]]:
-    """Postures that may be near one that touches: of the same place with other channels, by the
-    longer search if it came before, then of the places beside it.
-    """
-    known: list[Mapping[str, float]] = []
-    if case == SEVEN and (FOUR, place) in short:
-        known.append(by_actuator(short[FOUR, place].values))
-    elif case == FOUR and (SEVEN, place) in whole:
-        known.append(by_channel(whole[SEVEN, place].values, TARGETS[place - 1].finger))
-    elif case in (RIGID, NO_INDEX) and (FOUR, place) in whole:
-        known.append(whole[FOUR, place].values)
-    beside = [short[case, near].values for near in (place - 1, place + 1) if (case, near) in short]
-    return known + beside
+    def short(self, case: str, place: int) -> Found:
+        """The winner of the short search; that with four channels is where seven start."""
+        if (case, place) not in self._short:
+            workers, given, folder = self._given
+            known = [by_actuator(self.short(FOUR, place).values)] if case == SEVEN else []
+            self._short[case, place] = _searched(workers, given, case, place, known, folder)
+        return self._short[case, place]
+
+    def whole(self, case: str, place: int) -> Found:
+        """The winner of the longer search where the short one misses the place, else its winner."""
+        one = self.short(case, place)
+        if _holds(one.tried) or one.statics > FAR:
+            return one
+        if (case, place) not in self._whole:
+            workers, given, folder = self._given
+            known = self._known(case, place)
+            self._whole[case, place] = _longer(workers, given, case, place, one, known, folder)
+        return self._whole[case, place]
+
+    def _known(self, case: str, place: int) -> list[Mapping[str, float]]:
+        """Postures that may be near one that touches: of the same place with other channels, then
+        of the places beside it.
+        """
+        if case == SEVEN:
+            other = by_actuator(self.short(FOUR, place).values)
+        elif case == FOUR:
+            other = by_channel(self.whole(SEVEN, place).values, TARGETS[place - 1].finger)
+        else:
+            other = dict(self.whole(FOUR, place).values)
+        beside = [near for near in (place - 1, place + 1) if near in CASES[case][2]]
+        return [other, *(self.short(case, near).values for near in beside)]
 
 
 @lru_cache(maxsize=len(CASES))

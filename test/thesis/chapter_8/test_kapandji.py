@@ -1,5 +1,7 @@
 """The Kapandji experiment: what is said of made-up results, and one small run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,10 +15,9 @@ from thesis.chapter_8.kapandji import (
     NO_INDEX,
     Found,
     Parameters,
+    Searches,
     by_actuator,
     by_channel,
-    longer_order,
-    neighbours,
     problem,
     report,
 )
@@ -137,32 +138,28 @@ def test_four_channels_come_near_a_posture_of_seven():
     assert by_channel(seven, "little") == pytest.approx({**four, "a": 60e3, "c": 40e3})
 
 
-def found(cost, touched=None, statics=0.0, pressure=40e3):
-    """The winner of a short search, tried once if `touched` is given."""
-    values = {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 0.0}
-    tries = [] if touched is None else [{"cost": cost, "touched": touched}]
-    return Found(Tried({"values": values, "cost": cost}, tries), statics)
+def test_a_longer_search_knows_winners_with_other_channels_and_of_the_places_beside_it(
+    monkeypatch, tmp_path
+):
+    asked = []
 
+    def short(_workers, _given, case, place, known, _folder):
+        channels = hand_variant(CASES[case][0]).channels
+        values = {**dict.fromkeys(channels, 1e3 * place), THUMB_FIRST: 0.0}
+        touched = (case, place) != (FOUR, 6)
+        assert len(known) == (case == SEVEN)
+        return Found(Tried({"values": values, "cost": 9.0}, [{"cost": 9.0, "touched": touched}]), 0)
 
-def test_places_whose_tries_all_touch_and_those_far_away_are_not_searched_longer():
-    short = {
-        (FOUR, 1): found(30.0),
-        (FOUR, 3): found(5.0, touched=True),
-        (FOUR, 5): found(9.0, touched=False),
-        (RIGID, 1): found(9.0),
-        (RIGID, 6): found(float("inf"), statics=2 * FAR),
-        (SEVEN, 6): found(20.0),
-    }
-    assert longer_order(short) == [(SEVEN, 6), (FOUR, 5), (FOUR, 1), (RIGID, 1)]
+    def longer(_workers, _given, case, place, one, known, _folder):
+        asked.append((case, place, [posture["a"] for posture in known]))
+        return replace(one, longer=True)
 
-
-def test_a_longer_search_knows_winners_with_other_channels_and_of_the_places_beside_it():
-    short = {(FOUR, place): found(9.0, pressure=1e3 * place) for place in range(1, 9)}
-    longer = {**short, (FOUR, 6): found(5.0, pressure=60e3)}
-    known = neighbours(short, longer, SEVEN, 6)
-    assert known[0] == by_actuator(short[FOUR, 6].values)
-    assert [one["a"] for one in neighbours(short, longer, FOUR, 6)] == [5e3, 7e3]
-    assert neighbours(short, longer, RIGID, 6)[0]["a"] == 60e3
+    monkeypatch.setattr(kapandji, "_searched", short)
+    monkeypatch.setattr(kapandji, "_longer", longer)
+    searches = Searches(None, Parameters(), tmp_path)
+    assert searches.whole(FOUR, 6).longer and searches.whole(FOUR, 6).longer
+    assert not searches.whole(FOUR, 5).longer and not searches.whole(SEVEN, 6).longer
+    assert asked == [(FOUR, 6, [6e3, 5e3, 7e3])]
 
 
 def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
