@@ -14,9 +14,10 @@ worst cost of all tries. A place that statics leave far away is judged and not s
 Where the winner misses the place in one of these tries or of two more, a longer search goes on, in
 which a posture that touches is repeated with varied pressures at once: from the best postures so
 far, and the winners of neighbouring places and of other channels, by CMA-ES around the best one,
-TPE in the whole range, and CMA-ES around the best again. It ends when a posture touches in all its
-tries. Winners are judged again with other draws, and a place counts as reached when all of these
-repeats touch it.
+CMA-ES around the best so far, and TPE in the whole range. It ends when a posture touches in all its
+tries. Pressures vary by more there than in the verdict: with as much, a posture that had touched in
+all tries was lost in the verdict (place 6, seven channels). Winners are judged again with other
+draws, and a place counts as reached when all of these repeats touch it.
 
 The cost, in which a contact elsewhere is no worse than none, was chosen on place 8 with four
 channels. The order became a variable after place 2: in six postures near it the index came down on
@@ -76,7 +77,8 @@ CASES = {  # hand, channels that stay empty, places
 OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
 HOLDING = "thesis.chapter_8.dexterity.posture:hold_place"
 FIRST_TRY, FIRST_HELD = 100, 200  # seeds of draws of tries, and of the longer search
-HELD = 2  # draws of the longer search
+HELD = 2  # draws of the longer search's first round; later ones add those of the tries
+WIDER = 0.03  # share by which pressures vary in the longer search: more than in the verdict
 KNOWN = 4  # postures of the short search from which the longer one starts
 ENOUGH_HELD = 6.0  # cost [mm] with which a round of the longer search ends
 A_ROUND = 1000  # between the seeds of its rounds
@@ -125,7 +127,7 @@ class Parameters:
     )
     sure: int = option(2, "further draws in which the best of them is to touch, too [-]")
     local: int = option(56, "evaluations of CMA-ES in each of two rounds of the longer search [-]")
-    wide: int = option(120, "evaluations of TPE between these rounds [-]")
+    wide: int = option(120, "evaluations of TPE after these rounds [-]")
     generation: int = option(8, "evaluations a generation of CMA-ES [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
     step: float = option(0.002, "of the physics [s]")
@@ -316,14 +318,19 @@ def _longer(
     folder: Path,
 ) -> Found:
     """The winner of a longer search, from the best postures of the short one and known ones."""
-    search, folder = problem(given, case, place), folder / case / str(place) / "longer"
-    draws = [[search.seed, FIRST_HELD + k] for k in range(HELD)]
-    holding = replace(search, objective=HOLDING).with_settings(draws=draws)
+    folder = folder / case / str(place) / "longer"
+    search = problem(given, case, place).with_settings(spread=WIDER)
+    draws = [FIRST_HELD + k for k in range(HELD)]
+    more = [FIRST_TRY + k for k in range(len(given.tried) + given.sure)]
+    holding = replace(search, objective=HOLDING)
     starts = [_within(search, one) for one in (short.values, *short.best, *known)]
     distinct = [one for k, one in enumerate(starts) if one not in starts[:k]]
     seen: list[Record] = []
     found = [short.tried]
-    for number, name in enumerate(("starts", "local", "wide", "again")):
+    for number, name in enumerate(("starts", "local", "again", "wide")):
+        if name == "again":
+            draws += more
+        holding = holding.with_settings(draws=[[search.seed, draw] for draw in draws])
         if name == "starts":
             result = _all_of(workers, holding, distinct, folder / name)
         else:

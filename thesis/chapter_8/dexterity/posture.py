@@ -183,7 +183,7 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
         values: gauge pressure [Pa] by channel; a channel that is not named stays empty.
             `thumb_first`: above 0.5, as if it is left out, palm and thumb are filled first.
         settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`, `draw`:
-            seeds of a change of each pressure by up to `SPREAD`.
+            seeds of a change of each pressure by up to `spread` (`SPREAD`), as a share.
 
     Returns:
         `cost` [mm] (see `cost`); verdicts by radius [mm], other fingers touched, and joint speed
@@ -233,7 +233,8 @@ def _taken(
     )
     pressures = np.array([values.get(name, 0.0) for name in hand.channels])
     if draw is not None:
-        share = np.random.default_rng(draw).uniform(-SPREAD, SPREAD, len(pressures))
+        spread = float(settings.get("spread", SPREAD))
+        share = np.random.default_rng(draw).uniform(-spread, spread, len(pressures))
         pressures = np.minimum((1.0 + share) * pressures, hand.limits)
     try:
         closed, later = hand.take(pressures, values.get(THUMB_FIRST, 1.0) > 0.5)
