@@ -77,6 +77,7 @@ CASES = {  # hand, channels that stay empty, places
 OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
 HOLDING = "thesis.chapter_8.dexterity.posture:hold_place"
 FIRST_TRY, FIRST_HELD = 100, 200  # seeds of draws of tries, and of the longer search
+ALL = "all"
 HELD = 2  # draws of the longer search's first round; later ones add those of the tries
 WIDER = 0.03  # share by which pressures vary in the longer search: more than in the verdict
 KNOWN = 4  # postures of the short search from which the longer one starts
@@ -126,6 +127,9 @@ class Parameters:
         (4, 3, 2), "candidates that each draw of other pressures is tried on [-]"
     )
     sure: int = option(2, "further draws in which the best of them is to touch, too [-]")
+    longer: tuple[str, ...] = option(
+        (ALL,), "searches that go on where they miss, such as seven_channels_6, or all [-]"
+    )
     local: int = option(56, "evaluations of CMA-ES in each of two rounds of the longer search [-]")
     wide: int = option(120, "evaluations of TPE after these rounds [-]")
     generation: int = option(8, "evaluations a generation of CMA-ES [-]")
@@ -222,10 +226,11 @@ class Searches:
     def whole(self, case: str, place: int) -> Found:
         """The winner of the longer search where the short one misses the place, else its winner."""
         one = self.short(case, place)
-        if _holds(one.tried) or one.statics > FAR:
+        workers, given, folder = self._given
+        named = {ALL, problem(given, case, place).name} & set(given.longer)
+        if _holds(one.tried) or one.statics > FAR or not named:
             return one
         if (case, place) not in self._whole:
-            workers, given, folder = self._given
             known = self._known(case, place)
             self._whole[case, place] = _longer(workers, given, case, place, one, known, folder)
         return self._whole[case, place]

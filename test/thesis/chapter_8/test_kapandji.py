@@ -160,6 +160,8 @@ def test_a_longer_search_knows_winners_with_other_channels_and_of_the_places_bes
     assert searches.whole(FOUR, 6).longer and searches.whole(FOUR, 6).longer
     assert not searches.whole(FOUR, 5).longer and not searches.whole(SEVEN, 6).longer
     assert asked == [(FOUR, 6, [6e3, 5e3, 7e3])]
+    one = Searches(None, Parameters(longer=("seven_channels_6",)), tmp_path)
+    assert not one.whole(FOUR, 6).longer
 
 
 def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
