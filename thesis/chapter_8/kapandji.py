@@ -9,8 +9,15 @@ A search tries the postures that come nearest to the place by statics, without c
 seven channels before all others the winner with four. The best postures that touch are tried with
 varied pressures. Unless one of them is good enough in all these tries, CMA-ES goes on around the
 best posture, and its best ones are tried in the same way. The winner is the posture with the lowest
-worst cost of all tries. It is judged again with other draws, and the place counts as reached when
-all of these repeats touch it. A place that statics leave far away is judged and not searched.
+worst cost of all tries. A place that statics leave far away is judged and not searched.
+
+Where the winner misses the place in one of these tries or of two more, a longer search goes on, in
+which a posture that touches is repeated with varied pressures at once: from the best postures so
+far, and the winners of neighbouring places and of other channels, by CMA-ES around the best one,
+CMA-ES around the best so far, and TPE in the whole range. It ends when a posture touches in all its
+tries. Pressures vary by more there than in the verdict: with as much, a posture that had touched in
+all tries was lost in the verdict (place 6, seven channels). Winners are judged again with other
+draws, and a place counts as reached when all of these repeats touch it.
 
 The cost, in which a contact elsewhere is no worse than none, was chosen on place 8 with four
 channels. The order became a variable after place 2: in six postures near it the index came down on
@@ -41,8 +48,10 @@ from softhand_trials.search import (
 )
 from softhand_trials.search.objective import COST
 from softhand_trials.search.problem import Evaluation
+from softhand_trials.sweep.results import RESULTS_FILE, read_results
 from softhand_trials.sweep.results import Results as KeptResults
 from softhand_trials.sweep.run import Workers, finish, start_workers
+from softhand_trials.sweep.task import Record
 from thesis.chapter_8.dexterity.kapandji import OTHER_RADII, RADIUS, TARGETS, Target
 from thesis.chapter_8.dexterity.posture import (
     FOUR,
@@ -66,6 +75,14 @@ CASES = {  # hand, channels that stay empty, places
     NO_INDEX: (FOUR, ("b",), (1, 2, 3)),
 }
 OBJECTIVE = "thesis.chapter_8.dexterity.posture:touch_place"
+HOLDING = "thesis.chapter_8.dexterity.posture:hold_place"
+FIRST_TRY, FIRST_HELD = 100, 200  # seeds of draws of tries, and of the longer search
+ALL = "all"
+HELD = 2  # draws of the longer search's first round; later ones add those of the tries
+WIDER = 0.03  # share by which pressures vary in the longer search: more than in the verdict
+KNOWN = 4  # postures of the short search from which the longer one starts
+ENOUGH_HELD = 6.0  # cost [mm] with which a round of the longer search ends
+A_ROUND = 1000  # between the seeds of its rounds
 WORDS = {
     FOUR: "four channels",
     SEVEN: "seven channels",
@@ -87,6 +104,9 @@ SMALL = {
     "around": 4,
     "generation": 4,
     "tried": (1,),
+    "sure": 1,
+    "local": 4,
+    "wide": 4,
     "segments": 5,
     "step": 0.005,
     "fine_step": 0.0025,
@@ -106,6 +126,12 @@ class Parameters:
     tried: tuple[int, ...] = option(
         (4, 3, 2), "candidates that each draw of other pressures is tried on [-]"
     )
+    sure: int = option(2, "further draws in which the best of them is to touch, too [-]")
+    longer: tuple[str, ...] = option(
+        (ALL,), "searches that go on where they miss, such as seven_channels_6, or all [-]"
+    )
+    local: int = option(56, "evaluations of CMA-ES in each of two rounds of the longer search [-]")
+    wide: int = option(120, "evaluations of TPE after these rounds [-]")
     generation: int = option(8, "evaluations a generation of CMA-ES [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
     step: float = option(0.002, "of the physics [s]")
@@ -150,11 +176,11 @@ def run(given: Parameters, job: Job) -> Results:
     wanted = [(c, p) for c in given.cases for p in CASES[c][2] if p in given.places]
     found: dict[str, dict[str, Any]] = {case: {} for case in given.cases}
     with start_workers(given.jobs) as workers:
+        searches = Searches(workers, given, job.folder)
         for number, (case, place) in enumerate(wanted):
             job.progress(f"{case}, place {place}", number / (len(wanted) + 1))
-            four = found[FOUR].get(str(place)) if case == SEVEN and FOUR in found else None
-            known = [by_actuator(four["values"])] if four else []
-            found[case][str(place)] = _searched(workers, given, case, place, known, job.folder)
+            one = searches.whole(case, place)
+            found[case][str(place)] = _judged(workers, given, case, place, one, job.folder)
         job.progress("finer steps, postures, workspace", len(wanted) / (len(wanted) + 1))
         fine = {
             case: finely(workers, given, case, found[case], job.folder)
@@ -162,6 +188,65 @@ def run(given: Parameters, job: Job) -> Results:
             if case in found
         }
     return {"cases": found, "fine": fine, **postures(found, given), **workspace(given)}
+
+
+@dataclass(frozen=True)
+class Found:
+    """The winner of a search with its tries, its distance without contact [m], values of the best
+    evaluations, the best one first, and whether the winner is of the longer search.
+    """
+
+    tried: Tried
+    statics: float
+    best: Sequence[Mapping[str, float]] = ()
+    longer: bool = False
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Values of the winner's variables."""
+        return dict(self.tried.record["values"])
+
+
+class Searches:
+    """Searches of cases and places, each made when it or one that starts from it is asked for."""
+
+    def __init__(self, workers: Workers, given: Parameters, folder: Path) -> None:
+        self._given = workers, given, folder
+        self._short: dict[tuple[str, int], Found] = {}
+        self._whole: dict[tuple[str, int], Found] = {}
+
+    def short(self, case: str, place: int) -> Found:
+        """The winner of the short search; that with four channels is where seven start."""
+        if (case, place) not in self._short:
+            workers, given, folder = self._given
+            known = [by_actuator(self.short(FOUR, place).values)] if case == SEVEN else []
+            self._short[case, place] = _searched(workers, given, case, place, known, folder)
+        return self._short[case, place]
+
+    def whole(self, case: str, place: int) -> Found:
+        """The winner of the longer search where the short one misses the place, else its winner."""
+        one = self.short(case, place)
+        workers, given, folder = self._given
+        named = {ALL, problem(given, case, place).name} & set(given.longer)
+        if _holds(one.tried) or one.statics > FAR or not named:
+            return one
+        if (case, place) not in self._whole:
+            known = self._known(case, place)
+            self._whole[case, place] = _longer(workers, given, case, place, one, known, folder)
+        return self._whole[case, place]
+
+    def _known(self, case: str, place: int) -> list[Mapping[str, float]]:
+        """Postures that may be near one that touches: of the same place with other channels, then
+        of the places beside it.
+        """
+        if case == SEVEN:
+            other = by_actuator(self.short(FOUR, place).values)
+        elif case == FOUR:
+            other = by_channel(self.whole(SEVEN, place).values, TARGETS[place - 1].finger)
+        else:
+            other = dict(self.whole(FOUR, place).values)
+        beside = [near for near in (place - 1, place + 1) if near in CASES[case][2]]
+        return [other, *(self.short(case, near).values for near in beside)]
 
 
 @lru_cache(maxsize=len(CASES))
@@ -178,6 +263,22 @@ def by_actuator(values: Mapping[str, float]) -> dict[str, float]:
     return by_name | {THUMB_FIRST: values[THUMB_FIRST]}
 
 
+def by_channel(values: Mapping[str, float], finger: str) -> dict[str, float]:
+    """Pressures [Pa] of the four channels near given ones of the seven: that of the finger where it
+    has a part in a channel, else their mean; and the order.
+    """
+    hand = load_hand(HAND)
+    fed: dict[str, list[str]] = {name: [] for name in hand.channels}
+    for chain in hand.chains:
+        for actuator, channel in chain.channels.items():
+            fed[channel].append(actuator)
+    found = {THUMB_FIRST: values[THUMB_FIRST]}
+    for (channel, actuators), limit in zip(fed.items(), hand.max_pressures(), strict=True):
+        used = [finger] if finger in actuators else actuators
+        found[channel] = min(float(limit), float(np.mean([values[name] for name in used])))
+    return found
+
+
 def _searched(
     workers: Workers,
     given: Parameters,
@@ -185,52 +286,93 @@ def _searched(
     place: int,
     known: Sequence[Mapping[str, float]],
     folder: Path,
-) -> dict[str, Any]:
-    """The winner of a search from known postures and those of statics, and its repeats."""
+) -> Found:
+    """The winner of a search from known postures and those of statics."""
     reach, folder = statics(case, given.segments), folder / case / str(place)
     nearest = reach.nearest(TARGETS[place - 1])
     search = problem(given, case, place)
-    found: dict[str, Any] = {"statics": nearest.distance}
     if nearest.distance > FAR:
-        found["values"] = _named(search, case, nearest.pressures, True)
-    else:
-        near = reach.starts(TARGETS[place - 1], -(-given.starts // 2))
-        both = [_named(search, case, n.pressures, first) for n in near for first in (False, True)]
-        found |= _best(workers, given, search, [*known, *both[: given.starts]], folder)
-    return found | {
-        "repeats": repeats(workers, search, found["values"], given.repeats, folder / "repeats")
-    }
-
-
-def _best(
-    workers: Workers,
-    given: Parameters,
-    search: SearchProblem,
-    starts: Sequence[Mapping[str, float]],
-    folder: Path,
-) -> dict[str, Any]:
-    """The winner of a search, how it was found, and evaluations without and with tries."""
-    tasks = [Evaluation(search, number, values) for number, values in enumerate(starts)]
-    with KeptResults(folder / "statics", tasks, COST, ("values",)) as kept:
-        result = SearchResult(finish(workers, tasks, kept))
-    tried = [_tried(workers, given, search, result, folder / "statics_tried")]
-    if not (tried[0].records and tried[0].worst <= ENOUGH):
+        values = _named(search, case, nearest.pressures, True)
+        return Found(Tried({"values": values, COST: np.inf}, ()), nearest.distance)
+    near = reach.starts(TARGETS[place - 1], -(-given.starts // 2))
+    both = [_named(search, case, n.pressures, first) for n in near for first in (False, True)]
+    result = _all_of(workers, search, [*known, *both[: given.starts]], folder / "statics")
+    found = [_tried(workers, given, search, result, folder / "statics_tried")]
+    if not (found[0].records and found[0].worst <= ENOUGH):
         around = replace(
             search,
             name=f"{search.name}_around",
-            start=dict(tried[0].record["values"]),
+            start=dict(found[0].record["values"]),
             spread=SPREAD,
         )
         more = search_with(workers, around, folder / "around")
-        tried.append(_tried(workers, given, around, more, folder / "around_tried"))
+        found.append(_tried(workers, given, around, more, folder / "around_tried"))
         result = SearchResult([*result.records, *more.records])
-    best = min(tried, key=lambda one: (not one.records, one.worst)).record
-    return {
-        "values": dict(best["values"]),
-        "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
-        "evaluations": len(result.records),
-        "failed": result.failed,
-    }
+    best = _surely(workers, given, search, min(found, key=_rank), folder / "surely")
+    others = [record["values"] for record in result.best_of_generations(given.generation)]
+    return Found(best, nearest.distance, others[:KNOWN])
+
+
+def _longer(
+    workers: Workers,
+    given: Parameters,
+    case: str,
+    place: int,
+    short: Found,
+    known: Sequence[Mapping[str, float]],
+    folder: Path,
+) -> Found:
+    """The winner of a longer search, from the best postures of the short one and known ones."""
+    folder = folder / case / str(place) / "longer"
+    search = problem(given, case, place).with_settings(spread=WIDER)
+    draws = [FIRST_HELD + k for k in range(HELD)]
+    more = [FIRST_TRY + k for k in range(len(given.tried) + given.sure)]
+    holding = replace(search, objective=HOLDING)
+    starts = [_within(search, one) for one in (short.values, *short.best, *known)]
+    distinct = [one for k, one in enumerate(starts) if one not in starts[:k]]
+    seen: list[Record] = []
+    found = [short.tried]
+    for number, name in enumerate(("starts", "local", "again", "wide")):
+        if name == "again":
+            draws += more
+        holding = holding.with_settings(draws=[[search.seed, draw] for draw in draws])
+        if name == "starts":
+            result = _all_of(workers, holding, distinct, folder / name)
+        else:
+            how: dict[str, Any] = {"evaluations": given.wide, "sampler": "tpe"}
+            if name != "wide":
+                start = dict(SearchResult(seen).values)
+                spread = SPREAD if name == "local" else 0.5 * SPREAD
+                how = {"evaluations": given.local, "start": start, "spread": spread}
+            one = replace(
+                holding,
+                name=f"{search.name}_{name}",
+                seed=search.seed + A_ROUND * number,
+                enough=ENOUGH_HELD,
+                **how,
+            )
+            result = search_with(workers, one, folder / name)
+        tried = _tried(workers, given, search, result, folder / f"{name}_tried")
+        found.append(_surely(workers, given, search, tried, folder / f"{name}_surely"))
+        seen += result.records
+        if _holds(found[-1]):
+            break
+    best = min(found, key=_rank)
+    return replace(short, tried=best, longer=best is not short.tried)
+
+
+def _all_of(
+    workers: Workers, search: SearchProblem, values: Sequence[Mapping[str, float]], folder: Path
+) -> SearchResult:
+    """Evaluations of given values."""
+    tasks = [Evaluation(search, number, one) for number, one in enumerate(values)]
+    with KeptResults(folder, tasks, COST, ("values",)) as kept:
+        return SearchResult(finish(workers, tasks, kept))
+
+
+def _within(search: SearchProblem, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of all variables of a search, within their ranges."""
+    return {v.name: min(v.high, max(v.low, values.get(v.name, 0.0))) for v in search.variables}
 
 
 def _tried(
@@ -240,8 +382,61 @@ def _tried(
     if not result.best["touched"]:
         return Tried(result.best, ())
     # not those of the repeats
-    draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
+    draws = {str(k): (search.seed, FIRST_TRY + k) for k in range(len(given.tried))}
     return try_again(workers, search, result, draws, given.tried, folder)[0]
+
+
+def _surely(
+    workers: Workers, given: Parameters, search: SearchProblem, tried: Tried, folder: Path
+) -> Tried:
+    """A posture that touched in all its tries, with further ones."""
+    if not _holds(tried):
+        return tried
+    numbers = range(len(given.tried), len(given.tried) + given.sure)
+    tasks = [
+        Evaluation(
+            search.with_settings(draw=[search.seed, FIRST_TRY + k]), k, tried.record["values"]
+        )
+        for k in numbers
+    ]
+    with KeptResults(folder, tasks, COST, ("values",)) as kept:
+        return Tried(tried.record, [*tried.records, *finish(workers, tasks, kept)])
+
+
+def _holds(tried: Tried) -> bool:
+    """Whether a posture was tried and touched each time."""
+    return bool(tried.records) and all(record.get("touched") for record in tried.records)
+
+
+def _rank(tried: Tried) -> tuple[bool, float]:
+    return not tried.records, tried.worst
+
+
+def _judged(
+    workers: Workers, given: Parameters, case: str, place: int, one: Found, folder: Path
+) -> dict[str, Any]:
+    """What a search found, its cost, and the repeats that judge it."""
+    folder, search = folder / case / str(place), problem(given, case, place)
+    runs, minutes = effort(folder)
+    kept = folder / ("longer/repeats" if one.longer else "repeats")
+    return {
+        "values": dict(one.values),
+        "statics": one.statics,
+        "longer": one.longer,
+        "runs": runs,
+        "minutes": minutes,
+        "repeats": repeats(workers, search, one.values, given.repeats, kept),
+    }
+
+
+def effort(folder: Path) -> tuple[int, float]:
+    """Simulations of the searches of a place with all tries, but without what judges them, and
+    minutes of one core.
+    """
+    files = [f for f in folder.rglob(RESULTS_FILE) if f.parent.name not in ("repeats", "fine")]
+    records = [record for file in sorted(files) for record in read_results(file)]
+    seconds = sum(record["cpu_time"] for record in records)
+    return sum(record.get("runs", 1) for record in records), seconds / 60.0
 
 
 def _named(
@@ -369,6 +564,7 @@ def report(results: Results, given: Parameters) -> Report:
         what = "negative control: index empty, places 1 to 3"
         findings.append(Finding(what, "-", ours, counts[NO_INDEX] == 0))
     findings += [_static(name, found) for name, found in cases.items()]
+    findings += [_simulations(name, found) for name, found in cases.items()]
     findings += _twists(results)
     said = [f"{counts[c]} of {len(cases[c])} places with {WORDS[c]}" for c in LEAST if c in cases]
     return Report(findings, f"The thumb reaches {' and '.join(said)}." if said else "")
@@ -378,6 +574,13 @@ def _static(case: str, found: Mapping[str, Any]) -> Finding:
     far = ", ".join(f"{place}: {1e3 * one['statics']:.1f}" for place, one in found.items())
     what = f"distance by statics, {WORDS[case]}"
     return Finding(what, "-", f"{far} mm; above {1e3 * FAR:g} mm not searched")
+
+
+def _simulations(case: str, found: Mapping[str, Any]) -> Finding:
+    runs = ", ".join(f"{p}: {one['runs']}{'+' * one['longer']}" for p, one in found.items())
+    minutes = sum(one["minutes"] for one in found.values())
+    what = f"simulations of the search, {WORDS[case]}"
+    return Finding(what, "-", f"{runs} (+: winner of the longer one); {minutes:.0f} min of a core")
 
 
 def _numbers(found: Mapping[str, Any], radius: float = RADIUS) -> str:

@@ -1,8 +1,11 @@
 """The Kapandji experiment: what is said of made-up results, and one small run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from softhand_trials.search import Tried
 from thesis.chapter_8 import kapandji
 from thesis.chapter_8.dexterity.posture import FOUR, RIGID, SEVEN, THUMB_FIRST, hand_variant
 from thesis.chapter_8.kapandji import (
@@ -10,8 +13,11 @@ from thesis.chapter_8.kapandji import (
     FAR,
     LEAST,
     NO_INDEX,
+    Found,
     Parameters,
+    Searches,
     by_actuator,
+    by_channel,
     problem,
     report,
 )
@@ -30,6 +36,9 @@ def one(distance, pressure=40e3, touched=None):
     return {
         "values": {**dict.fromkeys("abcd", pressure), THUMB_FIRST: 1.0},
         "statics": 0.5 * distance,
+        "longer": False,
+        "runs": 30,
+        "minutes": 0.5,
         "repeats": [repeat] * 3,
     }
 
@@ -122,6 +131,39 @@ def test_seven_channels_contain_each_posture_of_four():
     assert [values[name] for name in ("thumb", "palm_inner", "palm_outer")] == [3.0, 3.0, 4.0]
 
 
+def test_four_channels_come_near_a_posture_of_seven():
+    four = {"a": 10e3, "b": 20e3, "c": 30e3, "d": 40e3, THUMB_FIRST: 1.0}
+    assert by_channel(by_actuator(four), "little") == pytest.approx(four)
+    seven = {**by_actuator(four), "little": 60e3, "thumb": 50e3}
+    assert by_channel(seven, "little") == pytest.approx({**four, "a": 60e3, "c": 40e3})
+
+
+def test_a_longer_search_knows_winners_with_other_channels_and_of_the_places_beside_it(
+    monkeypatch, tmp_path
+):
+    asked = []
+
+    def short(_workers, _given, case, place, known, _folder):
+        channels = hand_variant(CASES[case][0]).channels
+        values = {**dict.fromkeys(channels, 1e3 * place), THUMB_FIRST: 0.0}
+        touched = (case, place) != (FOUR, 6)
+        assert len(known) == (case == SEVEN)
+        return Found(Tried({"values": values, "cost": 9.0}, [{"cost": 9.0, "touched": touched}]), 0)
+
+    def longer(_workers, _given, case, place, one, known, _folder):
+        asked.append((case, place, [posture["a"] for posture in known]))
+        return replace(one, longer=True)
+
+    monkeypatch.setattr(kapandji, "_searched", short)
+    monkeypatch.setattr(kapandji, "_longer", longer)
+    searches = Searches(None, Parameters(), tmp_path)
+    assert searches.whole(FOUR, 6).longer and searches.whole(FOUR, 6).longer
+    assert not searches.whole(FOUR, 5).longer and not searches.whole(SEVEN, 6).longer
+    assert asked == [(FOUR, 6, [6e3, 5e3, 7e3])]
+    one = Searches(None, Parameters(longer=("seven_channels_6",)), tmp_path)
+    assert not one.whole(FOUR, 6).longer
+
+
 def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
     from thesis.frame import Job
 
@@ -136,7 +178,7 @@ def test_a_place_far_away_by_statics_is_judged_and_not_searched(tmp_path):
 def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     from thesis.frame import Job, save_figure
 
-    given = Parameters(**{**kapandji.SMALL, "repeats": 1})
+    given = Parameters(**{**kapandji.SMALL, "places": (1, 4), "repeats": 1})
     job = Job(tmp_path, lambda what, share: None)
     first = kapandji.run(given, job)
     again = kapandji.run(given, job)
@@ -146,6 +188,10 @@ def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
     assert len(lines) == kapandji.SMALL["starts"]
     lines = (tmp_path / FOUR / "4" / "around" / "results.jsonl").read_text().splitlines()
     assert len(lines) == kapandji.SMALL["around"]
-    found = report(first, given)
-    save_figure(kapandji, first, found, tmp_path / "figure.png")
+    longer = tmp_path / FOUR / "1" / "longer"
+    for name, count in (("local", "local"), ("wide", "wide"), ("again", "local")):
+        lines = (longer / name / "results.jsonl").read_text().splitlines()
+        assert len(lines) == kapandji.SMALL[count]
+    said = report(first, given)
+    save_figure(kapandji, first, said, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000

@@ -8,7 +8,7 @@ takes longer than its ramp). Then the valves close and the air stays in.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -50,6 +50,7 @@ RING_COUNT = 5  # outlines of the thumb's end of which the distance to a place i
 NO_CONTACT, NOT_TOUCHED = 5.0, 8.0
 A_NEWTON, A_SPEED, MOST_SPEED = 2.0, 10.0, 5.0  # [mm/N], [mm s/rad], [mm]
 A_DETOUR = 0.25  # of what the way along the skin is longer than that through the air [-]
+A_FACTOR = 3.0  # cost [mm] of a speed that is e times what is allowed
 
 
 def hand_variant(name: str) -> HandDescription:
@@ -182,29 +183,69 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
         values: gauge pressure [Pa] by channel; a channel that is not named stays empty.
             `thumb_first`: above 0.5, as if it is left out, palm and thumb are filled first.
         settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`, `draw`:
-            seeds of a change of each pressure by up to `SPREAD`.
+            seeds of a change of each pressure by up to `spread` (`SPREAD`), as a share.
 
     Returns:
         `cost` [mm] (see `cost`); verdicts by radius [mm], other fingers touched, and joint speed
         [rad/s].
     """
     target = TARGETS[int(settings["place"]) - 1]
+    closed, later, gap = _taken(values, settings, target, settings.get("draw"))
+    return _record(target, closed, later, gap)
+
+
+@objective
+def hold_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Objective of a longer search: as `touch_place`, but a posture that touches is repeated with
+    pressures changed by each of the seeds `draws`. Its cost is then that of all of these.
+
+    Returns:
+        as `touch_place`; `runs` is the number of simulations, `held` how many of them touch; `cost`
+        [mm] is at most the radius if all do.
+    """
+    target = TARGETS[int(settings["place"]) - 1]
+    first: dict[str, Any] = {}
+    costs: list[float] = []
+    held = 0
+    for draw in (None, *settings["draws"]):
+        closed, later, gap = _taken(values, settings, target, draw)
+        found = _record(target, closed, later, gap)
+        first = first or found
+        held += found["touched"]
+        costs.append(found["cost"] if found["touched"] else missed(target, closed, later, gap))
+        if not first["touched"]:
+            break
+    whole = np.mean(costs if held == len(costs) else np.maximum(costs, NOT_TOUCHED))
+    return first | {"cost": float(whole), "runs": len(costs), "held": held}
+
+
+def _taken(
+    values: Mapping[str, float],
+    settings: Mapping[str, Any],
+    target: Target,
+    draw: Sequence[int] | None,
+) -> tuple[Snapshot, Snapshot, float]:
+    """Snapshots of a posture, and the thumb's distance [m] from the place through the air."""
     hand = posed_hand(
         str(settings.get("hand", FOUR)),
         float(settings.get("step", STEP)),
         int(settings.get("segments", SEGMENTS)),
     )
     pressures = np.array([values.get(name, 0.0) for name in hand.channels])
-    if "draw" in settings:
-        share = np.random.default_rng(settings["draw"]).uniform(-SPREAD, SPREAD, len(pressures))
+    if draw is not None:
+        spread = float(settings.get("spread", SPREAD))
+        share = np.random.default_rng(draw).uniform(-spread, spread, len(pressures))
         pressures = np.minimum((1.0 + share) * pressures, hand.limits)
     try:
         closed, later = hand.take(pressures, values.get(THUMB_FIRST, 1.0) > 0.5)
     except RuntimeError:
         posed_hand.cache_clear()  # the engine has diverged
         raise
+    return closed, later, hand.gap(target)
+
+
+def _record(target: Target, closed: Snapshot, later: Snapshot, gap: float) -> dict[str, Any]:
     verdict = judge(target, closed, later)
-    gap = hand.gap(target)
     return {
         "cost": cost(verdict, gap, later.speed),
         "touched": verdict.touched,
@@ -219,6 +260,24 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
             for radius in sorted((RADIUS, *OTHER_RADII))
         },
     }
+
+
+def missed(target: Target, closed: Snapshot, later: Snapshot, gap: float) -> float:
+    """Cost [mm] of a posture that does not touch, with a slope in each thing that is missed.
+
+    Beside the place it is as in `cost`. Within the radius, where the distance is no longer what is
+    missed, that is left out, and what speed, force and the earlier snapshot miss is added: a speed
+    by its logarithm, as it is often just above what is allowed.
+    """
+    verdict, before = judge(target, closed, later), judge(target, closed, closed)
+    if verdict.distance is None or verdict.distance > RADIUS:
+        return cost(verdict, gap, later.speed)
+    low, high = FORCE
+    found = NOT_TOUCHED + A_DETOUR * 1e3 * verdict.distance
+    found += A_NEWTON * max(0.0, verdict.force - high) + max(0.0, 1.0 - verdict.force / low)
+    away = np.inf if before.distance is None else before.distance
+    found += min(NO_CONTACT, max(0.0, 1e3 * (away - RADIUS)))
+    return found + min(MOST_SPEED, A_FACTOR * float(np.log(max(later.speed, SLOW) / SLOW)))
 
 
 def cost(verdict: Verdict, gap: float, speed: float) -> float:

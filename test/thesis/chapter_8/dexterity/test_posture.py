@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grasp_strategies.in_process_scene import build_scene
+from grasp_strategies.in_process_scene import SkinContact, SkinPlace, build_scene
 from softhand_model.hand.hand import load_hand
-from thesis.chapter_8.dexterity.kapandji import TARGETS, Verdict
+from thesis.chapter_8.dexterity.kapandji import TARGETS, Snapshot, Verdict
 from thesis.chapter_8.dexterity.posture import (
     FOUR,
     NOT_TOUCHED,
@@ -17,6 +17,8 @@ from thesis.chapter_8.dexterity.posture import (
     cost,
     first_channels,
     hand_variant,
+    hold_place,
+    missed,
     touch_place,
 )
 
@@ -130,12 +132,12 @@ def test_the_gap_is_where_the_thumb_is(hand):
 
 def test_what_is_not_touched_costs_more_than_any_touch():
     far = cost(Verdict(True, "", 0.008, 0.2, ()), 0.0, 0.0)
-    for missed in (
+    for verdict in (
         Verdict(False, "no contact", None, 0.0, ()),
         Verdict(False, "force of 3 N", 0.0, 3.0, ()),
         Verdict(False, "joints at 0.1 rad/s", 0.0, 1.0, ()),
     ):
-        assert cost(missed, 0.0, 0.1) >= NOT_TOUCHED >= far
+        assert cost(verdict, 0.0, 0.1) >= NOT_TOUCHED >= far
 
 
 def test_a_contact_on_the_way_to_a_place_does_not_cost_more_than_none():
@@ -156,3 +158,44 @@ def test_a_draw_changes_pressures_a_little_within_the_limits_and_the_same_each_t
     assert first == again
     gaps = [found["gap"] for found in (usual, first, other)]
     assert len(set(gaps)) == 3 and np.ptp(gaps) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("less", "more"),
+    [
+        ({"speed": 0.051}, {"speed": 0.06}),
+        ({"speed": 0.06}, {"speed": 0.2}),
+        ({"force": 2.1}, {"force": 3.0}),
+        ({"force": 0.04}, {"force": 0.01}),
+        ({"before": 0.010}, {"before": 0.012}),
+        ({"before": 0.012}, {"before": None}),
+        ({"speed": 0.06}, {"distance": 0.009}),
+    ],
+)
+def test_what_is_missed_more_costs_more_in_a_longer_search(less, more):
+    def costs(distance=0.003, before=0.003, force=0.2, speed=0.01):
+        def seen(far, speed):
+            end = SkinPlace("thumb", 0.080, 0.025, "back", 0.085, 0.060, 0.012)
+            # a pad that is hit the given distance below 75 % of its length
+            pad = SkinPlace("little", 0.75 * 0.090 - far, 0.0, "pad", 0.090, 0.070, 0.016)
+            return Snapshot([SkinContact((end, pad), force)], speed)
+
+        closed = Snapshot([], 0.01) if before is None else seen(before, 0.01)
+        return missed(TARGETS[6], closed, seen(distance, speed), distance)
+
+    assert NOT_TOUCHED < costs(**less) < costs(**more)
+
+
+def test_a_touch_is_repeated_at_once_and_costs_the_radius_at_most_if_all_touch():
+    values = {"a": 39e3, "b": 12e3, "c": 16e3, "d": 106e3}
+    draws = [[1, 2], [1, 3]]
+    none = hold_place({}, {**SETTINGS, "draws": draws})
+    assert none["runs"] == 1 and none["held"] == 0 and none["cost"] > NOT_TOUCHED
+    found = hold_place(values, {**SETTINGS, "draws": draws})
+    alone = [touch_place(values, SETTINGS)]
+    assert alone[0]["touched"]
+    alone += [touch_place(values, {**SETTINGS, "draw": draw}) for draw in draws]
+    assert found["runs"] == 3 and found["held"] == sum(one["touched"] for one in alone)
+    assert (found["cost"] <= NOT_TOUCHED) == (found["held"] == 3)
+    if found["held"] == 3:
+        assert found["cost"] == pytest.approx(np.mean([one["cost"] for one in alone]))
