@@ -67,7 +67,10 @@ def open_seal(folder: Path) -> dict[str, Any]:
     """
     path = folder / SEAL
     if not path.is_file():
-        raise ValueError(f"{path}: expected the file with what is hidden in the set, got none")
+        raise ValueError(
+            f"{path}: expected the file with what is hidden in the set, got none; only `synthesize "
+            "--hide` writes it"
+        )
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:

@@ -129,7 +129,7 @@ def _course(
         )
     if not known.any():
         raise DocumentError(
-            f"{paths[0]}: expected samples with all markers and pressures, got none"
+            f"{paths[0]}: expected samples in which all markers and pressures are known, got none"
         )
     time = time[known] - time[known][0]
     check_time(paths[0], {"time": time}, lambda index: f"sample {index + 1}")
@@ -254,7 +254,9 @@ def _on_clock_of(
     good = np.isfinite(driven) & np.isfinite(pressures).all(axis=1)
     driven, pressures = driven[good], pressures[good]
     if not len(driven):
-        raise DocumentError(f"{paths[-1]}: expected samples with all pressures, got none")
+        raise DocumentError(
+            f"{paths[-1]}: expected samples in which all pressures are known, got none"
+        )
     check_time(paths[-1], {"time": driven - driven[0]}, lambda index: f"sample {index + 1}")
     if min(np.nanmax(time), driven[-1]) <= max(np.nanmin(time), driven[0]):
         remarks.append("the clocks of the two files cannot be compared: both begin at 0")

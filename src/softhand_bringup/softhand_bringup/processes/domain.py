@@ -38,7 +38,9 @@ def held_domain() -> Iterator[int]:
                 continue
             yield number
             return
-    raise RuntimeError("ROS_DOMAIN_ID: expected a free domain on this machine, got none")
+    raise RuntimeError(
+        "ROS_DOMAIN_ID: expected a free domain on this machine, got none; end nodes that still run"
+    )
 
 
 def is_used(domain: int) -> bool:

@@ -97,7 +97,7 @@ def effect_errors(place: str) -> Iterator[None]:
             f"{place}: expected the code to return, got sys.exit({quoted(reason.code)})"
         ) from reason
     except _TooLong as limit:
-        raise EffectError(f"{place}: expected the code to end within {limit}, got none") from None
+        raise EffectError(f"{place}: expected the code to end within {limit}, got longer") from None
     except BaseException as reason:
         if isinstance(reason, ValueError) and "read-only" in str(reason):
             wanted, got = "arguments left as they are", "a change in place"

@@ -72,7 +72,7 @@ def _rehearsed(path: str, changed: int, size: int) -> str:
         except subprocess.TimeoutExpired:
             return (
                 f"{path}: expected the code to end within {REHEARSAL_WAIT:g} s of wall time, "
-                "got none"
+                "got longer"
             )
         finally:
             os.close(writer)
@@ -80,7 +80,7 @@ def _rehearsed(path: str, changed: int, size: int) -> str:
     if status == -signal.SIGXCPU:
         return (
             f"{path}: expected the code to end within {REHEARSAL_LIMIT} s of processor time, "
-            "got none"
+            "got longer"
         )
     if verdict:
         return "" if verdict == THROUGH else verdict
