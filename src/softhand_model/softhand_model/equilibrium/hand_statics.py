@@ -69,11 +69,13 @@ class Shape:
 
 
 class HandBody:
-    """Chains in series on their mounts.
+    """One finger of a hand, or the palm with a thumb on its tip: chains of which each is mounted on
+    the tip of the one before, or on the wrist.
 
-    models: the chains by name, in their order. actuators: names, in the order of their pressures.
-    joints: slice of the joints of each chain. arrays: links of the whole body. stretching (n,): as
-    in `SegmentChain`.
+    models: the chains by name, from the wrist outwards. actuators: names of their actuators, in the
+    order in which pressures are given. joints: for each chain, the slice of its joints among those
+    of the body. arrays: geometry and masses of all links. stretching (n,): for each joint, the
+    `stretching` of its `SegmentChain`.
     """
 
     def __init__(self, description: HandDescription, models: Mapping[str, ChainModel]) -> None:
