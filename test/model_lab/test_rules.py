@@ -45,6 +45,7 @@ EXCEPTIONS = {
         NUMERICS,
     ),
     "fitting/noise_floor.py": {"ALIKE_DRAWS": NUMERICS},
+    "fitting/pulse_noise.py": {"LEAST_SINGULAR": NUMERICS},
     "fitting/notices.py": {
         "NAMED_RUNS": "words of a message",
         **dict.fromkeys(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.linalg import orth
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
@@ -29,8 +30,7 @@ def pulse_level(data: MeasurementSet, residual: Array) -> float | None:
         for direction in np.unique(run.columns["direction"]):
             chosen = run.columns["direction"] == direction
             shapes = _regressors({name: run.columns[name][chosen] for name in run.columns})
-            base, size, _ = np.linalg.svd(shapes, full_matrices=False)
-            base = base[:, size > LEAST_SINGULAR * size[0]]
+            base = orth(shapes, LEAST_SINGULAR)
             if len(base) < 2 * base.shape[1]:
                 continue
             left = rest[chosen] - base @ (base.T @ rest[chosen])

@@ -11,7 +11,7 @@ from model_lab.importing.tables import Column, Table
 from model_lab.importing.units import unit_for
 
 FEWEST_LEVELS = 3  # columns named by a number that are levels, by hand
-VALUES = "values"  # name of the column with what was read at all levels
+READ_VALUES = "values"  # name of the column with what was read at all levels
 
 
 def one_row_a_level(table: Table) -> Table:
@@ -25,10 +25,10 @@ def one_row_a_level(table: Table) -> Table:
     pressure = np.tile([float(one.name.replace(",", ".")) for one in levels], table.rows)
     values = np.stack([one.values for one in levels], axis=1).ravel()
     runs = [str(row + 1) for row in range(table.rows) for _ in levels]
-    columns = (Column("pressure", levels[0].unit, pressure), Column(VALUES, "", values))
+    columns = (Column("pressure", levels[0].unit, pressure), Column(READ_VALUES, "", values))
     said = (
         f"{table.path.name}: its columns are levels of pressure, and each of its {table.rows} rows "
-        f"is a run; say what was read by --map tip_force={VALUES}:N or the like"
+        f"is a run; say what was read by --map tip_force={READ_VALUES}:N or the like"
     )
     labels = tuple(runs) if table.rows > 1 else ()
     return replace(table, columns=columns, labels=labels, remarks=(*table.remarks, said))
