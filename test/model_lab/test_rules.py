@@ -58,7 +58,6 @@ EXCEPTIONS = {
         "ROUNDING_ERROR": NUMERICS,
         **dict.fromkeys(("FALLING", "RESTS", "RISING"), "codes of a direction"),
     },
-    "fitting/pulse_noise.py": {"LEAST_SINGULAR": NUMERICS},
     "localisation/bins.py": dict.fromkeys(
         ("AXIS_BINS", "RANKED_SAMPLES", "SMALLEST_BIN"), NUMERICS
     ),
