@@ -17,6 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 import yaml
 
@@ -36,7 +37,9 @@ def main() -> None:
     parser = command_line("bench.hands_grasp.over_ros", __doc__)
     parser.add_argument("--only", nargs="+", choices=HIDDEN, default=list(HIDDEN))
     parser.add_argument("--jobs", default="2", help="processes that simulate (%(default)s)")
-    parser.add_argument("--keep", type=Path, help="folder for bags, sets and diagnoses")
+    parser.add_argument(
+        "--keep", type=Path, help="folder for bags, sets and diagnoses; what is there is used"
+    )
     given = parser.parse_args()
     print("| hidden | verdict | right | before, after, floor [mN] |\n|---|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -46,7 +49,7 @@ def main() -> None:
 
 def row(name: str, folder: Path, jobs: str) -> str:
     """Record and diagnose one hidden effect in a folder; returns its row."""
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     effects = [("gravity", {"mass_scale": 1.0})]
     effects += [] if name == "nothing" else [(name, {"factor": HIDDEN[name]})]
     model = {
@@ -55,26 +58,39 @@ def row(name: str, folder: Path, jobs: str) -> str:
         "effects": [{"name": effect, "parameters": values} for effect, values in effects],
     }
     (folder / "hidden.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
+    answer = folder / "diagnosis.json"
+    if not answer.exists():
+        _record_and_diagnose(folder, jobs)
+    found = json.loads(answer.read_text())
+    named = [effect["name"] for effect in found["effects"]]
+    right = named == [name] or (name == "nothing" and found["verdict"] == "adequate")
+    values = [_told(effect) for effect in found["effects"]]
+    keys = ("rmse_before", "rmse_after", "noise_floor")
+    errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in keys)
+    told = ", ".join((found["verdict"], *values))
+    return f"| {name} | {told} | {'yes' if right else 'no'} | {errors} |"
+
+
+def _told(effect: dict[str, Any]) -> str:
+    """An effect with its values and intervals, in words."""
+    words = [
+        f"{entry['value']:.3g} ({entry['interval'][0]:.3g} to {entry['interval'][1]:.3g})"
+        for entry in effect["parameters"].values()
+    ]
+    return " ".join((effect["name"], *effect.get("where", {}).values(), *words))
+
+
+def _record_and_diagnose(folder: Path, jobs: str) -> None:
+    """Write diagnosis.json of four grasps with the model hidden.yaml."""
     bags = [
         _recorded(folder / f"{strategy}_{number}", strategy, place, folder / "hidden.yaml")
         for strategy in STRATEGIES
         for number, place in enumerate(PLACES)
     ]
-    of_set, answer = str(folder / "set"), folder / "diagnosis.json"
+    of_set, answer = str(folder / "set"), str(folder / "diagnosis.json")
     about = ("--hand", HAND, "--experiment", "grasp", "--object", THING)
     _lab("import", *map(str, bags), "-o", of_set, *about, "--yes")
-    _lab("diagnose", of_set, "--model", "gravity", "--jobs", jobs, "--json", str(answer))
-    found = json.loads(answer.read_text())
-    named = [effect["name"] for effect in found["effects"]]
-    right = named == [name] or (name == "nothing" and found["verdict"] == "adequate")
-    values = [
-        f"{part} {effect['parameters']}"
-        for part, effect in zip(named, found["effects"], strict=True)
-    ]
-    keys = ("error_before", "error_after", "noise_floor")
-    errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in keys)
-    told = ", ".join((found["verdict"], *values))
-    return f"| {name} | {told} | {'yes' if right else 'no'} | {errors} |"
+    _lab("diagnose", of_set, "--model", "gravity", "--jobs", jobs, "--json", answer)
 
 
 def _recorded(folder: Path, strategy: str, shift: tuple[float, float], model: Path) -> Path:
