@@ -115,7 +115,10 @@ def _remarks(runs: int, protocols: int, segments: int | None) -> list[str]:
             "held out"
         )
     if runs == protocols:
-        remarks.append("no protocol was repeated: repeats show how much the hand itself scatters")
+        remarks.append(
+            "no protocol was repeated: repeats show how much the hand itself scatters; without "
+            "them, `diagnose` needs `noise` of the markers in experiment.yaml for few poses"
+        )
     return remarks
 
 
