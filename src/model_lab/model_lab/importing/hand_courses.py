@@ -119,7 +119,10 @@ def remarks_on(runs: int, protocols: int, segments: int | None) -> list[str]:
             "held out"
         )
     if runs == protocols:
-        remarks.append("no protocol was repeated: repeats show how much the hand itself scatters")
+        remarks.append(
+            "no protocol was repeated: repeats show how much the hand itself scatters; without "
+            "them, `diagnose` needs `noise` of the markers in experiment.yaml for few poses"
+        )
     return remarks
 
 
