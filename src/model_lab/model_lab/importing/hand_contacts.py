@@ -12,8 +12,8 @@ from model_lab.aliases import Array
 from model_lab.importing.bag_tables import TopicTable
 from model_lab.importing.hand_bags import (
     LOAD_TOPIC,
-    STATE,
-    WRIST,
+    STATE_TOPIC,
+    WRIST_TOPIC,
     columns_of,
     interpolated,
     topics_of_hand,
@@ -40,15 +40,15 @@ from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.hand.hand import HandDescription
 
-OBJECT = "scene/object_pose"
-RESULT = "grasp/result"  # of the sequencer; its first status is "NODE: STRATEGY"
-POSITION = tuple(f"pose.position.{axis}" for axis in "xyz")
-TURN = tuple(f"pose.orientation.{axis}" for axis in "xyzw")
-FORCE = tuple(f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz")
+OBJECT_TOPIC = "scene/object_pose"
+RESULT_TOPIC = "grasp/result"  # of the sequencer; its first status is "NODE: STRATEGY"
+PLACE_FIELDS = tuple(f"pose.position.{axis}" for axis in "xyz")
+TURN_FIELDS = tuple(f"pose.orientation.{axis}" for axis in "xyzw")
+WRENCH_FIELDS = tuple(f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz")
 MG, N_MM = 1e6, 1e3  # units of the set over those of ROS
-UNITS = {"wrist": "m", "object": "mm", "pressure": "kPa", "mass": "mg"}  # of columns of a part
+PART_UNITS = {"wrist": "m", "object": "mm", "pressure": "kPa", "mass": "mg"}  # of columns of a part
 # by hand
-RATE = {PRESS: 25.0, GRASP: 20.0}  # [Hz] of the set; readings between two samples are averaged
+SET_RATES = {PRESS: 25.0, GRASP: 20.0}  # [Hz] of the set; readings between two samples are averaged
 FREE_BEFORE = 0.5  # [s] before the first contact
 UNTOUCHED = 0.5  # [s] without contact that part two presses
 TOUCHED_FOR = 0.2  # [s] that a press lasts at least
@@ -132,7 +132,7 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
 
 def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
     topics = topics_of_hand(bag, hand)
-    needed = (STATE, WRIST, LOAD_TOPIC, *([OBJECT] if kind == GRASP else []))
+    needed = (STATE_TOPIC, WRIST_TOPIC, LOAD_TOPIC, *([OBJECT_TOPIC] if kind == GRASP else []))
     missing = [name for name in needed if name not in topics]
     if missing:
         raise DocumentError(
@@ -140,25 +140,25 @@ def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
         )
     begin = max(topics[name].time[0] for name in needed)
     end = min(topics[name].time[-1] for name in needed)
-    time = np.arange(begin, end, 1.0 / RATE[kind])
+    time = np.arange(begin, end, 1.0 / SET_RATES[kind])
     masses, pressures = (
-        columns_of(topics[STATE], [f"{part}[{name}]" for name in hand.channels], bag)
+        columns_of(topics[STATE_TOPIC], [f"{part}[{name}]" for name in hand.channels], bag)
         for part in ("position", "effort")
     )
     return _Recorded(
         bag,
         time,
-        _pose(topics[WRIST], time, bag),
-        interpolated(time, topics[STATE].time, masses),
-        _mean(time, topics[STATE].time, pressures),
-        _mean(time, topics[LOAD_TOPIC].time, columns_of(topics[LOAD_TOPIC], FORCE, bag)),
-        _pose(topics[OBJECT], time, bag) if kind == GRASP else None,
+        _pose(topics[WRIST_TOPIC], time, bag),
+        interpolated(time, topics[STATE_TOPIC].time, masses),
+        _mean(time, topics[STATE_TOPIC].time, pressures),
+        _mean(time, topics[LOAD_TOPIC].time, columns_of(topics[LOAD_TOPIC], WRENCH_FIELDS, bag)),
+        _pose(topics[OBJECT_TOPIC], time, bag) if kind == GRASP else None,
     )
 
 
 def _pose(topic: TopicTable, time: Array, bag: Path) -> Array:
-    turn = without_jumps(columns_of(topic, TURN, bag))
-    found = interpolated(time, topic.time, np.hstack([columns_of(topic, POSITION, bag), turn]))
+    turn = without_jumps(columns_of(topic, TURN_FIELDS, bag))
+    found = interpolated(time, topic.time, np.hstack([columns_of(topic, PLACE_FIELDS, bag), turn]))
     found[:, 3:] /= np.linalg.norm(found[:, 3:], axis=1)[:, None]
     return found
 
@@ -228,12 +228,12 @@ def _unit(column: str) -> str:
         return ""
     if part == "wrench":
         return "N mm" if name.startswith("t") else "N"
-    return {"time": "s", **UNITS}[part]
+    return {"time": "s", **PART_UNITS}[part]
 
 
 def _strategy(bag: Path) -> str:
     """Name of the strategy that the sequencer ran; "" if the bag does not tell."""
     with opened(bag) as reader:
-        topic = next((name for name in reader.topics if name.endswith(RESULT)), None)
+        topic = next((name for name in reader.topics if name.endswith(RESULT_TOPIC)), None)
         told = next(messages_of(bag, reader, topic), None) if topic else None
     return told[1].status[0].name.partition(": ")[2] if told and told[1].status else ""

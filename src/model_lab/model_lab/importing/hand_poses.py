@@ -35,7 +35,7 @@ from softhand_common.numerics.rotations import to_rpy
 
 # by hand
 HOLD = 0.8  # [s] for which a pose must be held; MARGIN of it at either end is left out
-LACKING = 0.35  # largest share of a protocol's poses that a repeat may lack
+LACKING_POSES = 0.35  # largest share of a protocol's poses that a repeat may lack
 NO_AIR = 2e3  # [Pa] below which a hand is empty
 FREE_LOAD = 0.2  # [N] at the wrist that no free hand bears, as for the monitor
 
@@ -151,14 +151,14 @@ def _runs(poses: Sequence[Pose]) -> list[list[Pose]]:
 
 def _protocols(runs: Sequence[list[Pose]]) -> tuple[list[list[Pose]], list[int]]:
     """The poses that all repeats of each protocol have, and the protocol of each run. Runs are
-    repeats if they have the same poses, of which each may lack a few (LACKING).
+    repeats if they have the same poses, of which each may lack a few (LACKING_POSES).
     """
     protocols: list[list[Pose]] = []
     numbers = []
     for poses in runs:
         for number, other in enumerate(protocols):
             common = _common(other, poses)
-            if len(common) >= max((1.0 - LACKING) * max(len(poses), len(other)), 2):
+            if len(common) >= max((1.0 - LACKING_POSES) * max(len(poses), len(other)), 2):
                 protocols[number] = common
                 break
         else:

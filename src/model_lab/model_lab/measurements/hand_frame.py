@@ -85,7 +85,10 @@ def misfit(
     places: Mapping[str, Array],
 ) -> float:
     """Root mean square distance [m] of the markers of the described hand, moved rigidly, from where
-    they were seen; arguments as of `frame_against_wrist`. NaN without an equilibrium.
+    they were seen; NaN without an equilibrium.
+
+    pressures (channels, k) [Pa]: gauge pressures. down (k, 3): direction of the weight in the frame
+    of the positions. places (k, 3) [m]: positions of the markers, by name.
     """
     chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
     names, pull = list(places), STANDARD_GRAVITY * down[chosen]
