@@ -17,8 +17,8 @@ from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.hand.hand import HandDescription
 
-TIPS_TOPIC, STATE_TOPIC, WRIST_TOPIC = "hand/fingertips", "pneumaticbox/state", "wrist/pose"
-HAND_TOPICS = (TIPS_TOPIC, STATE_TOPIC, WRIST_TOPIC)
+PLACES_OF_TIPS, STATE_OF_AIR, POSE_OF_WRIST = "hand/fingertips", "pneumaticbox/state", "wrist/pose"
+HAND_TOPICS = (PLACES_OF_TIPS, STATE_OF_AIR, POSE_OF_WRIST)
 LOAD_TOPIC = "wrist/wrench"  # of an arm that feels it
 JOINTS = "hand/joint_states"  # of a simulated hand, one for each segment
 
@@ -93,7 +93,7 @@ def topics_of_hand(bag: Path, hand: HandDescription) -> dict[str, TopicTable]:
                 f"{bag}: expected topics of one hand, got those of two, such as {topic.topic} and "
                 f"{found[_suffix(topic.topic)].topic}; record each hand in a bag of its own"
             )
-    tips = found[TIPS_TOPIC]
+    tips = found[PLACES_OF_TIPS]
     counted = sum(name.endswith("position.x") for name in tips.columns)
     if counted != len(hand.tips):
         raise DocumentError(

@@ -12,8 +12,8 @@ from model_lab.aliases import Array
 from model_lab.importing.bag_tables import TopicTable
 from model_lab.importing.hand_bags import (
     LOAD_TOPIC,
-    STATE_TOPIC,
-    WRIST_TOPIC,
+    POSE_OF_WRIST,
+    STATE_OF_AIR,
     columns_of,
     interpolated,
     topics_of_hand,
@@ -40,7 +40,7 @@ from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.hand.hand import HandDescription
 
-OBJECT_TOPIC = "scene/object_pose"
+POSE_OF_OBJECT = "scene/object_pose"
 RESULT_TOPIC = "grasp/result"  # of the sequencer; its first status is "NODE: STRATEGY"
 PLACE_FIELDS = tuple(f"pose.position.{axis}" for axis in "xyz")
 TURN_FIELDS = tuple(f"pose.orientation.{axis}" for axis in "xyzw")
@@ -132,7 +132,7 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
 
 def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
     topics = topics_of_hand(bag, hand)
-    needed = (STATE_TOPIC, WRIST_TOPIC, LOAD_TOPIC, *([OBJECT_TOPIC] if kind == GRASP else []))
+    needed = (STATE_OF_AIR, POSE_OF_WRIST, LOAD_TOPIC, *([POSE_OF_OBJECT] if kind == GRASP else []))
     missing = [name for name in needed if name not in topics]
     if missing:
         raise DocumentError(
@@ -142,17 +142,17 @@ def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
     end = min(topics[name].time[-1] for name in needed)
     time = np.arange(begin, end, 1.0 / SET_RATES[kind])
     masses, pressures = (
-        columns_of(topics[STATE_TOPIC], [f"{part}[{name}]" for name in hand.channels], bag)
+        columns_of(topics[STATE_OF_AIR], [f"{part}[{name}]" for name in hand.channels], bag)
         for part in ("position", "effort")
     )
     return _Recorded(
         bag,
         time,
-        _pose(topics[WRIST_TOPIC], time, bag),
-        interpolated(time, topics[STATE_TOPIC].time, masses),
-        _mean(time, topics[STATE_TOPIC].time, pressures),
+        _pose(topics[POSE_OF_WRIST], time, bag),
+        interpolated(time, topics[STATE_OF_AIR].time, masses),
+        _mean(time, topics[STATE_OF_AIR].time, pressures),
         _mean(time, topics[LOAD_TOPIC].time, columns_of(topics[LOAD_TOPIC], WRENCH_FIELDS, bag)),
-        _pose(topics[OBJECT_TOPIC], time, bag) if kind == GRASP else None,
+        _pose(topics[POSE_OF_OBJECT], time, bag) if kind == GRASP else None,
     )
 
 
