@@ -62,9 +62,10 @@ def recorded(folder, sequence, hold=1.0, move=0.5, joints=(), forces=()):
     return folder
 
 
-def touching(folder, rows, strategy="", rate=RATE):
+def touching(folder, rows, results=(), rate=RATE):
     """A bag with one row (force along z [N], height of wrist and of object [m], mass [kg] and
-    pressure [Pa] of all channels) for each sample; an object whose height is None is not recorded.
+    pressure [Pa] of all channels) for each sample, from 5 s on; an object whose height is None is
+    not recorded. results: (time [s], strategy) of grasps that ended.
     """
     bag, vector = SyntheticBag(folder), T["geometry_msgs/msg/Vector3"]
     for number, (force, wrist, thing, mass, pressure) in enumerate(rows):
@@ -84,9 +85,9 @@ def touching(folder, rows, strategy="", rate=RATE):
             )
         load = T["geometry_msgs/msg/Wrench"](vector(0.0, 0.0, force), vector(0.1 * force, 0.0, 0.0))
         bag.write("/wrist/wrench", time, T["geometry_msgs/msg/WrenchStamped"](header(time), load))
-    if strategy:
-        status = T["diagnostic_msgs/msg/DiagnosticStatus"](0, f"sequencer: {strategy}", "", "", [])
+    for seconds, name in results:
+        status = T["diagnostic_msgs/msg/DiagnosticStatus"](0, f"sequencer: {name}", "", "", [])
         kind = T["diagnostic_msgs/msg/DiagnosticArray"]
-        bag.write("/grasp/result", time, kind(header(time), [status]))
+        bag.write("/grasp/result", seconds, kind(header(seconds), [status]))
     bag.close()
     return folder

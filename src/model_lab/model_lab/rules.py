@@ -322,6 +322,9 @@ class Rules:
         "factor less 1 that a slip which is a mere factor may leave",
         BY_HAND + ", what sizes measured to 1 % leave of a blocked force",
     )
+    slip_factor_errors: float = _rule(
+        2.0, "standard errors of that factor, by the scatter of runs, that are chance", BY_HAND
+    )
     slip_factor_most: float = _rule(
         0.3, "the same beyond which it is no slip at all, whatever acts besides", BY_HAND
     )

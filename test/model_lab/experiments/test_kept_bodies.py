@@ -47,6 +47,12 @@ def at(scale):
     return {"modulus_scale[A]": np.array([scale])}
 
 
+def test_a_body_without_markers_has_shapes_at_every_scale():
+    kept, bare = ShapesOverScales(), Shape(np.zeros((2, 0, 3)), np.zeros((2, 0, 3, 3)))
+    for scale in np.linspace(0.9, 1.1, SCALES + 2):
+        assert kept.at(lambda _: bare, float(scale)).places.shape == (2, 0, 3)
+
+
 def test_the_most_recently_used_results_are_kept():
     recent, made = Recent(2), []
     for key in "abacab":

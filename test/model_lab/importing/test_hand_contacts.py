@@ -24,9 +24,9 @@ def grasp(time):
     return -2.0 * (TOUCHED < time < 8.0), wrist, thing, 2e-5 * air, 4e4 * air
 
 
-def grasped(folder, strategy="from_above", **parts):
+def grasped(folder, *results):
     rows = [grasp(step / RATE) for step in range(round(END * RATE))]
-    return touching(folder, [tuple(row) for row in rows], strategy, **parts)
+    return touching(folder, rows, results or [(5.0 + END, "from_above")])
 
 
 def press(time):
@@ -55,7 +55,7 @@ def test_a_grasp_begins_before_it_touches_and_ends_where_the_wrist_comes_down(tm
 
 
 def test_grasps_by_one_strategy_are_repeats_and_the_set_is_one_that_the_lab_reads(tmp_path, capsys):
-    bags = [grasped(tmp_path / name, name[:-1]) for name in ("push1", "push2", "edge1")]
+    bags = [grasped(tmp_path / name, (13.0, name[:-1])) for name in ("push1", "push2", "edge1")]
     out = tmp_path / "set"
     about = ["--hand", HAND, "--experiment", "grasp", "--object", "ball", "--scene", "wall"]
     main(["import", *map(str, bags), "-o", str(out), *about])
@@ -63,6 +63,18 @@ def test_grasps_by_one_strategy_are_repeats_and_the_set_is_one_that_the_lab_read
     data = load_measurements(out)
     assert data.grasped == Grasped("ball", "wall")
     assert [run.protocol for run in data.runs] == ["push", "push", "edge"]
+
+
+def test_the_result_of_an_earlier_grasp_is_not_that_of_this_one(tmp_path):
+    bag = grasped(tmp_path / "a", (2.0, "earlier"), (13.0, "now"))  # latched, as the sequencer does
+    found, _ = set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
+    assert found.document["runs"]["r1"]["protocol"] == "now"
+
+
+def test_a_bag_of_two_grasps_is_refused(tmp_path):
+    bag = grasped(tmp_path / "a", (9.0, "one"), (13.0, "two"))
+    with pytest.raises(DocumentError, match="expected one grasp, got the results of 2"):
+        set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
 
 
 def test_noise_between_two_samples_averages_out(tmp_path):

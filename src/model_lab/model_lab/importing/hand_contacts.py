@@ -49,8 +49,7 @@ MG, N_MM = 1e6, 1e3  # units of the set over those of ROS
 PART_UNITS = {"wrist": "m", "object": "mm", "pressure": "kPa", "mass": "mg"}  # of columns of a part
 # by hand
 SET_RATES = {PRESS: 25.0, GRASP: 20.0}  # [Hz] of the set; readings between two samples are averaged
-FREE_BEFORE = 0.5  # [s] before the first contact
-UNTOUCHED = 0.5  # [s] without contact that part two presses
+FREE_BEFORE = 0.5  # [s] before the first contact, and that part two presses
 TOUCHED_FOR = 0.2  # [s] that a press lasts at least
 MOVED = 1e-3  # [m] way of an object that was touched
 HELD_UP = 2e-3  # [m] below its highest place, at which the wrist still holds up
@@ -93,13 +92,13 @@ class _Recorded:
 def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touched) -> ImportedSet:
     """The set of all grasps of an object, or of all presses on a plate.
 
-    A grasp is one run for each bag, from `FREE_BEFORE` [s] before the hand touches something until
-    the wrist comes down from its highest place; its protocol is the strategy that the sequencer
-    ran. A bag may hold several presses, each from and to a free hand, which are protocols by order:
+    A bag holds one grasp, which is one run, from `FREE_BEFORE` [s] before the hand touches
+    something until the wrist comes down from its highest place; its protocol is the strategy that
+    the sequencer ran. Or a bag may hold several presses, each from and to a free hand, which are protocols by order:
     the n-th press of each bag repeats those of the others.
 
-    Raises DocumentError for a bag without a topic or field that is needed, and for one in which the
-    hand touches nothing.
+    Raises DocumentError for a bag without a topic or field that is needed, with several grasps, or
+    in which the hand touches nothing.
     """
     hand = specimen.description
     kind = kind_of(touched)
@@ -139,6 +138,12 @@ def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
             f"{bag}: expected the topics {listed(needed)} of a {kind}, lacks {listed(missing)}"
         )
     begin = max(topics[name].time[0] for name in needed)
+    ended = topics[RESULT_TOPIC].time if RESULT_TOPIC in topics else np.zeros(0)
+    if kind == GRASP and (ends := int(np.sum(ended > begin))) > 1:  # an earlier one is latched
+        raise DocumentError(
+            f"{bag}: expected one grasp, got the results of {ends}; record each grasp in a bag of "
+            "its own"
+        )
     end = min(topics[name].time[-1] for name in needed)
     time = np.arange(begin, end, 1.0 / SET_RATES[kind])
     masses, pressures = (
@@ -190,14 +195,14 @@ def _of_presses(recorded: _Recorded) -> list[slice]:
     time = recorded.time
     spans: list[tuple[int, int]] = []
     for first, last in spans_of(recorded.is_touched):
-        if spans and time[first] - time[spans[-1][1] - 1] < UNTOUCHED:
+        if spans and time[first] - time[spans[-1][1] - 1] <= FREE_BEFORE:
             spans[-1] = (spans[-1][0], last)
         else:
             spans.append((first, last))
     kept = [(a, b) for a, b in spans if time[b - 1] - time[a] >= TOUCHED_FOR]
     if not kept:
         raise DocumentError(f"{recorded.bag}: expected a hand that touches a plate, got none")
-    return [slice(int(np.searchsorted(time, time[a] - 0.8 * UNTOUCHED)), b) for a, b in kept]
+    return [slice(int(np.searchsorted(time, time[a] - FREE_BEFORE)), b) for a, b in kept]
 
 
 _SPANS: Mapping[str, Callable[[_Recorded], list[slice]]] = {GRASP: _of_grasp, PRESS: _of_presses}
@@ -232,8 +237,8 @@ def _unit(column: str) -> str:
 
 
 def _strategy(bag: Path) -> str:
-    """Name of the strategy that the sequencer ran; "" if the bag does not tell."""
+    """Name of the last strategy that the sequencer ran; "" if the bag does not tell."""
     with opened(bag) as reader:
         topic = next((name for name in reader.topics if name.endswith(RESULT_TOPIC)), None)
-        told = next(messages_of(bag, reader, topic), None) if topic else None
-    return told[1].status[0].name.partition(": ")[2] if told and told[1].status else ""
+        told = [message.status for _, message in messages_of(bag, reader, topic)] if topic else []
+    return told[-1][0].name.partition(": ")[2] if told and told[-1] else ""

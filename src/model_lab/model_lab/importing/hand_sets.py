@@ -74,9 +74,9 @@ def set_of_hand(
     `courses_of` do, and for an argument about a quantity that sets of a hand do not have.
     """
     if touched and experiment != kind_of(touched):
-        option = "object" if kind_of(touched) == GRASP else "plate"
         got = f"--experiment {experiment}" if experiment else "none"
-        raise DocumentError(f"--{option}: expected --experiment {kind_of(touched)}, got {got}")
+        option = "--object" if kind_of(touched) == GRASP else "--plate"
+        raise DocumentError(f"{option}: expected --experiment {kind_of(touched)}, got {got}")
     if experiment not in (None, *OF_HANDS):
         return None
     if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
@@ -87,14 +87,7 @@ def set_of_hand(
     cut = set_of_motions if kind == HAND_MOTION else set_of_poses
     stated, given = hand if hand in hand_names() else str(Path(hand).resolve()), maps or {}
     if experiment in WITH_WRENCH:
-        if given or not are_bags_of_hand(files):
-            raise DocumentError(
-                f"--experiment {experiment}: expected bags of this suite, got "
-                f"{listed(map(str, files))}; write a set of files of another kind by hand"
-            )
-        if touched is None:
-            what = "--object NAME" if experiment == GRASP else "--plate FRICTION"
-            raise DocumentError(f"--experiment {experiment}: expected {what}, got none")
+        _check_contacts(files, experiment, given, touched)
     if not given and are_bags_of_hand(files):
         if shifts:
             raise DocumentError(
@@ -141,6 +134,20 @@ def set_of_hand(
         )
     found = cut(courses, HandSpecimen(stated, described, free_frame=bool(said)))
     return replace(found, remarks=(*up, *found.remarks, *said)), proposal
+
+
+def _check_contacts(
+    files: Sequence[Path], experiment: str, given: Maps, touched: Touched | None
+) -> None:
+    """Raise DocumentError unless files and options are those of a press or grasp."""
+    if given or not are_bags_of_hand(files):
+        raise DocumentError(
+            f"--experiment {experiment}: expected bags of this suite, got "
+            f"{listed(map(str, files))}; write a set of files of another kind by hand"
+        )
+    if touched is None:
+        what = "--object NAME" if experiment == GRASP else "--plate FRICTION"
+        raise DocumentError(f"--experiment {experiment}: expected {what}, got none")
 
 
 def _in_frame_of_wrist(

@@ -56,12 +56,10 @@ def frame_against_wrist(
     pressures (channels, k) [Pa]: gauge pressures. down (k, 3): direction of the weight in the frame
     of the positions.
     """
-    chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
     if len(places) < RULES.frame_markers:
         return None
-    names, pull = list(places), STANDARD_GRAVITY * down[chosen]
-    blown = np.maximum(pressures[:, chosen], 0.0)
-    seen = np.concatenate([places[name][chosen] for name in names])
+    blown, pull, seen = _chosen(pressures, down, places)
+    names = list(places)
     turn, shift = np.eye(3), np.zeros(3)
     try:
         first = _left(_predicted(hand, markers, names, blown, pull), seen, turn, shift)
@@ -87,18 +85,25 @@ def misfit(
     """Root mean square distance [m] of the markers of the described hand, moved rigidly, from where
     they were seen; NaN without an equilibrium.
 
-    pressures (channels, k) [Pa]: gauge pressures. down (k, 3): direction of the weight in the frame
-    of the positions. places (k, 3) [m]: positions of the markers, by name.
+    pressures (channels, k) [Pa], down (k, 3) and places (k, 3) [m]: as in `frame_against_wrist`.
     """
-    chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
-    names, pull = list(places), STANDARD_GRAVITY * down[chosen]
-    seen = np.concatenate([places[name][chosen] for name in names])
+    blown, pull, seen = _chosen(pressures, down, places)
     try:
-        blown = np.maximum(pressures[:, chosen], 0.0)
-        predicted = _predicted(hand, markers, names, blown, pull)
+        predicted = _predicted(hand, markers, list(places), blown, pull)
     except NoEquilibriumError:
         return float("nan")
     return _left(predicted, seen, *frame_of(predicted, seen))
+
+
+def _chosen(
+    pressures: Array, down: Array, places: Mapping[str, Array]
+) -> tuple[Array, Array, Array]:
+    """Pressures (channels, n) [Pa], weight (n, 3) [m/s2] and positions (markers n, 3) [m] of at
+    most FRAME_POSES poses.
+    """
+    chosen = np.unique(np.linspace(0, len(down) - 1, FRAME_POSES).astype(int))
+    seen = np.concatenate([place[chosen] for place in places.values()])
+    return np.maximum(pressures[:, chosen], 0.0), STANDARD_GRAVITY * down[chosen], seen
 
 
 def _predicted(

@@ -15,7 +15,6 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.rules import RULES
 
 MERE_FACTORS = ("unit", "percent", "radius", "wall_total")  # kinds of slips
-SURE_ERRORS = 2.0  # standard errors
 
 
 def is_mere_factor(name: str, column: str) -> bool:
@@ -42,7 +41,7 @@ def factor_left(data: MeasurementSet, predicted: Array) -> float:
     along = np.bincount(table.run, predicted * table.value, runs)
     factor = float(along.sum()) / square
     spread = float(np.linalg.norm(along - factor * power)) / square
-    off = abs(factor - 1.0) - SURE_ERRORS * spread
+    off = abs(factor - 1.0) - RULES.slip_factor_errors * spread
     return factor if off > RULES.slip_factor else 1.0
 
 
