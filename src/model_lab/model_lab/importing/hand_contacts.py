@@ -94,8 +94,8 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
 
     A bag holds one grasp, which is one run, from `FREE_BEFORE` [s] before the hand touches
     something until the wrist comes down from its highest place; its protocol is the strategy that
-    the sequencer ran. Or a bag may hold several presses, each from and to a free hand, which are protocols by order:
-    the n-th press of each bag repeats those of the others.
+    the sequencer ran. Or a bag may hold several presses, each from and to a free hand, which are
+    protocols by order: the n-th press of each bag repeats those of the others.
 
     Raises DocumentError for a bag without a topic or field that is needed, with several grasps, or
     in which the hand touches nothing.
