@@ -3,9 +3,14 @@
 import signal
 from dataclasses import replace
 
+import pytest
 from suite_peer import AMBIENT
 
 from softhand_bringup.processes import suite
+
+# seen once: beside a stopped process Fast DDS no longer delivered to a living one, as in the open
+# issue 5469 and in 6484 of eProsima/Fast-DDS; the driver then hears not even the clock
+DEAF = "use_sim_time is set but /clock does not advance"
 
 
 def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer):
@@ -60,6 +65,7 @@ def test_a_second_simulator_does_not_start_unless_it_is_allowed(launcher, peer, 
     peer.diagnosis("hand_sim", told)
 
 
+@pytest.mark.flaky(reruns=1, only_rerun=[DEAF])
 def test_a_sequencer_that_was_stopped_does_not_blame_the_simulator(nodes, peer):
     peer.wait_for_driver()
     call = peer.grasp()
