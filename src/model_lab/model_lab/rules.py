@@ -208,6 +208,15 @@ class Rules:
         BY_HAND,
         neutral=inf,
     )
+    named_level: float = _rule(
+        1.1,
+        "least ratio of two numbers in names that may be levels of an input",
+        BY_HAND,
+        neutral=inf,
+    )
+    named_level_misses: float = _rule(
+        0.05, "by which their ratio may differ from that of the inputs", BY_HAND, neutral=0.0
+    )
     other_unit: float = _rule(
         5.0, "ratio of ranges from which one input is in another unit", BY_HAND, neutral=1.0
     )
@@ -535,6 +544,11 @@ class Rules:
     sensor_levels: int = _rule(50, "levels over the range of a coarse sensor", BY_HAND)
     sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
     sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
+    input_levels: int = _rule(15, "levels over the range of an input that is rounded", BY_HAND)
+    input_one_step: float = _rule(1.5, "steps up to which a reading goes to the next one", BY_HAND)
+    input_holds: float = _rule(
+        3.0, "duration of a reading over its neighbours', at which the input is held", BY_HAND
+    )
     input_samples: int = _rule(40, "samples from which on the noise of an input is known", BY_HAND)
     input_parabola: float = _rule(1.35, "scatter about a parabola over the noise", BY_HAND)
     input_quiet: float = _rule(1e-5, "smallest noise of a sensor over its range", BY_HAND)
