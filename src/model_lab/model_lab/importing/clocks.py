@@ -11,7 +11,10 @@ import numpy as np
 from model_lab.aliases import Array, Indices
 from model_lab.importing.numerals import is_missing
 
-_CLOCK = r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
+_CLOCK = (
+    r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
+    r"(?:(?<=:\d\d):(?P<parts>\d{2}))?"
+)
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
 _ZONE = r"\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?"
 _DAY_PATTERN = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
@@ -117,6 +120,19 @@ def _of_day(match: re.Match[str]) -> float:
         away = HOUR * float(zone[1:3]) + 60.0 * float(zone[-2:])
         since -= away if zone[0] == "+" else -away
     return since
+
+
+def _parts(whole: Array, parts: Array) -> Array:
+    """Seconds (rows,) of counts (rows,) of hundredths or of frames after whole seconds (rows,): of
+    a second's most frames, if the clock then goes on more evenly.
+    """
+    units = [part * parts for part in (0.01, 1.0 / (float(parts.max(initial=0.0)) + 1.0))]
+    return min(units, key=lambda one: _unevenness(whole + one))
+
+
+def _unevenness(time: Array) -> float:
+    steps = np.diff(time[np.isfinite(time)])
+    return float(np.std(steps)) if len(steps) else 0.0
 
 
 def _days(found: Sequence[re.Match[str] | None], order: str) -> Array | None:

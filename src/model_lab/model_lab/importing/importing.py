@@ -39,9 +39,11 @@ from model_lab.importing.order import as_recorded
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
+    KELVIN,
     columns_of,
     in_one_unit,
     remarks_on_air,
+    temperatures_in_names,
     temperatures_of,
 )
 from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
@@ -56,7 +58,6 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
-KELVIN = 273.15  # [K], 0 degC
 SPECIMEN = "finger"  # where no hand says what was measured
 T = TypeVar("T")
 STRIPS = {
@@ -318,7 +319,8 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
-    temperatures = temperatures_of(runs, sources)
+    measured = temperatures_of(runs, sources)
+    temperatures = measured or temperatures_in_names(names)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
@@ -354,7 +356,9 @@ def make_set(
     if temperatures:
         low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
         remarks.append(
-            f"temperature: the mean of its column in each run, {low:.1f} to {high:.1f} degC (in "
+            "temperature: "
+            + ("the mean of its column in each run" if measured else "as in the names of the runs")
+            + f", {low:.1f} to {high:.1f} degC (in "
             "experiment.yaml in K); runs more than 1 K apart are no repeats"
         )
     remarks += [
