@@ -52,10 +52,12 @@ def seconds(cells: Sequence[str]) -> Array:
 
     Two parts, as in 12:27, are minutes and seconds. A clock that jumps back is taken to go on:
     after one hour if it shows minutes and seconds, else after half a day or a day. For dates such
-    as 3/1/2026, day and month are ordered so that the whole takes less time.
+    as 3/1/2026, day and month are ordered so that the whole takes less time. A fourth part, as in
+    0:00:12:08 of a video, counts hundredths of a second or frames.
     """
     found = [None if is_missing(cell) else _TEXT.match(cell) for cell in cells]
     clock = np.array([np.nan if one is None else _of_day(one) for one in found])
+    clock += _parts(clock, np.array([float(one["parts"] or 0) if one else 0.0 for one in found]))
     if any(one is not None and one["a"] for one in found):
         days = [_days(found, order) for order in ORDERS]
         return clock + min((one for one in days if one is not None), key=_span) * DAY
