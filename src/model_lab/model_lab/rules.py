@@ -490,6 +490,15 @@ class Rules:
     notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
     notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
+    notice_clip_within: float = _rule(0.003, "of the largest reading, of the same", BY_HAND)
+    notice_clip_share: float = _rule(0.8, "share of samples in between that are it too", BY_HAND)
+    notice_clip_back: float = _rule(
+        0.25, "difference of the output at both ends over how far it goes on", BY_HAND
+    )
+    notice_clipped: int = _rule(5, "samples at the largest reading of an input, clipped", BY_HAND)
+    notice_swing: float = _rule(
+        2.0, "error just after a step over that at the end, of a swing", BY_HAND
+    )
     notice_steps: float = _rule(3.0, "steps of a coarse sensor that explain it")
     notice_drift: float = _rule(1.0, "change of the mean error of runs over the floor", BY_HAND)
     notice_apart: float = _rule(6.0, "difference of repeats' mean errors over the floor", BY_HAND)

@@ -222,3 +222,40 @@ def test_samples_at_uneven_times_are_no_gaps():
     for run in data.runs:
         run.columns["time"][::2] += 0.04
     assert "gaps" not in noticed(data=data)
+
+
+def swing(run, time, random):
+    return 20.0 * LEVEL * np.exp(-time / 3.0) * np.sin(2.0 * np.pi * 1.37 * time)
+
+
+def test_an_oscillation_that_dies_away_after_a_step_is_a_swing():
+    data = toy_set(np.random.default_rng(3))
+    stepped = replace(
+        data,
+        runs=tuple(
+            replace(
+                run,
+                columns={**run.columns, "pressure": 2e4 * (np.arange(run.samples) > 2)},
+            )
+            for run in data.runs
+        ),
+    )
+    assert "inflate more slowly" in noticed(swing, data=stepped)["line"].text
+    assert "inflate more slowly" not in noticed(hum)["line"].text
+
+
+@pytest.mark.parametrize("clipped", [True, False])
+def test_an_input_at_the_limit_of_its_sensor_is_told(clipped):
+    data = toy_set(np.random.default_rng(3))
+    runs = []
+    for run in data.runs:
+        pressure = 4e4 * np.sin(np.pi * np.arange(run.samples) / run.samples)
+        columns = {**run.columns, "pressure": pressure, "tip_angle": 1e-4 * pressure}
+        if clipped:
+            columns["pressure"] = np.minimum(pressure, 3e4)
+        runs.append(replace(run, columns=columns))
+    found = noticed(data=replace(data, runs=tuple(runs)))
+    assert ("clipped" in found) is clipped
+    if clipped:
+        assert found["clipped"].value == len(runs)
+        assert "larger range" in found["clipped"].text
