@@ -490,6 +490,8 @@ class Rules:
     notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
     notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
+    notice_zero: float = _rule(3.0, "how repeats differ over their scatter within", BY_HAND)
+    notice_zero_left: float = _rule(0.3, "of it that is left without their zeros", BY_HAND)
     notice_clip_within: float = _rule(0.003, "of the largest reading, of the same", BY_HAND)
     notice_clip_share: float = _rule(0.8, "share of samples in between that are it too", BY_HAND)
     notice_clip_back: float = _rule(

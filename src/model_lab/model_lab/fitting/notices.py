@@ -33,12 +33,12 @@ COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 class Notice:
     """An anomaly of a set.
 
-    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `driven`, `held_input`, `clipped`,
-    `gaps`, `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`. value: by kind,
-    in this order: ratio to the stated noise; frequency [Hz]; number of samples; change over the
-    session, largest difference of repeats, both in the SI unit of the outputs; number of runs;
-    number of jumps; number of runs; longest gap [s]; ratio to the readings; smallest pressure [Pa];
-    median duration [s]; median of the integrals over
+    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `zero`, `driven`, `held_input`,
+    `clipped`, `gaps`, `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`.
+    value: by kind, in this order: ratio to the stated noise; frequency [Hz]; number of samples;
+    change over the session, largest and rms difference of repeats, all in the SI unit of the
+    outputs; number of runs; number of jumps; number of runs; longest gap [s]; ratio to the
+    readings; smallest pressure [Pa]; median duration [s]; median of the integrals over
     what is expected; number of runs, for the last two. size: root mean square, or mean of absolute
     values, in the SI unit of the outputs. text: a clause that says it. x, y: the points that show
     it. marked: indices of points that stand out.
@@ -65,6 +65,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _wild(residual, data),
         _drift(data, floor, residual),
         _apart(data, floor, residual),
+        _moved_zero(data, floor, residual),
         _driven_otherwise(data),
         _held_input(data),
         _clipped(data, floor),
@@ -283,6 +284,37 @@ def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     order = np.arange(len(means), dtype=float)
     marked = np.array(sorted({run for _, *pair in far for run in pair}), np.int64)
     return Notice("apart", far[0][0], size, text, order, means, marked)
+
+
+def _moved_zero(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
+    """Repeats that differ at rest as much as they do in the whole: by their zero."""
+    if floor.source != REPEATS or len(data.outputs) > 1 or data.experiment not in DRIVING_COLUMN:
+        return None
+    means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
+    at_rest = np.array([_at_rest(data, run) for run in data.runs])
+    before, after = (_apart_in_groups(data, one) for one in (means, means - at_rest))
+    if not (before > RULES.notice_zero * floor.within and after < RULES.notice_zero_left * before):
+        return None
+    shown = data.output_display.shown
+    text = (
+        f"repeats differ by their zero, {shown(before)} (rms), already at rest: take the reading "
+        "at rest off each run, or the noise floor, which includes this, hides what is missing"
+    )
+    order, marked = np.arange(len(means), dtype=float), np.zeros(0, np.int64)
+    return Notice("zero", before, before, text, order, at_rest, marked)
+
+
+def _at_rest(data: MeasurementSet, run: Run) -> float:
+    """Median output of a run at inputs near its least."""
+    driving = data.driving(run)
+    rests = driving <= driving.min() + RULES.pressure_ends * np.ptp(driving)
+    return float(np.median(run.columns[data.outputs[0]][rests]))
+
+
+def _apart_in_groups(data: MeasurementSet, values: Array) -> float:
+    """Root mean square difference of values (runs,) from the mean of their repeats."""
+    off = np.concatenate([values[group] - values[group].mean() for group in data.groups()])
+    return float(np.sqrt(np.mean(off**2)))
 
 
 def _driven_otherwise(data: MeasurementSet) -> Notice | None:

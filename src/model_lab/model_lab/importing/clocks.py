@@ -21,6 +21,7 @@ _DAY_PATTERN = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\
 _TEXT = re.compile(f"(?:{_DAY_PATTERN})?{_CLOCK}{_HALF}{_ZONE}$")
 HOUR, HALF_DAY, DAY = 3600.0, 43200.0, 86400.0  # [s]
 RESTART_STEPS = 5.0  # usual steps of a clock, by more than which it goes back, by hand
+PAUSE_STEPS = 50.0  # usual steps of a clock, from which a longer one is a pause, by hand
 ORDERS = ("day first", "month first")
 
 
@@ -102,6 +103,17 @@ def restarts(time: Array) -> Indices:
     short = RESTART_STEPS * usual
     begins = (steps < -short) & (time[1:] <= time[0] + short)
     return np.flatnonzero(begins) + 1
+
+
+def pauses(time: Array) -> Indices:
+    """Indices (n,) of the rows at which a clock (rows,) goes on after a pause.
+
+    >>> pauses(np.array([*range(9), *range(99, 108)])).tolist(), pauses(np.arange(9.0)).tolist()
+    ([9], [])
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return 1 + np.flatnonzero(steps > PAUSE_STEPS * usual) if usual > 0.0 else np.zeros(0, np.intp)
 
 
 def _span(days: Array) -> float:

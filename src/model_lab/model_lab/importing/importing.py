@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 
 from model_lab.importing.cell_words import mode_in
+from model_lab.importing.clocks import pauses
 from model_lab.importing.derived import (
     derivation,
 )
@@ -145,7 +146,8 @@ def propose(
         sheets: name of the sheet of a spreadsheet, by the name of its file; "" for all others.
         modes: uniaxial, pure_shear or equibiaxial, by the name of the file of a test of rubber; ""
             for all others. Files without are taken as their names say.
-        split_restarts: whether a new run begins where the clock of a file begins anew.
+        split_restarts: whether a new run begins where the clock of a file begins anew or
+            pauses.
 
     Raises DocumentError for a file that cannot be read or is ambiguous, and for a unit that does
     not fit its quantity.
@@ -431,6 +433,12 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
+            begins = pauses(source.values_of(meant)) if meant.quantity == "time" else ()
+            if len(begins):
+                yield (
+                    f"{source.table.path.name}: its clock pauses before row {begins[0] + 1}; if "
+                    "another run begins there, say --split-restarts"
+                )
         for said in source.table.remarks:
             alike.setdefault(said, []).append(source.table.path.name)
     yield from (f"{listed(files)}: {said}" for said, files in alike.items())
