@@ -433,8 +433,7 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
-            begins = pauses(source.values_of(meant)) if meant.quantity == "time" else ()
-            if len(begins):
+            if meant.quantity == "time" and len(begins := pauses(source.values_of(meant))):
                 yield (
                     f"{source.table.path.name}: its clock pauses before row {begins[0] + 1}; if "
                     "another run begins there, say --split-restarts"
