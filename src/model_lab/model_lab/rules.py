@@ -208,6 +208,15 @@ class Rules:
         BY_HAND,
         neutral=inf,
     )
+    named_level: float = _rule(
+        1.1,
+        "least ratio of two numbers in names that may be levels of an input",
+        BY_HAND,
+        neutral=inf,
+    )
+    named_level_misses: float = _rule(
+        0.05, "by which their ratio may differ from that of the inputs", BY_HAND, neutral=0.0
+    )
     other_unit: float = _rule(
         5.0, "ratio of ranges from which one input is in another unit", BY_HAND, neutral=1.0
     )
@@ -481,6 +490,17 @@ class Rules:
     notice_p_value: float = _rule(1e-4, "p-value of a line and of a drift", BY_HAND)
     notice_wild: float = _rule(8.0, "distance of a wild sample from both neighbours over noise")
     notice_slope: float = _rule(2.0, "slope over the mean slope that explains such a distance")
+    notice_zero: float = _rule(3.0, "how repeats differ over their scatter within", BY_HAND)
+    notice_zero_left: float = _rule(0.3, "of it that is left without their zeros", BY_HAND)
+    notice_clip_within: float = _rule(0.003, "of the largest reading, of the same", BY_HAND)
+    notice_clip_share: float = _rule(0.8, "share of samples in between that are it too", BY_HAND)
+    notice_clip_back: float = _rule(
+        0.25, "difference of the output at both ends over how far it goes on", BY_HAND
+    )
+    notice_clipped: int = _rule(5, "samples at the largest reading of an input, clipped", BY_HAND)
+    notice_swing: float = _rule(
+        2.0, "error just after a step over that at the end, of a swing", BY_HAND
+    )
     notice_steps: float = _rule(3.0, "steps of a coarse sensor that explain it")
     notice_drift: float = _rule(1.0, "change of the mean error of runs over the floor", BY_HAND)
     notice_apart: float = _rule(6.0, "difference of repeats' mean errors over the floor", BY_HAND)
@@ -535,6 +555,11 @@ class Rules:
     sensor_levels: int = _rule(50, "levels over the range of a coarse sensor", BY_HAND)
     sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
     sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
+    input_levels: int = _rule(15, "levels over the range of an input that is rounded", BY_HAND)
+    input_one_step: float = _rule(1.5, "steps up to which a reading goes to the next one", BY_HAND)
+    input_holds: float = _rule(
+        3.0, "duration of a reading over its neighbours', at which the input is held", BY_HAND
+    )
     input_samples: int = _rule(40, "samples from which on the noise of an input is known", BY_HAND)
     input_parabola: float = _rule(1.35, "scatter about a parabola over the noise", BY_HAND)
     input_quiet: float = _rule(1e-5, "smallest noise of a sensor over its range", BY_HAND)

@@ -131,3 +131,32 @@ def test_jumps_are_said_and_marked():
     notice = found["held_input"]
     assert notice.value == sum(len(jumps(data, run)) for run in data.runs)
     assert len(notice.marked) and "constant between its jumps" in notice.text
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.2])
+def test_the_steps_of_a_coarse_sensor_are_no_lag(lag):
+    """A lag and a late clock smooth the steps; together they do not even shift them."""
+    random, time = np.random.default_rng(7), np.arange(0.0, 20.0, 0.05)
+    specimen = Specimen("s", {**SIZES, "shear_modulus": 67e3, "mass": 0.035})
+    fine = np.arange(0.0, 20.0, 0.001)
+    shown, true = [], []
+    for index, peak in enumerate([18e3] * 3 + [34e3] * 3):
+        ramp = peak * (1.0 - np.abs(fine / 10.0 - 1.0))
+        left = np.exp(-0.001 / lag) if lag else 0.0
+        behind = lfilter([1.0 - left], [1.0, -left], ramp)[::50] if lag else ramp[::50]
+        columns = {"time": time, "pressure": behind, "tip_angle": np.zeros(len(time))}
+        true.append(Run(f"r{index}", "s", f"p{index // 3}", 293.15, columns))
+        shown.append({**columns, "pressure": 500.0 * np.round(ramp[::50] / 500.0)})
+    data = MeasurementSet("free_bending", "", {"s": specimen}, tuple(true))
+    angles = np.split(Forward(data).predict(np.ones((1, 1)))[0], len(true))
+    runs = tuple(
+        replace(run, columns={**read, "tip_angle": y + 4e-3 * random.standard_normal(len(time))})
+        for run, read, y in zip(true, shown, angles, strict=True)
+    )
+    known = {name: effect_classes()[name] for name in LAGS}
+    found = diagnose(replace(data, runs=runs), load_model("base"), known).diagnosis
+    assert found.verdict == ("effects_missing" if lag else "adequate")
+    if lag:
+        (effect,) = found.effects
+        low, high = effect.parameters["time_constant"].interval
+        assert low < lag < high

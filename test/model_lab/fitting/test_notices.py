@@ -222,3 +222,59 @@ def test_samples_at_uneven_times_are_no_gaps():
     for run in data.runs:
         run.columns["time"][::2] += 0.04
     assert "gaps" not in noticed(data=data)
+
+
+def swing(run, time, random):
+    return 20.0 * LEVEL * np.exp(-time / 3.0) * np.sin(2.0 * np.pi * 1.37 * time)
+
+
+def test_an_oscillation_that_dies_away_after_a_step_is_a_swing():
+    data = toy_set(np.random.default_rng(3))
+    stepped = replace(
+        data,
+        runs=tuple(
+            replace(
+                run,
+                columns={**run.columns, "pressure": 2e4 * (np.arange(run.samples) > 2)},
+            )
+            for run in data.runs
+        ),
+    )
+    assert "inflate more slowly" in noticed(swing, data=stepped)["line"].text
+    assert "inflate more slowly" not in noticed(hum)["line"].text
+
+
+@pytest.mark.parametrize("clipped", [True, False])
+def test_an_input_at_the_limit_of_its_sensor_is_told(clipped):
+    data = toy_set(np.random.default_rng(3))
+    runs = []
+    for run in data.runs:
+        pressure = 4e4 * np.sin(np.pi * np.arange(run.samples) / run.samples)
+        columns = {**run.columns, "pressure": pressure, "tip_angle": 1e-4 * pressure}
+        if clipped:
+            columns["pressure"] = np.minimum(pressure, 3e4)
+        runs.append(replace(run, columns=columns))
+    found = noticed(data=replace(data, runs=tuple(runs)))
+    assert ("clipped" in found) is clipped
+    if clipped:
+        assert found["clipped"].value == len(runs)
+        assert "larger range" in found["clipped"].text
+
+
+@pytest.mark.parametrize("moved", ["zero", "gain", ""])
+def test_repeats_that_differ_by_their_zero_are_told(moved):
+    random = np.random.default_rng(5)
+    data, runs = toy_set(random), []
+    for index, run in enumerate(data.runs):
+        pressure = 4e4 * np.sin(np.pi * np.arange(run.samples) / run.samples)
+        change = LEVEL * random.standard_normal(run.samples)
+        change += 10.0 * LEVEL * (index % 2) * {"zero": 1.0, "gain": pressure / 3e4}.get(moved, 0.0)
+        angle = 2e-5 * pressure + change
+        runs.append(replace(run, columns={**run.columns, "pressure": pressure, "tip_angle": angle}))
+    data = replace(data, runs=tuple(runs), noise={})
+    residual = data.table.value - 2e-5 * np.concatenate([run.columns["pressure"] for run in runs])
+    floor = noise_floor(data, make_spectrum(data.table, data.table.value - residual), residual)
+    found = {notice.kind: notice for notice in notices(data, floor, residual)}
+    assert ("zero" in found) is (moved == "zero")
+    if moved == "zero":
+        assert found["zero"].value == pytest.approx(5.0 * LEVEL, rel=0.1)

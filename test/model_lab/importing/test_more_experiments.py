@@ -288,6 +288,17 @@ def test_a_clock_that_begins_anew_parts_runs_where_the_user_says_so(tmp_path, ca
     assert "--split-restarts --yes" in said
 
 
+def test_a_clock_that_pauses_parts_runs_where_the_user_says_so(tmp_path, capsys):
+    times = [0.1 * np.arange(41), 60.0 + 0.1 * np.arange(41)]
+    path = restarted(tmp_path, times)
+    assert len(imported(tmp_path, [path]).runs) == 1
+    said = capsys.readouterr().out
+    assert "its clock pauses before row 42; if another run begins there" in said
+    data = imported(tmp_path, [path], "--split-restarts", "--force")
+    assert [run.samples for run in data.runs] == [41, 41]
+    assert "goes on after a pause in row 42" in capsys.readouterr().out
+
+
 def test_rows_out_of_order_are_no_restart(tmp_path, capsys):
     clock = 0.1 * np.arange(41)
     clock[[3, 4]] = clock[[4, 3]]

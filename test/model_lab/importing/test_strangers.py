@@ -298,3 +298,71 @@ def test_percent_may_be_written_in_words(tmp_path, written):
     file = write(tmp_path / "pull.csv", header, np.arange(30.0), strain, 0.002 * strain)
     found = make_set(propose([file], maps={"strain": ("Weite", written)}))
     np.testing.assert_allclose(found.runs[0].columns["stretch"], 1.0 + strain / 100.0)
+
+
+def named(folder, names, pressures=None, header="t [s],p [kPa],angle [deg]"):
+    """A set of files with these names, with inputs of these factors."""
+    factors = pressures or [1.0] * len(names)
+    files = [
+        write(folder / f"{name}.csv", header, TIME, factor * PRESSURE, factor * ANGLE)
+        for name, factor in zip(names, factors, strict=True)
+    ]
+    return make_set(propose(files), HAND)
+
+
+@pytest.mark.parametrize(
+    ("names", "degrees"),
+    [
+        (["Finger_8C_1", "Finger_22C_1"], [8.0, 22.0]),
+        (["cold_-5degC", "warm_35degC"], [-5.0, 35.0]),
+        (["temp20_a", "temp35_a"], [20.0, 35.0]),
+        (["Finger_8C_1", "Finger_1"], None),
+        (["ramp_T20", "ramp_T35"], None),
+    ],
+)
+def test_temperatures_in_the_names_of_all_files_are_those_of_the_runs(tmp_path, names, degrees):
+    found = named(tmp_path, names)
+    kelvin = [run.get("temperature") for run in found.document["runs"].values()]
+    if degrees is None:
+        assert kelvin == [None, None]
+    else:
+        assert kelvin == pytest.approx([one + 273.15 for one in degrees])
+        assert any("as in the names of the runs" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize("word", ["day", "session", "Tag"])
+def test_a_day_is_no_specimen(tmp_path, word):
+    names = [f"{word}{day}_{level}kPa" for day in (1, 2, 3) for level in (20, 40)]
+    runs = named(tmp_path, names, [0.5, 1.0] * 3).document["runs"].values()
+    assert len({run["specimen"] for run in runs}) == 1
+    assert len({run["protocol"] for run in runs}) == 2
+
+
+def test_runs_whose_names_number_their_levels_are_no_repeats(tmp_path):
+    runs = named(tmp_path, ["peak18", "peak26"], [18.0 / 26.0, 1.0]).document["runs"]
+    assert len({run["protocol"] for run in runs.values()}) == 2
+    assert len({run["specimen"] for run in runs.values()}) == 1
+
+
+def test_repeats_whose_numbers_tell_no_level_stay_repeats(tmp_path):
+    runs = named(tmp_path, ["pull18", "pull26"]).document["runs"].values()
+    assert len({run["protocol"] for run in runs}) == 1
+
+
+@pytest.mark.parametrize(("a_second", "rate"), [(100, 25), (25, 25), (100, 4), (100, 50)])
+def test_a_clock_of_four_parts_counts_hundredths_or_frames(tmp_path, a_second, rate):
+    """As Kinovea (0:00:12:08) or a time code of a video writes it."""
+    frames = np.arange(6 * rate)
+    clock = [f"0:00:{n // rate:02d}:{(n % rate) * a_second // rate:02d}" for n in frames]
+    pressure, angle = (np.interp(frames / rate, TIME, one) for one in (PRESSURE, ANGLE))
+    file = write(tmp_path / "video.csv", "Time,p [kPa],angle [deg]", clock, pressure, angle)
+    columns, found = made(file, tmp_path / "set")
+    np.testing.assert_allclose(columns["time"], frames / rate, atol=1e-9)
+    assert not any("share a stamp" in remark for remark in found.remarks)
+
+
+def test_the_clock_of_a_german_testing_machine_is_the_time(tmp_path):
+    strain = np.linspace(0.0, 80.0, 30)
+    header = "Prüfzeit [s],Dehnung [%],Spannung [MPa]"
+    file = write(tmp_path / "zug.csv", header, np.arange(30.0), strain, 0.002 * strain)
+    assert "time" in make_set(propose([file])).runs[0].columns

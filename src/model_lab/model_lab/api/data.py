@@ -226,7 +226,8 @@ def import_files(
             files, or one for each by the name of the file; None: not stated.
         modes: how the rubber was stretched, uniaxial, pure_shear or equibiaxial: one mode for all
             files, or one for each by the name of the file; "": as the names of the files say.
-        split_restarts: whether a new run begins where the clock of a file begins anew.
+        split_restarts: whether a new run begins where the clock of a file begins anew or
+            pauses.
         touched: what the hand of a grasp touched, the name or file of the object on a table; of a
             press, the friction coefficient [-] of the level plate, at height 0; None for all other
             experiments.

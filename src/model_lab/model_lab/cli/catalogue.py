@@ -161,7 +161,7 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--split-restarts",
                 action="store_true",
-                help="begin a new run where the clock of a file begins anew",
+                help="begin a new run where the clock of a file begins anew or pauses",
             ),
             argument("--yes", action="store_true", help="ask nothing; take what is certain"),
             argument("--force", action="store_true", help="overwrite files that exist"),

@@ -10,7 +10,7 @@ mere stiffening then seems to explain what a slip and the softening explain far 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,9 @@ from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.rules import RULES
+from model_lab.series.events import Event
+from model_lab.series.lowering import examine_lowering
+from model_lab.series.mended import without_events
 from model_lab.slips.columns import Candidate
 from model_lab.slips.factor import factor_left, is_other_factor
 from model_lab.slips.find import (
@@ -166,6 +169,8 @@ def find_slip_beside_effect(
     if not found:
         return none
     best, *others = _alike(found)
+    if _event_explains(stated, best, model, classes):
+        return none
     rivals = _pairs_as_good(stated, model, best)
     if rivals and not all(_is_gain(stated.problem, pair) for pair in rivals):
         return none  # two effects without a slip are as likely
@@ -280,6 +285,28 @@ def _pairs_as_good(stated: _Searched, model: Model, found: _Found) -> list[Score
     ]
     distinct = {frozenset(pair.effects): pair for pair in as_good}
     return sorted(distinct.values(), key=stated.error)
+
+
+def _event_explains(
+    stated: _Searched, found: _Found, model: Model, classes: Mapping[str, type[Effect]]
+) -> bool:
+    """Whether a set as stated, without the events in its series, is explained as well as by a slip
+    and an effect: ageing beside a wrong size may look like a step in the series.
+    """
+
+    def without(events: Sequence[Event]) -> _Searched:
+        cleaned = without_events(stated.problem.data, events)
+        return _base_of(cleaned, model, classes) if events else stated
+
+    series = examine_lowering(
+        stated.problem.data,
+        stated.base.fit.residual,
+        stated.problem.floor.within,
+        lambda events: without(events).base.held_out.rmse,
+    )
+    return bool(series.events) and (
+        _with_effects(without(series.events), model).least <= RULES.slip_alike * found.error
+    )
 
 
 def _is_gain(problem: FitProblem, added: Scored) -> bool:

@@ -1,7 +1,7 @@
-"""The input between samples: constant until it jumps, or linear.
+"""The input between samples: constant until it jumps, linear, or without the steps of a sensor.
 
-Time constants near the time between samples depend on it. Both are tried with the model as it is,
-followed by lags of many time constants; the one that predicts held-out data better is kept.
+Time constants near the time between samples depend on it. All are tried with the model as it is,
+followed by lags of many time constants; the one that predicts held-out data best is kept.
 """
 
 from __future__ import annotations
@@ -24,15 +24,25 @@ Predict = Callable[[MeasurementSet], Array]
 """What a model says of the samples (samples,) of a set."""
 
 
-def with_input_between(data: MeasurementSet, predict: Predict) -> MeasurementSet:
+def with_input_between(
+    data: MeasurementSet, predict: Predict, unrounded: MeasurementSet | None = None
+) -> MeasurementSet:
     """The set, whose field `jumps` now says whether its input is held between samples and then
-    jumps, or goes straight. predict: returns the outputs of the model for a set.
+    jumps, or goes straight; or the set without the rounding of a coarse sensor, unless held-out
+    data speak against it.
+
+    predict: returns the outputs of the model for a set. unrounded: the set without the rounding of
+    its input; None if no rounding is seen.
     """
-    if not any(len(jumps(data, run)) for run in data.runs):
+    if unrounded is None and not any(len(jumps(data, run)) for run in data.runs):
         return data
     held, own = with_jumps(data)
     straight = _held_out(data, _lags(data, predict(data)))
     jumping = _held_out(data, _lags(held, predict(held))[:, own])
+    if unrounded is not None:
+        rest = _held_out(unrounded, _lags(unrounded, predict(unrounded))).sum()
+        if rest <= min(straight.sum(), jumping.sum()):
+            return unrounded
     lower = jumping.sum() < RULES.held_error**2 * straight.sum()
     lower &= np.mean(jumping < straight) >= RULES.held_folds
     return replace(data, jumps=bool(lower))

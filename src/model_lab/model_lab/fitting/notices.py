@@ -16,7 +16,7 @@ from scipy.special import gammaincc, stdtr
 
 from model_lab.aliases import Array, IntArray
 from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
-from model_lab.measurements.held_input import jumps
+from model_lab.measurements.held_input import DRIVING_COLUMN, jumps
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.rules import RULES
@@ -33,12 +33,12 @@ COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 class Notice:
     """An anomaly of a set.
 
-    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `driven`, `held_input`, `gaps`,
-    `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`. value: by kind, in this
-    order: ratio to the stated noise; frequency [Hz]; number of samples; change over the session,
-    largest difference of repeats, both in the SI unit of the outputs; number of runs; number of
-    jumps; longest gap [s];
-    ratio to the readings; smallest pressure [Pa]; median duration [s]; median of the integrals over
+    kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `zero`, `driven`, `held_input`,
+    `clipped`, `gaps`, `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`.
+    value: by kind, in this order: ratio to the stated noise; frequency [Hz]; number of samples;
+    change over the session, largest and rms difference of repeats, all in the SI unit of the
+    outputs; number of runs; number of jumps; number of runs; longest gap [s]; ratio to the
+    readings; smallest pressure [Pa]; median duration [s]; median of the integrals over
     what is expected; number of runs, for the last two. size: root mean square, or mean of absolute
     values, in the SI unit of the outputs. text: a clause that says it. x, y: the points that show
     it. marked: indices of points that stand out.
@@ -65,8 +65,10 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _wild(residual, data),
         _drift(data, floor, residual),
         _apart(data, floor, residual),
+        _moved_zero(data, floor, residual),
         _driven_otherwise(data),
         _held_input(data),
+        _clipped(data, floor),
         _gaps(data),
         _size(data, residual),
         _absolute(data),
@@ -119,7 +121,24 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
     size = float(np.sqrt(np.mean(residual**2) * mean[best]))
     shown = data.output_display.shown(size)
     text = f"the error of most runs oscillates at {grid[best]:.3g} Hz, {shown} (rms)"
+    dying = [_dies_away(*pair) for pair in zip(errors, inputs, strict=True)]
+    if np.mean(dying) >= RULES.line_runs:
+        text += (
+            ", and dies away after a step: the actuator swings, and the model has no inertia; "
+            "inflate more slowly, or leave out the samples until it rests"
+        )
     return Notice("line", float(grid[best]), size, text, grid, mean, np.array([best]))
+
+
+def _dies_away(error: Array, driving: Array) -> bool:
+    """Whether an error (n,) varies far more just after the largest change of the input (n,) than at
+    the end.
+    """
+    since = error[int(np.argmax(np.abs(np.diff(driving)))) :]
+    third = len(since) // 3
+    if third < 2:
+        return False
+    return bool(np.std(since[:third]) > RULES.notice_swing * np.std(since[-third:]))
 
 
 def _grid(times: Sequence[Array]) -> Array:
@@ -267,6 +286,37 @@ def _apart(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     return Notice("apart", far[0][0], size, text, order, means, marked)
 
 
+def _moved_zero(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
+    """Repeats that differ at rest as much as they do in the whole: by their zero."""
+    if floor.source != REPEATS or len(data.outputs) > 1 or data.experiment not in DRIVING_COLUMN:
+        return None
+    means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
+    at_rest = np.array([_at_rest(data, run) for run in data.runs])
+    before, after = (_apart_in_groups(data, one) for one in (means, means - at_rest))
+    if not (before > RULES.notice_zero * floor.within and after < RULES.notice_zero_left * before):
+        return None
+    shown = data.output_display.shown
+    text = (
+        f"repeats differ by their zero, {shown(before)} (rms), already at rest: take the reading "
+        "at rest off each run, or the noise floor, which includes this, hides what is missing"
+    )
+    order, marked = np.arange(len(means), dtype=float), np.zeros(0, np.int64)
+    return Notice("zero", before, before, text, order, at_rest, marked)
+
+
+def _at_rest(data: MeasurementSet, run: Run) -> float:
+    """Median output of a run at inputs near its least."""
+    driving = data.driving(run)
+    rests = driving <= driving.min() + RULES.pressure_ends * np.ptp(driving)
+    return float(np.median(run.columns[data.outputs[0]][rests]))
+
+
+def _apart_in_groups(data: MeasurementSet, values: Array) -> float:
+    """Root mean square difference of values (runs,) from the mean of their repeats."""
+    off = np.concatenate([values[group] - values[group].mean() for group in data.groups()])
+    return float(np.sqrt(np.mean(off**2)))
+
+
 def _driven_otherwise(data: MeasurementSet) -> Notice | None:
     """Runs that are stated as repeats, but have another input."""
     found = data.driven_otherwise()
@@ -297,6 +347,41 @@ def _held_input(data: MeasurementSet) -> Notice | None:
     count = float(sum(map(len, places)))
     x, y = run.columns["time"], data.driving(run) / float(np.max(np.abs(data.driving(run))))
     return Notice("held_input", count, 0.0, text, x, y, marked)
+
+
+def _clipped(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
+    """An input that stays at its largest reading while the output goes on and comes back."""
+    if not data.has_time or data.experiment not in DRIVING_COLUMN or len(data.outputs) > 1:
+        return None
+    largest = max(float(np.max(data.driving(run))) for run in data.runs)
+    found = {}
+    for index, run in enumerate(data.runs):
+        at = np.flatnonzero(data.driving(run) >= (1.0 - RULES.notice_clip_within) * largest)
+        if not len(at) or len(at) < max(
+            RULES.notice_clipped, RULES.notice_clip_share * (at[-1] - at[0])
+        ):
+            continue
+        output = run.columns[data.outputs[0]][at[0] : at[-1] + 1]
+        ends = np.linspace(output[0], output[-1], len(output))
+        goes_on = float(np.max(np.abs(output - ends)))
+        comes_back = abs(output[-1] - output[0]) < RULES.notice_clip_back * goes_on
+        if comes_back and goes_on > RULES.notice_wild * floor.within:
+            found[index] = goes_on
+    if not found:
+        return None
+    names = [data.runs[index].name for index in found]
+    more = f" and {len(names) - NAMED_RUNS} more" if len(names) > NAMED_RUNS else ""
+    size, order = max(found.values()), np.arange(len(data.runs), dtype=float)
+    unit = data.shown_in("Pa" if DRIVING_COLUMN[data.experiment] == "pressure" else "")
+    text = (
+        f"{', '.join(names[:NAMED_RUNS])}{more}: the input stays at its largest reading, "
+        f"{unit.shown(largest, 4)}, while the output goes on by {data.output_display.shown(size)} "
+        "and comes back, as if its sensor were at the limit; leave these samples out, or use a "
+        "sensor with a larger range"
+    )
+    ranges = np.array([found.get(index, 0.0) for index in range(len(data.runs))])
+    marked = np.array([*found], np.int64)
+    return Notice("clipped", float(len(found)), size, text, order, ranges, marked)
 
 
 def _gaps(data: MeasurementSet) -> Notice | None:

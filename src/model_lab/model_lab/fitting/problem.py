@@ -28,6 +28,7 @@ from model_lab.measurements.hands import GRASP, HAND_MOTION, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import DOCUMENT, made_of
+from model_lab.measurements.unrounded import without_rounding
 from model_lab.measurements.wild_samples import without_wild_samples
 from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect, Parameter
@@ -116,7 +117,8 @@ def pose_problem(
     follow. Raises ValueError if it can follow none.
     """
     model = with_weight(data, model)
-    data = without_input_noise(without_wild_samples(made_of(data, model)))
+    read = without_wild_samples(made_of(data, model))
+    data, unrounded = without_input_noise(read), without_rounding(read)
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
@@ -132,7 +134,11 @@ def pose_problem(
 
     forward = forward_of(data)
     starts = _as_given(base_starts(forward.parameters), forward.parameters, given)
-    data = with_input_between(data, lambda other: forward_of(other).predict(starts[:1])[0])
+    data = with_input_between(
+        data,
+        lambda other: forward_of(other).predict(starts[:1])[0],
+        None if unrounded is None else without_input_noise(unrounded),
+    )
     forward = forward_of(data)
     predicted = forward.predict(starts[:1])[0]
     if forward.unsettled:

@@ -11,13 +11,17 @@ import numpy as np
 from model_lab.aliases import Array, Indices
 from model_lab.importing.numerals import is_missing
 
-_CLOCK = r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
+_CLOCK = (
+    r"(?:(?P<first>\d+):)?(?P<middle>\d{1,2}):(?P<last>\d{1,2}(?:[.,]\d+)?)"
+    r"(?:(?<=:\d\d):(?P<parts>\d{2}))?"
+)
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
 _ZONE = r"\s*(?P<zone>Z|UTC|[+-]\d{2}:?\d{2})?"
 _DAY_PATTERN = r"(?P<a>\d{1,4})[-./](?P<b>\d{1,2})[-./](?P<c>\d{1,4})(?:T|\s+|,\s*)"
 _TEXT = re.compile(f"(?:{_DAY_PATTERN})?{_CLOCK}{_HALF}{_ZONE}$")
 HOUR, HALF_DAY, DAY = 3600.0, 43200.0, 86400.0  # [s]
 RESTART_STEPS = 5.0  # usual steps of a clock, by more than which it goes back, by hand
+PAUSE_STEPS = 50.0  # usual steps of a clock, from which a longer one is a pause, by hand
 ORDERS = ("day first", "month first")
 
 
@@ -49,10 +53,12 @@ def seconds(cells: Sequence[str]) -> Array:
 
     Two parts, as in 12:27, are minutes and seconds. A clock that jumps back is taken to go on:
     after one hour if it shows minutes and seconds, else after half a day or a day. For dates such
-    as 3/1/2026, day and month are ordered so that the whole takes less time.
+    as 3/1/2026, day and month are ordered so that the whole takes less time. A fourth part, as in
+    0:00:12:08 of a video, counts hundredths of a second or frames.
     """
     found = [None if is_missing(cell) else _TEXT.match(cell) for cell in cells]
     clock = np.array([np.nan if one is None else _of_day(one) for one in found])
+    clock += _parts(clock, np.array([float(one["parts"] or 0) if one else 0.0 for one in found]))
     if any(one is not None and one["a"] for one in found):
         days = [_days(found, order) for order in ORDERS]
         return clock + min((one for one in days if one is not None), key=_span) * DAY
@@ -99,6 +105,17 @@ def restarts(time: Array) -> Indices:
     return np.flatnonzero(begins) + 1
 
 
+def pauses(time: Array) -> Indices:
+    """Indices (n,) of the rows at which a clock (rows,) goes on after a pause.
+
+    >>> pauses(np.array([*range(9), *range(99, 108)])).tolist(), pauses(np.arange(9.0)).tolist()
+    ([9], [])
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return 1 + np.flatnonzero(steps > PAUSE_STEPS * usual) if usual > 0.0 else np.zeros(0, np.intp)
+
+
 def _span(days: Array) -> float:
     return float(np.nanmax(days) - np.nanmin(days))
 
@@ -117,6 +134,19 @@ def _of_day(match: re.Match[str]) -> float:
         away = HOUR * float(zone[1:3]) + 60.0 * float(zone[-2:])
         since -= away if zone[0] == "+" else -away
     return since
+
+
+def _parts(whole: Array, parts: Array) -> Array:
+    """Seconds (rows,) of counts (rows,) of hundredths or of frames after whole seconds (rows,): of
+    a second's most frames, if the clock then goes on more evenly.
+    """
+    units = [part * parts for part in (0.01, 1.0 / (float(parts.max(initial=0.0)) + 1.0))]
+    return min(units, key=lambda one: _unevenness(whole + one))
+
+
+def _unevenness(time: Array) -> float:
+    steps = np.diff(time[np.isfinite(time)])
+    return float(np.std(steps)) if len(steps) else 0.0
 
 
 def _days(found: Sequence[re.Match[str] | None], order: str) -> Array | None:

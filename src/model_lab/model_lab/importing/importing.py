@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 
 from model_lab.importing.cell_words import mode_in
+from model_lab.importing.clocks import pauses
 from model_lab.importing.derived import (
     derivation,
 )
@@ -39,9 +40,11 @@ from model_lab.importing.order import as_recorded
 from model_lab.importing.runs import ImportedRun, Source, joined, paired
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
+    KELVIN,
     columns_of,
     in_one_unit,
     remarks_on_air,
+    temperatures_in_names,
     temperatures_of,
 )
 from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
@@ -56,7 +59,6 @@ from softhand_common.documents.quoted import listed, shortened
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_model.model_file import FREE_VALUE
 
-KELVIN = 273.15  # [K], 0 degC
 SPECIMEN = "finger"  # where no hand says what was measured
 T = TypeVar("T")
 STRIPS = {
@@ -144,7 +146,8 @@ def propose(
         sheets: name of the sheet of a spreadsheet, by the name of its file; "" for all others.
         modes: uniaxial, pure_shear or equibiaxial, by the name of the file of a test of rubber; ""
             for all others. Files without are taken as their names say.
-        split_restarts: whether a new run begins where the clock of a file begins anew.
+        split_restarts: whether a new run begins where the clock of a file begins anew or
+            pauses.
 
     Raises DocumentError for a file that cannot be read or is ambiguous, and for a unit that does
     not fit its quantity.
@@ -318,7 +321,8 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
-    temperatures = temperatures_of(runs, sources)
+    measured = temperatures_of(runs, sources)
+    temperatures = measured or temperatures_in_names(names)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
@@ -354,7 +358,9 @@ def make_set(
     if temperatures:
         low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
         remarks.append(
-            f"temperature: the mean of its column in each run, {low:.1f} to {high:.1f} degC (in "
+            "temperature: "
+            + ("the mean of its column in each run" if measured else "as in the names of the runs")
+            + f", {low:.1f} to {high:.1f} degC (in "
             "experiment.yaml in K); runs more than 1 K apart are no repeats"
         )
     remarks += [
@@ -427,6 +433,11 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""
                 yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
+            if meant.quantity == "time" and len(begins := pauses(source.values_of(meant))):
+                yield (
+                    f"{source.table.path.name}: its clock pauses before row {begins[0] + 1}; if "
+                    "another run begins there, say --split-restarts"
+                )
         for said in source.table.remarks:
             alike.setdefault(said, []).append(source.table.path.name)
     yield from (f"{listed(files)}: {said}" for said, files in alike.items())

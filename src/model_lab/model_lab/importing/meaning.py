@@ -29,7 +29,7 @@ from softhand_common.documents.yaml_document import DocumentError
 RUBBER_TEST, VALVE_PULSE, BASE_TORQUE = "rubber", "valve_pulse", "base_torque"
 WORDS = {
     "time": "time zeit temps tiempo tempo t millis micros stamp timestamp zeitstempel uhrzeit "
-    "heure hora sec seconds elapsed clock datetime",
+    "heure hora sec seconds elapsed clock datetime prufzeit messzeit versuchszeit",
     "pressure": "pressure druck pression presion pressione p press innendruck kammerdruck "
     "luftdruck",
     "tip_angle": "angle winkel angulo angolo theta phi alpha bend bending biegung biegewinkel "

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from model_lab.importing.cell_words import mode_in
-from model_lab.importing.clocks import restarts
+from model_lab.importing.clocks import pauses, restarts
 from model_lab.importing.runs import Source
 from model_lab.importing.tables import Table, labelled
 from softhand_common.documents.quoted import listed
@@ -23,18 +23,22 @@ REPEAT = re.compile(
 
 
 def parted_at_restarts(source: Source) -> tuple[Source, ...]:
-    """The runs of a file whose clock begins anew at each; the file itself if it never does."""
+    """The runs of a file whose clock begins anew or pauses before each; the file itself if it never
+    does.
+    """
     clock = next((one for one in source.meanings if one.quantity == "time"), None)
     if clock is None:
         return (source,)
     time = source.values_of(clock)
     known = np.flatnonzero(np.isfinite(time))
-    begins = known[restarts(time[known])]
+    anew = restarts(time[known])
+    begins = known[anew if len(anew) else pauses(time[known])]
     if not len(begins):
         return (source,)
     table, ends = source.table, [0, *begins.tolist(), len(time)]
     remark = (
-        f"its clock begins anew in row {' and '.join(str(row + 1) for row in begins)}: its "
+        f"its clock {'begins anew' if len(anew) else 'goes on after a pause'} in row "
+        f"{' and '.join(str(row + 1) for row in begins)}: its "
         f"parts are {len(ends) - 1} runs, and repeats of one protocol unless you change their "
         "protocol in experiment.yaml"
     )

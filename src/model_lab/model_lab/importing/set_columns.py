@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -16,7 +17,14 @@ from model_lab.measurements.units import column_unit
 from model_lab.rules import RULES
 from softhand_common.documents.yaml_document import DocumentError
 
+TEMPERATURE_IN_NAME = re.compile(
+    r"(?:^|[\W_])(?P<sign>(?<=[_ ])-)?(?P<degrees>\d{1,3}(?:[.,p]\d+)?)"
+    r"_?(?:deg|grad|\u00b0)?_?C(?![^\W_])"
+    r"|temp(?:erature?)?[_\- ]?(?P<after>\d{1,3})(?![^\W_])",
+    re.I,
+)  # of a run, in degrees Celsius
 AIR_COLUMN = "pressure"  # which may be absolute
+KELVIN = 273.15  # [K], 0 degC
 NOT_CONVERTED = ("time", "strain", "stretch", "temperature")  # in SI units, or with an offset
 Columns = dict[str, dict[str, object]]
 """The entry of each column under `columns` of a set."""
@@ -68,6 +76,27 @@ def temperatures_of(runs: Sequence[ImportedRun], sources: Sequence[Source]) -> d
             kelvin = float(np.nanmean(values))
             if TEMPERATURES[0] <= kelvin <= TEMPERATURES[1]:
                 found[run.name] = round(kelvin, 2)
+    return found
+
+
+def temperatures_in_names(names: Sequence[str]) -> dict[str, float]:
+    """Temperature [K] of each run as its name tells it, if all names tell one.
+
+    >>> temperatures_in_names(["warm_35C_1", "cold_-5degC"])
+    {'warm_35C_1': 308.15, 'cold_-5degC': 268.15}
+    >>> temperatures_in_names(["warm_35C_1", "cold"])
+    {}
+    """
+    found = {}
+    for name in names:
+        match = TEMPERATURE_IN_NAME.search(name)
+        if match is None:
+            return {}
+        degrees = (match["degrees"] or match["after"]).lower().replace(",", ".").replace("p", ".")
+        kelvin = round(float(degrees) * (-1.0 if match["sign"] else 1.0) + KELVIN, 2)
+        if not TEMPERATURES[0] <= kelvin <= TEMPERATURES[1]:
+            return {}
+        found[name] = kelvin
     return found
 
 

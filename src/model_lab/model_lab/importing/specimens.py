@@ -10,6 +10,7 @@ from string import ascii_lowercase
 
 from model_lab.importing.cell_words import mode_in
 from model_lab.measurements.drives import Drive, driven_alike
+from model_lab.rules import RULES
 
 PROTOCOL_WORDS = (
     "ramp rampe step sprung stufe half halb full voll slow fast langsam schnell sine sinus "
@@ -17,11 +18,13 @@ PROTOCOL_WORDS = (
     "loading unloading up down auf ab inflate deflate test run lauf exp experiment trial "
     "versuch messung measurement data daten log rec record recording repeat wdh rep low high "
     "small large max min first last before after cold warm hot kalt bending blocked free "
-    "uniaxial tensile chirp square triangle staircase treppe steps random"
+    "uniaxial tensile chirp square triangle staircase treppe steps random peak level amplitude "
+    "spitze niveau day tag jour dia week woche session sitzung"
 )  # that say what was done, not to which specimen
 SETTING_WORD = re.compile(
-    r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|c|k)?$"
+    r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|(?:deg|grad|°)?c|k)?$"
 )
+LEVEL = re.compile(r"[1-9]\d+")
 NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
 SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
@@ -84,22 +87,42 @@ def protocols_by_drive(
     found: Assigned, drives: Mapping[str, Drive], modes: Mapping[str, str]
 ) -> dict[str, str]:
     """The protocol of each run, by its name: as `found` from the names, but runs of one protocol
-    that were driven otherwise get one of their own, with a letter.
+    that were driven otherwise, or to levels that their names number, get one of their own, with a
+    letter.
 
     drives: input of each run. modes: of each run in a test of rubber.
     """
-    kinds: dict[tuple[str, str, str], list[Drive]] = defaultdict(list)
+    kinds: dict[tuple[str, str, str], list[tuple[str, Drive]]] = defaultdict(list)
     protocols = {}
     for run, drive in drives.items():
         name = found.protocols[run]
         kind = kinds[found.specimens[run], name, modes.get(run, "")]
-        alike = [number for number, other in enumerate(kind) if driven_alike(drive, other)]
+        alike = [
+            number
+            for number, (first, other) in enumerate(kind)
+            if driven_alike(drive, other) and not _name_levels(run, first, drive, other)
+        ]
         number = alike[0] if alike else len(kind)
         if not alike:
-            kind.append(drive)
+            kind.append((run, drive))
         letters = [*ascii_lowercase, str(number + 1)]
         protocols[run] = f"{name}_{letters[min(number, len(ascii_lowercase))]}" if number else name
     return protocols
+
+
+def _name_levels(run: str, other: str, drive: Drive, of_other: Drive) -> bool:
+    """Whether the names of two runs number the levels to which they were driven, as `peak18` and
+    `peak26` do if the second input goes 26/18 times as far.
+    """
+    numbers = [[int(number) for number in LEVEL.findall(name)] for name in (run, other)]
+    if not of_other.extent > 0.0:
+        return False
+    further = drive.extent / of_other.extent
+    return any(
+        max(a, b) >= RULES.named_level * min(a, b)
+        and abs(a / b / further - 1.0) < RULES.named_level_misses
+        for a, b in zip(*numbers, strict=False)
+    )
 
 
 def _words(run: str) -> list[str]:

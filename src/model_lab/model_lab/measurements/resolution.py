@@ -18,9 +18,9 @@ EQUAL_READINGS = 1e-6  # of the range: readings that differ by less are one
 ROUNDING_DRAWS = 16
 
 
-def sensor_step(readings: Sequence[Array]) -> float:
+def sensor_step(readings: Sequence[Array], levels_at_least: int = RULES.sensor_levels) -> float:
     """Step by which the readings (n,) of a sensor are rounded, seen over all runs; 0 if no step is
-    seen.
+    seen, or the range has fewer steps than `levels_at_least`.
     """
     span = max(float(np.ptp(values)) for values in readings) or 1.0
     of_runs = [
@@ -33,7 +33,7 @@ def sensor_step(readings: Sequence[Array]) -> float:
     apart = np.diff(levels)
     step = float(np.median(apart[apart < 1.5 * apart.min()]))
     whole = np.abs(apart / step - np.round(apart / step)) < RULES.sensor_whole
-    return step if whole.all() and np.ptp(levels) >= RULES.sensor_levels * step else 0.0
+    return step if whole.all() and np.ptp(levels) >= levels_at_least * step else 0.0
 
 
 def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
