@@ -89,12 +89,15 @@ def _record_and_diagnose(folder: Path, jobs: str) -> None:
     ]
     of_set, answer = str(folder / "set"), str(folder / "diagnosis.json")
     about = ("--hand", HAND, "--experiment", "grasp", "--object", THING)
-    _lab("import", *map(str, bags), "-o", of_set, *about, "--yes")
+    if not Path(of_set).exists():
+        _lab("import", *map(str, bags), "-o", of_set, *about, "--yes")
     _lab("diagnose", of_set, "--model", "gravity", "--jobs", jobs, "--json", answer)
 
 
 def _recorded(folder: Path, strategy: str, shift: tuple[float, float], model: Path) -> Path:
-    """The bag of one grasp over ROS."""
+    """The bag of one grasp over ROS, recorded if it is not there."""
+    if (folder / "bag").exists():
+        return folder / "bag"
     tried = load_strategy(strategy).tried_with
     place = object_place(tried, THING)
     options = SuiteOptions(

@@ -344,15 +344,15 @@ def _scales(data: MeasurementSet) -> Array:
 
 def grasp_errors(data: MeasurementSet, model: Model) -> OwnErrors:
     """Errors of the predictions themselves, which repeats do not show. Each is the change of the
-    predictions by one source: another start of the object along x, or along y; more segments; a
-    shorter step; the other engine, if it is installed. They are simulated in every run, as where an
-    object begins decides how roughly it is touched.
+    predictions by one source: another start of the object along x, or along y; more segments,
+    unless the set states how many; a shorter step; the other engine, if it is installed. They are
+    simulated in every run, as where an object begins decides how roughly it is touched.
     """
     acting = [effect for effect in model.effects if data.experiment in effect.experiments]
-    tried = [
-        (data, engine)
-        for engine in (*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else []))
-    ]
+    engines = [*FINER_ENGINES, *([OTHER_ENGINE] if find_spec(OTHER_ENGINE.name) else [])]
+    if data.hand_segments:  # a simulated hand, which has these
+        engines = [engine for engine in engines if engine.segments == USUAL_ENGINE.segments]
+    tried = [(data, engine) for engine in engines]
     tried += [(_shifted(data, name), USUAL_ENGINE) for name in OBJECT_PLACE[:2]]
     table, scales = data.table, _scales(data)
     stated, *moved = (
