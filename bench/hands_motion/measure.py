@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -28,16 +29,31 @@ MODULUS_SCALES = (0.93, 1.07)
 MOVED = 0.4  # share of drawn motions in which the wrist moves
 
 
+class Simulated(NamedTuple):
+    """Engine of the simulated hand, segments of an actuator, and time step [s]."""
+
+    engine: str = ENGINE
+    segments: int = SEGMENTS
+    step: float = STEP
+
+
+USUAL = Simulated()
+
+
 def measured(
     hidden: Hidden,
     random: np.random.Generator,
     motions: Mapping[str, Protocol] = HAND_MOTIONS,
     marker_noise: float = MARKER_NOISE,
+    simulated: Simulated = USUAL,
 ) -> MeasurementSet:
     """Two noisy repeats of some protocols, those of the lab's planned set if none are given."""
     empty = hand_motion_set(motions=motions)
     scale = float(random.uniform(*MODULUS_SCALES))
-    truth = {run.protocol: moved(hidden, empty, run, scale) for run in empty.runs[: len(motions)]}
+    truth = {
+        run.protocol: moved(hidden, empty, run, scale, simulated)
+        for run in empty.runs[: len(motions)]
+    }
     runs = []
     for run in empty.runs:
         places, wrist = truth[run.protocol]
@@ -81,11 +97,17 @@ def _drawn_motion(random: np.random.Generator) -> Protocol:
     )
 
 
-def moved(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tuple[Array, Array]:
+def moved(
+    hidden: Hidden,
+    empty: MeasurementSet,
+    run: Run,
+    scale: float,
+    simulated: Simulated = USUAL,
+) -> tuple[Array, Array]:
     """Fingertips (samples, tips, 3) [m] in the frame of the wrist, and poses of the wrist (samples,
     7), of the simulated hand that an arm moves as a run wants it.
     """
-    time = run.columns["time"]
+    time, step = run.columns["time"], simulated.step
     pose = np.stack([run.columns[name] for name in WRIST_POSE], axis=1)
     way = CubicSpline(time, pose[:, :3])
     turning = RotationSpline(time, Rotation.from_quat(pose[:, 3:]))
@@ -95,21 +117,21 @@ def moved(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tupl
         hand=hidden.hand,
         scene=scene,
         model=hidden.model,
-        segments=SEGMENTS,
-        step=STEP,
+        segments=simulated.segments,
+        step=step,
         modulus_scale=scale,
-        engine=ENGINE,
+        engine=simulated.engine,
     )
     simulation = Simulation(config)
     start = simulation.wrist.position - pose[0, :3]
     pressures = np.array([run.columns[name] for name in empty.pressures])
     pressures = np.apply_along_axis(hidden.acting, 0, pressures)
-    for _ in range(round(SETTLED / STEP)):
+    for _ in range(round(SETTLED / step)):
         impose(simulation, pressures[:, 0])
         simulation.step()
     tips, wrist = [], []
-    between = round(float(time[1] - time[0]) / STEP)
-    steps = np.arange(1, between * (len(time) - 1) + 1) * STEP
+    between = round(float(time[1] - time[0]) / step)
+    steps = np.arange(1, between * (len(time) - 1) + 1) * step
     courses = np.array([np.interp(steps, time, one) for one in pressures]).T
     places, turns = start + way(steps), turning(steps).as_quat()
     for number in range(len(steps) + 1):
