@@ -7,7 +7,7 @@ each kind at places drawn by the seed, hands without anything, three things outs
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import permutations
 from typing import Any
@@ -20,6 +20,7 @@ from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects import effect_classes
+from softhand_model.effects.hand_motion import ChannelLag, JointDamping
 from softhand_model.effects.hand_parts import TipMass
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
@@ -50,6 +51,8 @@ ONE_VALUE = (
     "tip_mass",
     "dead_zone",
     "yeoh_stiffening",
+    "joint_damping",
+    "channel_lag",
 )
 CONTROLS = ("markers_shuffled", "pressures_shuffled", "another_hand")
 TWO = (  # strong ones
@@ -116,15 +119,16 @@ def hidden_in(
     strength: str,
     random: np.random.Generator,
     share: float | None = None,
+    sizes: Mapping[str, tuple[float, float]] = SIZES,
 ) -> Hidden:
     """A case of the plan; share: of the way from the strong size to the weak one."""
     if strength == "two":
         first, second = kind.split(" and ")
-        one = hidden_in(hand, first, "strong", random, share)
-        return _both(one, hidden_in(one.hand, second, "strong", random, share))
+        one = hidden_in(hand, first, "strong", random, share, sizes)
+        return _both(one, hidden_in(one.hand, second, "strong", random, share, sizes))
     size = OUTSIDE.get(kind, 0.0)
-    if kind in SIZES:
-        strong, weak = SIZES[kind]
+    if kind in sizes:
+        strong, weak = sizes[kind]
         way = float(strength == "weak") if share is None else share
         size = strong ** (1.0 - way) * weak**way
     plain = Hidden(hand, kind, strength, value=size if kind in ONE_VALUE else None)
@@ -177,6 +181,12 @@ def hidden_in(
         return replace(plain, acting=lambda pressures: np.maximum(pressures - size, 0.0))
     if kind == "yeoh_stiffening":
         return replace(plain, effects=(classes[kind](c2=size),))
+    if kind == "joint_damping":
+        return replace(plain, effects=(JointDamping(time=size),))
+    if kind == "channel_lag":
+        name = str(random.choice(hand.channels))
+        lag = ChannelLag.at(channel=name)(time_constant=size)
+        return replace(plain, effects=(lag,), where={"channel": name})
     if kind == "limited_channel":
         limit = np.full(len(hand.channels), np.inf)
         channel = int(random.integers(len(limit)))

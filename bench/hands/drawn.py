@@ -1,18 +1,22 @@
 """Hidden effects that a seed draws: `python -m bench.hands.drawn --seed N` makes 120 sets, as
-`bench.hands` makes its own, and judges them by its criteria. A stopped run continues.
+`bench.hands` makes its own, and judges them by its criteria. With `--experiment hand_motion`, hands
+move, as in `bench.hands_motion`. A stopped run continues.
 
-Fixed before any set was run: the cases come in rounds of ROUND, so that the first ones are a sample
-of all. Kinds of a group come in an order that is drawn. A size lies between strong and weak of
-`SIZES`, nearer to the one that it is called. Two effects are any two kinds, both strong.
+Fixed before any set was run: the cases come in rounds, so that the first ones are a sample of all.
+Kinds of a group come in an order that is drawn. A size lies between strong and weak of `SIZES`,
+nearer to the one that it is called. Two effects are any two kinds, both strong. Motions are drawn,
+too (`measured_as_drawn`).
 
 Targets, for all seeds together: right, or tied with at most two others, 95 % of strong and 80 % of
 weak effects, of both at most 4 % wrong, and the right place in 95 % of those whose name is right;
 nothing hidden 95 %; outside 90 %; two 85 %; slips 90 %; no control wrong; error at most 2 floors
-after adding in 90 %; 90 to 98 % of intervals hold the truth.
+after adding in 90 %; 90 to 98 % of intervals hold the truth. Of motions: right 90 % of strong
+effects; and 12 sets in at most 300 s on two cores, that is, 50 s of processor time each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import permutations
@@ -20,33 +24,67 @@ from itertools import permutations
 import numpy as np
 
 from bench.command_line import command_line, with_cases
-from bench.hands.cases import CONTROLS, OUTSIDE, SIZES, Hidden, hidden_in
+from bench.hands import cases
+from bench.hands.cases import CONTROLS, OUTSIDE, Hidden, hidden_in
 from bench.hands.measure import HAND, Protocols, measured_with_slip
 from bench.hands.slips import SLIPS
 from bench.hands.verdicts import judge
+from bench.hands_motion.cases import CONTROL
+from bench.hands_motion.cases import SIZES as SIZES_IN_MOTION
+from bench.hands_motion.measure import measured_as_drawn
+from model_lab.measurements.hands import HAND_MOTION, HAND_POSE
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.hand.hand import load_hand
 
 DRAWN = 120  # cases of a seed
 FIRST_HALF = ("strong", "nothing", "weak", "two", "outside", "strong", "slip", "weak", "strong")
 OTHER_HALF = ("control", "weak", "strong", "outside", "two", "strong", "nothing", "weak", "slip")
-ROUND = (*FIRST_HALF, "strong", *OTHER_HALF, "strong")
 NEARER = {"strong": (0.0, 0.4), "weak": (0.6, 1.0), "two": (0.0, 0.4)}  # share of the way to weak
-GROUPS = {
-    "strong": tuple(SIZES),
-    "weak": tuple(SIZES),
-    "nothing": ("nothing",),
-    "outside": tuple(OUTSIDE),
-    "two": tuple(" and ".join(pair) for pair in permutations(SIZES, 2)),
-    "slip": tuple(SLIPS),
-    "control": CONTROLS,
+OF_MOTION = {  # sizes of what a motion shows
+    **SIZES_IN_MOTION,
+    **{
+        kind: cases.SIZES[kind]
+        for kind in ("strut_stiffness", "palm_stiffness", "marker_offset", "frame_tilt")
+    },
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The sets of an experiment: groups of one round, sizes (strong, weak) of the effects, and
+    kinds of the group `control`.
+    """
+
+    round: Sequence[str]
+    sizes: Mapping[str, tuple[float, float]]
+    controls: Sequence[str]
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """Kinds of each group."""
+        return {
+            "strong": tuple(self.sizes),
+            "weak": tuple(self.sizes),
+            "nothing": ("nothing",),
+            "outside": tuple(OUTSIDE),
+            "two": tuple(" and ".join(pair) for pair in permutations(self.sizes, 2)),
+            "slip": tuple(SLIPS),
+            "control": tuple(self.controls),
+        }
+
+
+MOVING_FIRST = ("strong", "nothing", "strong", "weak", "strong", "slip")
+MOVING_LAST = ("strong", "outside", "strong", "nothing", "weak", "control")
+PLANS = {
+    HAND_POSE: Plan((*FIRST_HALF, "strong", *OTHER_HALF, "strong"), cases.SIZES, CONTROLS),
+    HAND_MOTION: Plan((*MOVING_FIRST, *MOVING_LAST), OF_MOTION, (CONTROL,)),
 }
 
 
 @dataclass(frozen=True)
 class Drawn:
     """A case: kind and group of what is hidden, its share of the way from strong to weak, and how
-    it is measured.
+    poses are measured.
     """
 
     kind: str
@@ -55,13 +93,14 @@ class Drawn:
     protocols: Protocols
 
 
-def drawn(seed: int, number: int) -> Drawn:
+def drawn(seed: int, number: int, experiment: str = HAND_POSE) -> Drawn:
     """A case of a seed."""
-    group = ROUND[number % len(ROUND)]
-    earlier = sum(ROUND[before % len(ROUND)] == group for before in range(number))
-    kinds = GROUPS[group]
-    order = np.random.default_rng([seed, list(GROUPS).index(group)]).permutation(len(kinds))
-    random = np.random.default_rng([seed, len(GROUPS), number])
+    plan = PLANS[experiment]
+    group = plan.round[number % len(plan.round)]
+    earlier = sum(plan.round[before % len(plan.round)] == group for before in range(number))
+    kinds, names = plan.groups[group], list(plan.groups)
+    order = np.random.default_rng([seed, names.index(group)]).permutation(len(kinds))
+    random = np.random.default_rng([seed, len(names), number])
     name = "" if group == "nothing" else group
     share = float(random.uniform(*NEARER.get(group, (0.0, 0.0))))
     how = Protocols(
@@ -73,10 +112,13 @@ def drawn(seed: int, number: int) -> Drawn:
     return Drawn(kinds[order[earlier % len(kinds)]], name, share, how)
 
 
-def case(seed: int, number: int) -> tuple[Hidden, MeasurementSet]:
+def case(experiment: str, seed: int, number: int) -> tuple[Hidden, MeasurementSet]:
     """What is hidden in a case of a seed, and its set."""
-    one, random = drawn(seed, number), np.random.default_rng([seed, number])
-    hidden = hidden_in(load_hand(HAND), one.kind, one.group, random, one.share)
+    one, random = drawn(seed, number, experiment), np.random.default_rng([seed, number])
+    sizes = PLANS[experiment].sizes
+    hidden = hidden_in(load_hand(HAND), one.kind, one.group, random, one.share, sizes)
+    if experiment == HAND_MOTION:
+        return measured_as_drawn(hidden, random)
     return measured_with_slip(hidden, random, one.protocols)
 
 
@@ -84,8 +126,12 @@ def main() -> None:
     """Run the cases of a seed, or those of the numbers given."""
     parser = command_line("bench.hands.drawn", __doc__)
     parser.add_argument("--seed", type=int, required=True, help="draws the cases")
+    text = "(default: %(default)s)"
+    parser.add_argument("--experiment", choices=[*PLANS], default=HAND_POSE, help=text)
     given = with_cases(parser, DRAWN)
-    judge("hands", given.numbers, partial(case, given.seed), "mm", seed=given.seed)
+    bench = "hands_motion" if given.experiment == HAND_MOTION else "hands"
+    make = partial(case, given.experiment, given.seed)
+    judge(bench, given.numbers, make, "mm", seed=given.seed)
 
 
 if __name__ == "__main__":

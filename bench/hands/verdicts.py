@@ -20,7 +20,7 @@ from softhand_model.model_file import load_model
 KEPT = Path("out/bench")
 FLOORS_AFTER = 2.0
 NAMED_ALONE = ("strong", "weak")  # groups with one hidden effect
-SOURCES = ("src/model_lab", "src/softhand_model", "src/pneuflex_sim")
+SOURCES = ("src/model_lab", "src/softhand_model", "src/pneuflex_sim", "bench/hands")
 
 
 def judge(

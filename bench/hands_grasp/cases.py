@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.hands_motion.cases import Hidden
+from bench.hands.cases import Hidden
 from model_lab.experiments.grasp_rollouts import Engine
 from softhand_model.effects import effect_classes
 from softhand_model.effects.elastic import GentStiffening
@@ -83,12 +83,12 @@ def hidden_in(
     power = random.uniform(*DRAWN_POWERS) if strength == DRAWN else 1.0
     size = SIZES.get(kind, 1.0) ** power
     if kind in OF_WHOLE:
-        return Hidden(kind, strength, (OF_WHOLE[kind](factor=size),), value=size)
+        return Hidden(hand, kind, strength, effects=(OF_WHOLE[kind](factor=size),), value=size)
     if kind == "gent_stiffening":
-        return Hidden(kind, strength, (GentStiffening(jm=GENT_LIMIT),))
+        return Hidden(hand, kind, strength, effects=(GentStiffening(jm=GENT_LIMIT),))
     if kind == "actuator_scatter":
         places = ActuatorScatter.places(hand)
         where = places[random.integers(len(places))]
         effect = ActuatorScatter.at(**where)(modulus_factor=size)
-        return Hidden(kind, strength, (effect,), where, size)
-    return Hidden(kind, strength)
+        return Hidden(hand, kind, strength, where, (effect,), value=size)
+    return Hidden(hand, kind, strength)

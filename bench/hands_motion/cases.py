@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from softhand_model.effects import Effect
+from bench.hands.cases import Hidden
 from softhand_model.effects.hand import ActuatorScatter, Crosstalk, MountTilt
 from softhand_model.effects.hand_motion import ChannelLag, JointDamping
 from softhand_model.effects.hand_parts import TipMass
@@ -40,34 +38,21 @@ SIZES = {  # (strong, weak)
 }
 
 
-@dataclass(frozen=True)
-class Hidden:
-    """A case: the effects that act, and the truth as a verdict would have it; value: of the only
-    parameter, if there is one.
-    """
-
-    name: str
-    strength: str
-    effects: tuple[Effect, ...] = ()
-    where: dict[str, str] = field(default_factory=dict)
-    value: float | None = None
-
-
 def hidden_in(
     hand: HandDescription, kind: str, strength: str, random: np.random.Generator
 ) -> Hidden:
     """A case of the plan, at a place that is drawn."""
     if kind not in SIZES:
-        return Hidden(kind, strength)
+        return Hidden(hand, kind, strength)
     size = SIZES[kind][strength == "weak"]
     if kind == "joint_damping":
-        return Hidden(kind, strength, (JointDamping(time=size),), value=size)
+        return Hidden(hand, kind, strength, effects=(JointDamping(time=size),), value=size)
     if kind == "mount_tilt":
         turn = random.standard_normal(3)
         turn *= size / np.linalg.norm(turn)
         where = {"chain": str(random.choice([chain.name for chain in hand.chains]))}
         values = dict(zip(("roll", "pitch", "yaw"), turn.tolist(), strict=True))
-        return Hidden(kind, strength, (MountTilt.at(**where)(**values),), where)
+        return Hidden(hand, kind, strength, where, (MountTilt.at(**where)(**values),))
     makers = {
         "channel_lag": (ChannelLag, "time_constant"),
         "tip_mass": (TipMass, "mass"),
@@ -77,4 +62,5 @@ def hidden_in(
     made, parameter = makers[kind]
     places = made.places(hand)
     where = places[random.integers(len(places))]
-    return Hidden(kind, strength, (made.at(**where)(**{parameter: size}),), where, size)
+    effect = made.at(**where)(**{parameter: size})
+    return Hidden(hand, kind, strength, where, (effect,), value=size)

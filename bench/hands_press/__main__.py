@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from bench.command_line import chosen_cases
+from bench.hands.cases import Hidden
 from bench.hands.verdicts import judge
-from bench.hands_motion.cases import Hidden
 from bench.hands_press.cases import PLAN, SEED, hidden_in
 from bench.hands_press.measure import measured
 from model_lab.measurements.measurement_set import MeasurementSet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.hands_motion.cases import Hidden
+from bench.hands.cases import Hidden
 from softhand_model.effects.elastic import GentStiffening
 from softhand_model.effects.hand import ActuatorScatter
 from softhand_model.effects.hand_parts import Friction, PalmStiffness, StrutStiffness
@@ -51,19 +51,20 @@ def hidden_in(
 ) -> Hidden:
     """A case of the plan, at a place that is drawn."""
     if kind not in SIZES:
-        return Hidden(kind, strength)
+        return Hidden(hand, kind, strength)
     size = SIZES[kind][strength == "weak"]
     if kind in OF_WHOLE:
-        return Hidden(kind, strength, (OF_WHOLE[kind](factor=size),), value=size)
+        return Hidden(hand, kind, strength, effects=(OF_WHOLE[kind](factor=size),), value=size)
     if kind == "gent_stiffening":
-        return Hidden(kind, strength, (GentStiffening(jm=size),))
+        return Hidden(hand, kind, strength, effects=(GentStiffening(jm=size),))
     if kind == "wrench_bias":
         ways = random.standard_normal((2, 3))
         ways *= size / np.linalg.norm(ways, axis=1)[:, None]
         names = [parameter.name for parameter in WrenchBias.parameters]
         values = (ways * [[1.0], [0.1]]).ravel().tolist()
-        return Hidden(kind, strength, (WrenchBias(**dict(zip(names, values, strict=True))),))
+        bias = WrenchBias(**dict(zip(names, values, strict=True)))
+        return Hidden(hand, kind, strength, effects=(bias,))
     places = ActuatorScatter.places(hand)
     where = places[random.integers(len(places))]
     effect = ActuatorScatter.at(**where)(modulus_factor=size)
-    return Hidden(kind, strength, (effect,), where, size)
+    return Hidden(hand, kind, strength, where, (effect,), value=size)

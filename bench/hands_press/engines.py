@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.command_line import command_line
-from bench.hands_motion.cases import Hidden
+from bench.hands.cases import Hidden
 from bench.hands_press.measure import pressed
 from model_lab.bench.hand_press_set import PRESS_RATE, PRESSES, hand_press_set
 from model_lab.experiments.hand_press import PRESS_STEP, HandPress
@@ -34,8 +34,9 @@ def main() -> None:
     given = parser.parse_args()
     segments, step = given.segments, given.step
     empty, runs = hand_press_set(), []
+    nothing = Hidden(empty.hand, "nothing", "")
     for run in empty.runs[: len(PRESSES)]:
-        wrench, wrist = pressed(Hidden("nothing", ""), empty, run, 1.0, segments, step)
+        wrench, wrist = pressed(nothing, empty, run, 1.0, segments, step)
         columns = dict(zip((*WRENCH_COLUMNS, *WRIST_POSE), [*wrench.T, *wrist.T], strict=True))
         runs.append(replace(run, columns=run.columns | columns))
     data = replace(empty, runs=tuple(runs))

@@ -8,12 +8,21 @@ import pytest
 
 from bench.hands import verdicts
 from bench.hands.cases import HIGHEST, PLAN, SIZES, hidden_in
-from bench.hands.drawn import DRAWN, ROUND, drawn
+from bench.hands.drawn import DRAWN, PLANS, drawn
 from bench.hands.slips import SLIPS, with_slip
 from bench.hands.verdicts import judge, scored
 from model_lab.bench.hand_motion_set import hand_motion_set
+from model_lab.measurements.hands import default_markers
 from model_lab.slips.of_hand import candidates_of_hand
+from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import HandEffect
 from softhand_model.hand.hand import load_hand
+
+MOVING = [
+    one
+    for one in effect_classes().values()
+    if issubclass(one, HandEffect) and "hand_motion" in one.experiments
+]
 
 
 @pytest.mark.parametrize("number", [n for n, (_, group) in enumerate(PLAN) if group == "two"])
@@ -33,12 +42,16 @@ def test_two_effects_act_in_one_hand_as_each_alone(number):
     assert np.allclose(both.seen(at, frames, down), moved)
 
 
-def test_a_seed_draws_all_kinds_and_sizes_between_strong_and_weak():
-    cases = [drawn(5, number) for number in range(DRAWN)]
-    assert [drawn(5, 7)] == cases[7:8] != [drawn(6, 7)]
-    assert {one.kind for one in cases if one.group == "strong"} == set(SIZES)
+@pytest.mark.parametrize("experiment", PLANS)
+def test_a_seed_draws_all_kinds(experiment):
+    cases = [drawn(5, number, experiment) for number in range(DRAWN)]
+    assert [drawn(5, 7, experiment)] == cases[7:8] != [drawn(6, 7, experiment)]
+    assert {one.kind for one in cases if one.group == "strong"} == set(PLANS[experiment].sizes)
     assert {one.kind for one in cases if one.group == "slip"} == set(SLIPS)
-    assert len(cases) % len(ROUND) == 0
+    assert len(cases) % len(PLANS[experiment].round) == 0
+
+
+def test_sizes_lie_between_strong_and_weak():
     hand = load_hand("rbo_hand_2")
     for kind in ("dead_zone", "actuator_scatter"):
         strong, weak = SIZES[kind]
@@ -50,6 +63,16 @@ def test_a_seed_draws_all_kinds_and_sizes_between_strong_and_weak():
         assert values[0] == values[1] == strong
         assert values[3] == pytest.approx(weak)
         assert min(strong, weak) < values[2] < max(strong, weak)
+
+
+@pytest.mark.parametrize("kind", PLANS["hand_motion"].sizes)
+def test_what_is_hidden_in_a_motion_has_its_size_and_place(kind):
+    hand, sizes = load_hand("rbo_hand_2"), PLANS["hand_motion"].sizes
+    hidden = hidden_in(hand, kind, "strong", np.random.default_rng(2), 0.0, sizes)
+    (mine,) = [one for one in MOVING if one.kind == kind]
+    if hidden.value is not None:
+        assert sizes[kind][0] in (hidden.value, pytest.approx(1.0 / hidden.value))
+    assert hidden.where in mine.places(hand, default_markers(hand))
 
 
 @pytest.mark.parametrize("kind", SLIPS)

@@ -8,6 +8,7 @@ import pytest
 
 from model_lab.cli.main import main
 from model_lab.importing.importing import make_set, propose
+from model_lab.importing.told import table_rows
 from model_lab.measurements.load import load_measurements
 from softhand_common.documents.yaml_document import DocumentError
 
@@ -200,3 +201,19 @@ def test_a_few_lines_with_names_do_not_make_a_table(tmp_path):
     path = tmp_path / "r.csv"
     path.write_text("\n".join(header + rows))
     np.testing.assert_allclose(make_set(propose([path])).runs[0].columns["tip_angle"], ANGLE)
+
+
+def test_columns_of_many_files_alike_are_shown_once_or_twice(tmp_path):
+    header = "Pressure (kPa),Angle (deg)"
+    files = [
+        table(tmp_path / f"run_{number}.csv", header, PRESSURE, number * ANGLE)
+        for number in (1, 2, 3, 4)
+    ]
+    other = table(tmp_path / "other.csv", "Angle (rad),Pressure (bar)", ANGLE, PRESSURE)
+    rows = table_rows(propose([*files, other]))[1:]
+    shown = [row[0] for row in rows]
+    assert (
+        shown
+        == ["run_1.csv"] * 2 + ["run_2.csv"] * 2 + ["run_3.csv", "run_4.csv"] + ["other.csv"] * 2
+    )
+    assert [row[1] for row in rows[4:6]] == ["as in run_1.csv"] * 2

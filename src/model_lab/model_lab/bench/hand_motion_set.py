@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,15 +58,17 @@ HAND_MOTIONS = {
 }
 
 
-def hand_motion_set(name: str = "rbo_hand_2") -> MeasurementSet:
-    """A planned set of a hand in motion, without measurements: two repeats of six protocols."""
+def hand_motion_set(
+    name: str = "rbo_hand_2", motions: Mapping[str, Protocol] = HAND_MOTIONS
+) -> MeasurementSet:
+    """A planned set of a hand in motion, without measurements: two repeats of some protocols."""
     hand = load_hand(name)
     markers, limits = default_markers(hand), HAND_PEAK * hand.max_pressures()
     time = np.arange(round(MOTION_RATE * MOTION_DURATION) + 1) / MOTION_RATE
     zeros = {column: np.zeros(len(time)) for column in marker_columns(markers)}
     runs = []
     for repeat in "ab":
-        for order, (key, protocol) in enumerate(HAND_MOTIONS.items()):
+        for order, (key, protocol) in enumerate(motions.items()):
             shares = pressure_course(protocol, time, len(hand.channels))
             driven = dict(zip(pressure_columns(hand), (shares * limits).T, strict=True))
             wrist = dict(zip(WRIST_POSE, wrist_course(protocol, time).T, strict=True))

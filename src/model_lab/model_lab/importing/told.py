@@ -19,14 +19,24 @@ from model_lab.measurements.hands import Grasped, Plate
 
 LEVELS = "▁▂▃▄▅▆▇█"
 CURVE_WIDTH = 16  # characters
+SHOWN_ALIKE = 2  # files with the same columns of which each column is shown
 
 
 def table_rows(proposal: Proposal) -> list[list[str]]:
-    """Rows of text for a table of all columns of the files, the header first."""
-    curves = [column.values for source in proposal.sources for column in source.table.columns]
-    rows = [["file", "column", "unit", "is", "in", "course"]]
-    for row, values in zip(proposal.rows, curves, strict=True):
-        rows.append([*row, curve(values)])
+    """Rows of text for a table of all columns of the files, the header first. Of more than
+    SHOWN_ALIKE files with the same columns, the others have one row each.
+    """
+    rows, known = [["file", "column", "unit", "is", "in", "course"]], list(proposal.rows)
+    alike: dict[tuple[tuple[str, ...], ...], list[str]] = {}
+    for source in proposal.sources:
+        columns = source.table.columns
+        own, known = known[: len(columns)], known[len(columns) :]
+        files = alike.setdefault(tuple(row[1:] for row in own), [])
+        files.append(source.table.path.name)
+        if len(files) > SHOWN_ALIKE and len(own) > 1:
+            rows.append([files[-1], f"as in {files[0]}", "", "", "", ""])
+            continue
+        rows += [[*row, curve(column.values)] for row, column in zip(own, columns, strict=True)]
     return rows
 
 

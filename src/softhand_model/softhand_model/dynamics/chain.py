@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 from softhand_model.dynamics.spatial import (
     UNIT_MATRIX,
     ZERO,
@@ -109,7 +109,7 @@ def not_placed(joints: int) -> Placed:
     return Placed(turns[0], lines[0], lines[1], turns[1], turns[2])
 
 
-@compiled
+@without_allocation
 def place_links(q: Array, links: Links, placed: Placed) -> None:
     """Forward kinematics: fill `placed` for orientations q (n, 4) of the joints, quaternions x, y,
     z, w.
@@ -168,7 +168,7 @@ def inertial_torque(rate: Array, links: Links, placed: Placed, out: Array) -> No
                 write(plus(moment[i - 1], handed), moment[i - 1])
 
 
-@compiled
+@without_allocation
 def _load_links(
     first: int, last: int, rate: Array, mass: Array, placed: Placed, force: Array, moment: Array
 ) -> None:
@@ -190,17 +190,27 @@ def _load_links(
 
 
 @compiled
+def not_folded(n: int) -> Folded:
+    """Empty arrays of n joints for `solve_in` to fill."""
+    return Folded(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
+
+
+@compiled
 def solve_chains(equation: Equation, links: Links, placed: Placed) -> None:
     """Solve an `Equation` for the acceleration of the placed links of all chains."""
-    n = len(links.mass)
-    folded = Folded(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
+    solve_in(not_folded(len(links.mass)), equation, links, placed)
+
+
+@without_allocation
+def solve_in(folded: Folded, equation: Equation, links: Links, placed: Placed) -> None:
+    """As `solve_chains`, in arrays that are there."""
     for f in range(len(links.start) - 1):
         first, last = links.start[f], links.start[f + 1]
         _fold(first, last, equation, links.mass, placed, folded)
         accelerate(first, last, placed, folded, equation.acceleration)
 
 
-@compiled
+@without_allocation
 def _fold(
     first: int, last: int, equation: Equation, mass: Array, placed: Placed, folded: Folded
 ) -> None:
@@ -229,7 +239,7 @@ def _fold(
             a, b = shift_to_parent(arm, a, b, c)
 
 
-@compiled
+@without_allocation
 def plus_transposed(start: Vector, a: Matrix, vector: Vector) -> Vector:
     """start + a^T @ vector, summed in this order."""
     return (
@@ -239,7 +249,7 @@ def plus_transposed(start: Vector, a: Matrix, vector: Vector) -> Vector:
     )
 
 
-@compiled
+@without_allocation
 def _add_link(
     mass: float, com: Row, own: Matrix, a: Matrix, b: Matrix, c: Matrix
 ) -> tuple[Matrix, Matrix, Matrix]:
@@ -262,13 +272,13 @@ def _add_link(
     )
 
 
-@compiled
+@without_allocation
 def _minus_scaled(row: Vector, factor: float, vector: Row) -> Vector:
     """row - factor * vector."""
     return row[0] - factor * vector[0], row[1] - factor * vector[1], row[2] - factor * vector[2]
 
 
-@compiled
+@without_allocation
 def shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
     """Angular and coupling parts of the inertia [a b; b^T c], which is given about a joint at `r`,
     about the origin of its parent; the linear part stays c.
@@ -281,7 +291,7 @@ def shift_to_parent(r: Row, a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Ma
     return minus_matrix(angular, crossed), coupling
 
 
-@compiled
+@without_allocation
 def _plus_crossed(a: Matrix, r: Row, b: Matrix) -> Matrix:
     """a + R b, R the cross-product matrix of r."""
     return (
@@ -291,7 +301,7 @@ def _plus_crossed(a: Matrix, r: Row, b: Matrix) -> Matrix:
     )
 
 
-@compiled
+@without_allocation
 def _plus_two(row: Vector, f: float, a: Vector, g: float, b: Vector) -> Vector:
     """row + f * a + g * b."""
     return (
@@ -301,7 +311,7 @@ def _plus_two(row: Vector, f: float, a: Vector, g: float, b: Vector) -> Vector:
     )
 
 
-@compiled
+@without_allocation
 def accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array) -> None:
     """The pass of the algorithm from the base to the tip: fill `out` (n, 3) [rad/s2] with the
     accelerations of the joints from `first` to before `last`, in child axes.
@@ -321,7 +331,7 @@ def accelerate(first: int, last: int, placed: Placed, folded: Folded, out: Array
         spin = plus(spin, total)
 
 
-@compiled
+@without_allocation
 def _left(torque: float, angular: Array, coupling: Array, spin: Vector, shift: Vector) -> float:
     """A torque minus what the motion of the joints before takes of it; one row of both inertias."""
     for s in range(3):

@@ -38,7 +38,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 from softhand_model.dynamics.chain import (
     Equation,
     Links,
@@ -132,7 +132,7 @@ def nothing_before(joints: int, chains: int) -> Before:
     return Before(turning[0], turning[1], not_placed(joints), turning[2], bases[0], bases[1])
 
 
-@compiled
+@without_allocation
 def rubber_stress(stretch: float) -> tuple[float, float]:
     """(elastic term, slope) [-] at a stretch [-], as `joint_stiffness.rubber_stress`, for one
     joint.
@@ -144,7 +144,7 @@ def rubber_stress(stretch: float) -> tuple[float, float]:
     return least - cube + slope * (stretch - least), slope
 
 
-@compiled
+@without_allocation
 def elastic_torque(
     error: Row, rest_bend: float, stiffness: Array, stretching: float
 ) -> tuple[Vector, float, float]:
@@ -177,7 +177,7 @@ def elastic_torque(
     return torque, here, at_rest
 
 
-@compiled
+@without_allocation
 def _beyond_stop(angle: float) -> float:
     """Angle [rad] by which a rotation from rest exceeds the stop; 0 within."""
     if angle > STOP_ANGLE:
@@ -227,7 +227,7 @@ def spring_torques(
             before.torque[i, k] += before.carried[i, k]
 
 
-@compiled
+@without_allocation
 def _pull(
     dt: float,
     springs: Springs,
@@ -261,7 +261,7 @@ def _pull(
             equation.right[i, k] = torque[i, k] + external[i, k]
 
 
-@compiled
+@without_allocation
 def _brake(dt: float, v: Array, stiffness: Array, torque: Array, equation: Equation) -> bool:
     """Add damping to the joints that would turn too far in a step; whether any was braked."""
     fastest, braked = min(max(BRAKE_ANGLE / dt, SLOWEST_BRAKE), FASTEST_BRAKE), False
@@ -278,7 +278,7 @@ def _brake(dt: float, v: Array, stiffness: Array, torque: Array, equation: Equat
     return braked
 
 
-@compiled
+@without_allocation
 def look_at_joints(rest: Array, q: Array, v: Array, rotations: Array) -> float:
     """Fill `rotations` (n, 3) [rad], rotation vectors of the joints from their rest without
     pressure, and return the largest joint speed [rad/s] about an axis; NaN if a speed is NaN.

@@ -17,20 +17,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 from softhand_model.dynamics.chain import (
     Equation,
+    Folded,
     Links,
     Placed,
+    not_folded,
     place_links,
-    solve_chains,
+    solve_in,
 )
 from softhand_model.dynamics.joint_springs import Springs, elastic_torque
 from softhand_model.dynamics.spatial import (
     ZERO,
     Array,
+    Quaternion,
+    QuaternionRow,
+    Row,
+    Vector,
     apply,
     apply_transposed,
+    conjugate,
     cross,
     plus,
     quaternion_of_rotation,
@@ -41,6 +48,8 @@ from softhand_model.dynamics.spatial import (
 )
 
 THETA = 0.52
+SERIES_ANGLE = 0.5  # [rad] of a rotation up to which series are exact to the last digits,
+SERIES_TANGENT = 0.1  # and tangent of half an angle
 
 
 class Drive(NamedTuple):
@@ -60,17 +69,66 @@ class Drive(NamedTuple):
     pull: Array
 
 
-@compiled
+class Working(NamedTuple):
+    """Arrays that a step fills: speeds, accelerations of the step before, torques, forces and
+    moments (n, 3), and orientations (n, 4), all of joints.
+    """
+
+    v: Array
+    before: Array
+    fast: Array
+    torque: Array
+    force: Array
+    moment: Array
+    ahead: Array
+
+
+@without_allocation
+def turn_of(rotation: Row) -> Quaternion:
+    """As `quaternion_of_rotation`, by series where the angle is small, as it is in each step."""
+    square = rotation[0] * rotation[0] + rotation[1] * rotation[1] + rotation[2] * rotation[2]
+    if square > SERIES_ANGLE * SERIES_ANGLE:
+        return quaternion_of_rotation(rotation)
+    s = 0.25 * square  # of half the angle
+    sine = 1.0 - s / 6.0 * (
+        1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0)))
+    )
+    cosine = 1.0 - s / 2.0 * (
+        1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0 * (1.0 - s / 132.0))))
+    )
+    scale = 0.5 * sine
+    return scale * rotation[0], scale * rotation[1], scale * rotation[2], cosine
+
+
+@without_allocation
+def error_from(reference: QuaternionRow, q: QuaternionRow) -> Vector:
+    """As `rotation_between`, by a series where the angle is small."""
+    e = quaternion_product(conjugate(reference), q)
+    square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
+    if square > (SERIES_TANGENT * e[3]) ** 2:
+        return rotation_between(reference, q)
+    s = square / (e[3] * e[3])
+    rest = 1 / 9 - s * (1 / 11 - s * (1 / 13 - s / 15))
+    factor = 2.0 / e[3] * (1.0 - s * (1 / 3 - s * (1 / 5 - s * (1 / 7 - s * rest))))
+    return factor * e[0], factor * e[1], factor * e[2]
+
+
+@without_allocation
 def bias_torque(
-    v: Array, base: tuple[Array, Array, Array], links: Links, placed: Placed, out: Array
+    v: Array,
+    base: tuple[Array, Array, Array],
+    links: Links,
+    placed: Placed,
+    force: Array,
+    moment: Array,
+    out: Array,
 ) -> None:
     """Fill `out` (n, 3) [N m], in child axes, with the torques that the placed links of one chain
     need at joint speeds v (n, 3) [rad/s] and zero joint accelerations.
 
-    base: spin, rate and pull of one step of a `Drive`.
+    base: spin, rate and pull of one step of a `Drive`. force, moment (n, 3): are overwritten.
     """
     n = len(links.mass)
-    force, moment = np.empty((n, 3)), np.empty((n, 3))
     spin, rate, pull = plus(base[0], ZERO), plus(base[1], ZERO), plus(base[2], ZERO)
     for i in range(n):
         arm = placed.arm[i]
@@ -104,17 +162,40 @@ def roll_out(
     joints before each of these steps; for a number equal to that of all steps, after the last one.
     """
     n = len(links.mass)
-    v, before, torque = np.zeros((n, 3)), np.zeros((n, 3)), np.empty((n, 3))
-    fast, ahead = np.empty((n, 3)), np.empty((n, 4))
     placed = Placed(
         np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)),
         np.zeros((n, 3, 3)),
     )  # fmt: skip
     equation = Equation(np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)))
-    row = 0
+    now, out = np.zeros((2, n, 3)), np.empty((4, n, 3))
+    working = Working(now[0], now[1], out[0], out[1], out[2], out[3], np.empty((n, 4)))
+    folded = not_folded(n)
+    _steps(links, springs, drive, kept, q, found, placed, equation, folded, working)
+
+
+@without_allocation
+def _steps(
+    links: Links,
+    springs: Springs,
+    drive: Drive,
+    kept: Array,
+    q: Array,
+    found: Array,
+    placed: Placed,
+    equation: Equation,
+    folded: Folded,
+    working: Working,
+) -> None:
+    """The steps of `roll_out`, which allocate nothing."""
+    n, v, before, fast, ahead = (
+        len(links.mass), working.v, working.before, working.fast, working.ahead
+    )  # fmt: skip
+    torque, row = working.torque, 0
     for step in range(len(drive.duration) + 1):
         while row < len(kept) and kept[row] == step:
-            found[row] = q
+            for i in range(n):
+                for k in range(4):
+                    found[row, i, k] = q[i, k]
             row += 1
         if step == len(drive.duration):
             break
@@ -123,17 +204,17 @@ def roll_out(
         for i in range(n):
             for k in range(3):
                 fast[i, k] = v[i, k] + s * before[i, k]
-            turn = quaternion_of_rotation((s * v[i, 0], s * v[i, 1], s * v[i, 2]))
+            turn = turn_of((s * v[i, 0], s * v[i, 1], s * v[i, 2]))
             next_q = quaternion_product(q[i], turn)
             for k in range(4):
                 ahead[i, k] = next_q[k]
         place_links(ahead, links, placed)
         base = drive.spin[step], drive.rate[step], drive.pull[step]
-        bias_torque(fast, base, links, placed, torque)
+        bias_torque(fast, base, links, placed, working.force, working.moment, torque)
         for i in range(n):
             bend = drive.bend[step, i]
-            target = quaternion_product(springs.rest[i], quaternion_of_rotation(bend))
-            error = rotation_between(target, ahead[i])
+            target = quaternion_product(springs.rest[i], turn_of(bend))
+            error = error_from(target, ahead[i])
             elastic, here, _ = elastic_torque(
                 error, bend[1], springs.stiffness[i], springs.stretching[i]
             )
@@ -142,10 +223,10 @@ def roll_out(
                 damping = springs.damping[i, k]
                 equation.added[i, k] = s * damping + s * s * tangent
                 equation.right[i, k] = elastic[k] - damping * v[i, k] - torque[i, k]
-        solve_chains(equation, links, placed)
+        solve_in(folded, equation, links, placed)
         for i in range(n):
             a = equation.acceleration[i]
-            turn = quaternion_of_rotation(
+            turn = turn_of(
                 (
                     dt * (v[i, 0] + s * a[0]),
                     dt * (v[i, 1] + s * a[1]),

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import without_allocation
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -28,7 +28,7 @@ ZERO_MATRIX = (ZERO, ZERO, ZERO)
 UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-@compiled
+@without_allocation
 def rows(a: Array) -> Matrix:
     """The matrix in an array (3, 3)."""
     return (
@@ -38,13 +38,13 @@ def rows(a: Array) -> Matrix:
     )
 
 
-@compiled
+@without_allocation
 def write(vector: Vector, out: Array) -> None:
     """Put a vector into an array (3,)."""
     out[0], out[1], out[2] = vector
 
 
-@compiled
+@without_allocation
 def write_matrix(a: Matrix, out: Array) -> None:
     """Put a matrix into an array (3, 3)."""
     out[0, 0], out[0, 1], out[0, 2] = a[0]
@@ -52,7 +52,7 @@ def write_matrix(a: Matrix, out: Array) -> None:
     out[2, 0], out[2, 1], out[2, 2] = a[2]
 
 
-@compiled
+@without_allocation
 def rotation_matrix(q: QuaternionRow) -> Matrix:
     """The rotation matrix of the unit quaternion `q`."""
     x, y, z, w = q[0], q[1], q[2], q[3]
@@ -63,7 +63,7 @@ def rotation_matrix(q: QuaternionRow) -> Matrix:
     )
 
 
-@compiled
+@without_allocation
 def quaternion_product(a: QuaternionRow, b: QuaternionRow) -> Quaternion:
     """The quaternion product a * b."""
     x = a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1]
@@ -73,13 +73,13 @@ def quaternion_product(a: QuaternionRow, b: QuaternionRow) -> Quaternion:
     return x, y, z, w
 
 
-@compiled
+@without_allocation
 def conjugate(q: QuaternionRow) -> Quaternion:
     """The inverse of the unit quaternion `q`."""
     return -q[0], -q[1], -q[2], q[3]
 
 
-@compiled
+@without_allocation
 def quaternion_of_rotation(rotation: Row) -> Quaternion:
     """The quaternion of a rotation vector (3,) [rad]."""
     angle = math.sqrt(rotation[0] ** 2 + rotation[1] ** 2 + rotation[2] ** 2)
@@ -87,7 +87,7 @@ def quaternion_of_rotation(rotation: Row) -> Quaternion:
     return scale * rotation[0], scale * rotation[1], scale * rotation[2], math.cos(0.5 * angle)
 
 
-@compiled
+@without_allocation
 def rotation_between(reference: QuaternionRow, q: QuaternionRow) -> Vector:
     """The rotation vector (3,) [rad] of reference^-1 * q, angle within (-pi, pi]."""
     rx, ry, rz, rw = reference[0], reference[1], reference[2], reference[3]
@@ -102,25 +102,25 @@ def rotation_between(reference: QuaternionRow, q: QuaternionRow) -> Vector:
     return factor * ex, factor * ey, factor * ez
 
 
-@compiled
+@without_allocation
 def plus(a: Row, b: Row) -> Vector:
     """The sum a + b of vectors (3,)."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@compiled
+@without_allocation
 def minus(a: Row, b: Row) -> Vector:
     """The difference a - b of vectors (3,)."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@compiled
+@without_allocation
 def cross(a: Row, b: Row) -> Vector:
     """The cross product a x b of vectors (3,)."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
+@without_allocation
 def apply(a: Matrix, vector: Row) -> Vector:
     """The vector a @ vector."""
     return (
@@ -130,7 +130,7 @@ def apply(a: Matrix, vector: Row) -> Vector:
     )
 
 
-@compiled
+@without_allocation
 def apply_transposed(a: Matrix, vector: Row) -> Vector:
     """The vector a^T @ vector."""
     return (
@@ -140,31 +140,31 @@ def apply_transposed(a: Matrix, vector: Row) -> Vector:
     )
 
 
-@compiled
+@without_allocation
 def plus_matrix(a: Matrix, b: Matrix) -> Matrix:
     """The sum a + b."""
     return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
 
 
-@compiled
+@without_allocation
 def minus_matrix(a: Matrix, b: Matrix) -> Matrix:
     """The difference a - b."""
     return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
 
 
-@compiled
+@without_allocation
 def transposed(a: Matrix) -> Matrix:
     """The transposed matrix."""
     return (a[0][0], a[1][0], a[2][0]), (a[0][1], a[1][1], a[2][1]), (a[0][2], a[1][2], a[2][2])
 
 
-@compiled
+@without_allocation
 def multiply(a: Matrix, b: Matrix) -> Matrix:
     """The product a @ b."""
     return apply_transposed(b, a[0]), apply_transposed(b, a[1]), apply_transposed(b, a[2])
 
 
-@compiled
+@without_allocation
 def rotate_diagonal(rotation: Matrix, diagonal: Row) -> Matrix:
     """The symmetric matrix rotation @ diag(diagonal) @ rotation^T."""
     a, b, c = rotation
@@ -173,13 +173,13 @@ def rotate_diagonal(rotation: Matrix, diagonal: Row) -> Matrix:
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
-@compiled
+@without_allocation
 def _weighted(a: Vector, weights: Row, b: Vector) -> float:
     """The scalar product of a and b with a weight on each component."""
     return a[0] * weights[0] * b[0] + a[1] * weights[1] * b[1] + a[2] * weights[2] * b[2]
 
 
-@compiled
+@without_allocation
 def invert_symmetric(a: Matrix) -> Matrix:
     """The inverse of a symmetric positive definite matrix."""
     xx = a[1][1] * a[2][2] - a[1][2] * a[1][2]
@@ -196,7 +196,7 @@ def invert_symmetric(a: Matrix) -> Matrix:
     )
 
 
-@compiled
+@without_allocation
 def rotate(q: QuaternionRow, vector: Row) -> Vector:
     """The vector (3,) turned by the unit quaternion `q`."""
     half = cross(q, vector)

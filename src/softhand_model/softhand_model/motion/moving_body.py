@@ -8,7 +8,6 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.compiled import compiled
-from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.chain import ChainModel
 from softhand_model.chain.segments import link_inertia
 from softhand_model.chain.serial import mounted
@@ -56,7 +55,6 @@ class MovingBody(HandBody):
         self._rest = np.ascontiguousarray(np.concatenate(rest))
         mount = description.chain(next(iter(models))).mount
         self._to_base = mount.quaternion * INVERSE_QUATERNION
-        self._bases: dict[int, tuple[WristPath, Array, Array, Array, Array]] = {}
 
     def roll(
         self,
@@ -133,16 +131,7 @@ class MovingBody(HandBody):
 
     def _base(self, path: WristPath, gravity: float) -> tuple[Array, Array, Array]:
         """Spin, rate and pull of the body's base, in its own axes (steps, 3)."""
-        kept = self._bases.get(id(path))
-        if kept is None:
-            away = self.arrays.place
-            about = np.cross(path.rate, away) + np.cross(path.spin, np.cross(path.spin, away))
-            moved = (path.spin, path.rate, path.acceleration + about, path.down)
-            spin, rate, pull, down = (
-                np.ascontiguousarray(rotate(self._to_base, part)) for part in moved
-            )
-            kept = self._bases[id(path)] = (path, spin, rate, pull, down)
-        _, spin, rate, pull, down = kept
+        spin, rate, pull, down = path.of_base(self.arrays.place, self._to_base)
         return spin, rate, pull - gravity * down
 
 

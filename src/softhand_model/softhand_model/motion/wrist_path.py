@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from softhand_model.dynamics.rollout import THETA
 
 DOWN = np.array([0.0, 0.0, -1.0])  # of the world
 INVERSE_QUATERNION = np.array([-1.0, -1.0, -1.0, 1.0])
+KEPT_BASES = 32  # of bodies on a wrist
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,22 @@ class WristPath:
     acceleration: Array
     down: Array
     first_down: Array
+    _bases: dict[bytes, tuple[Array, ...]] = field(default_factory=dict, repr=False, compare=False)
+
+    def of_base(self, place: Array, to_base: Array) -> tuple[Array, ...]:
+        """Spin, rate, acceleration and direction of the weight (steps, 3) as above, of a base at
+        `place` (3,) [m] on the wrist, in its own axes, into which the quaternion `to_base` turns.
+        The latest ones are kept, as many bodies have the same base.
+        """
+        key = np.concatenate([place, to_base]).tobytes()
+        if key not in self._bases:
+            if len(self._bases) >= KEPT_BASES:
+                del self._bases[next(iter(self._bases))]
+            about = np.cross(self.rate, place)
+            about += np.cross(self.spin, np.cross(self.spin, place))
+            moved = (self.spin, self.rate, self.acceleration + about, self.down)
+            self._bases[key] = tuple(np.ascontiguousarray(rotate(to_base, part)) for part in moved)
+        return self._bases[key]
 
 
 def held_wrist(time: Array, quaternion: Array, step: float) -> WristPath:
