@@ -20,6 +20,7 @@ from softhand_common.progress import Progress
 from thesis import frame
 
 OUT = Path("out/thesis")
+FORCE = "replace an earlier result; single simulations stored beside it are not run again"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -78,7 +79,7 @@ def parser() -> argparse.ArgumentParser:
     every.add_argument("--seed", type=int, metavar="N", help="of those that draw random numbers")
     every.add_argument("--out", type=Path, default=OUT, help=f"folder of all results ({OUT})")
     every.add_argument("--small", action="store_true", help="with parameters that take seconds")
-    every.add_argument("--force", action="store_true", help="overwrite earlier runs")
+    every.add_argument("--force", action="store_true", help=FORCE)
     every.set_defaults(act=_all)
     return found
 
@@ -93,7 +94,7 @@ def parser_of(module: ModuleType) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     one.add_argument("--out", type=Path, default=OUT / name, help=f"folder ({OUT / name})")
-    one.add_argument("--force", action="store_true", help="overwrite an earlier run")
+    one.add_argument("--force", action="store_true", help=FORCE)
     one.add_argument("--redraw", action="store_true", help="report and draw an earlier run again")
     one.add_argument("--figure", type=Path, help="draw another copy of the figure here (PNG)")
     one.add_argument("--small", action="store_true", help="with parameters that take seconds")

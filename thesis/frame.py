@@ -223,7 +223,7 @@ def parameters_of(module: ModuleType, given: dict[str, Any] | None = None) -> An
 def check_free(folder: Path) -> None:
     """Refuse a folder that has a result; raises ValueError."""
     if (folder / RESULT).exists():
-        raise ValueError(f"{folder}: expected no earlier run, got one; --force overwrites it")
+        raise ValueError(f"{folder}: expected no earlier run, got one; --force replaces its result")
 
 
 def write_result(

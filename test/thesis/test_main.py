@@ -88,7 +88,7 @@ def test_it_does_not_overwrite_unasked_and_redraws_from_what_was_kept(tmp_path, 
     table = capsys.readouterr().out
     before = (tmp_path / "figure.png").read_bytes(), content_of(tmp_path)
     assert run(*arguments) == 2
-    assert "--force overwrites it" in capsys.readouterr().err
+    assert "--force replaces its result" in capsys.readouterr().err
     (tmp_path / "figure.png").unlink()
     assert run("run", "flow_function", "--redraw", "--out", tmp_path) == 0
     assert ((tmp_path / "figure.png").read_bytes(), content_of(tmp_path)) == before
