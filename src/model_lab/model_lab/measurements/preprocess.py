@@ -98,6 +98,13 @@ def smoothed(values: Array) -> Array:
     level, span = noise_of(values), float(np.ptp(values))
     if not RULES.input_quiet * span < level < RULES.input_loud * span or not _is_noise(values):
         return values
+    return by_parabolas(values, level)
+
+
+def by_parabolas(values: Array, level: float) -> Array:
+    """Values (n,) without noise of a standard deviation `level`: each is the middle of the widest
+    parabola about which its neighbours scatter by that.
+    """
     result = values.copy()
     for width in WINDOWS:
         if width > len(values):
