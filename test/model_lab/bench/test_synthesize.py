@@ -169,5 +169,8 @@ def test_no_effect_that_shows_is_said_in_one_line(tmp_path, capsys):
     folder = tmp_path / "set"
     command = ["synthesize", "uniaxial", "--hide", "--effects", str(own), "--out", str(folder)]
     assert main(command) == 2
-    assert "expected one that shows in uniaxial, got idle" in capsys.readouterr().err
+    assert (
+        "expected one that changes the outputs of uniaxial more than noise does, got idle"
+        in capsys.readouterr().err
+    )
     assert not folder.exists()

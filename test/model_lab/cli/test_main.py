@@ -207,7 +207,7 @@ WRONG = {
     ),
     "name of the model": (["add", "x", "--data", "DATA", "--out", "OUT/m"], "that ends in .yaml"),
     "no experiment": (["synthesize", "levity", "--out", "OUT/s"], "got levity"),
-    "no seal": (["reveal", "DATA"], ".seal: expected the file with what is hidden"),
+    "no seal": (["reveal", "DATA"], ".seal: expected the file that names the hidden"),
     "no command": ([], "the following arguments are required: COMMAND"),
     "unknown command": (["explain"], "explain"),
     "no processes": (

@@ -116,7 +116,7 @@ def without(run, names):
         (lambda run: without(run, ["time"]), "expected the column time"),
         (
             lambda run: without(run, [WRIST_POSE[4]]),
-            "expected all of wrist.x.*got no wrist.qy",
+            "expected all columns wrist.x.*without wrist.qy",
         ),
         (lambda run: replace(run, wrist_rpy=(0.1, 0.0, 0.0)), "wrist_rpy: expected either"),
         (

@@ -142,7 +142,7 @@ def test_a_hand_that_touches_nothing_is_refused(tmp_path):
 
 def test_files_of_another_kind_are_refused(tmp_path):
     (tmp_path / "a.csv").write_text("time [s],wrench.fx [N]\n0,1\n1,2\n")
-    with pytest.raises(DocumentError, match="expected bags of this suite"):
+    with pytest.raises(DocumentError, match="expected bags that this suite recorded"):
         set_of_hand([tmp_path / "a.csv"], HAND, "press", touched=PLATE)
 
 

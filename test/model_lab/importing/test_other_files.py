@@ -54,7 +54,7 @@ def test_the_tip_angle_of_a_bag_is_made_of_its_quaternion(tmp_path, storage, cap
     assert propose([bag]).unsure == {"the tip angle": f"--map '{said}'"}
     check(imported(tmp_path, [bag], "--hand", HAND, "--map", said)[0])
     assert "0 at the first sample" in capsys.readouterr().out
-    with pytest.raises(DocumentError, match="a component of a quaternion"):
+    with pytest.raises(DocumentError, match="numbers of a quaternion"):
         propose([bag], maps={"tip_angle": ("/tip pose.orientation.y", "")})
 
 
@@ -153,7 +153,7 @@ def test_files_that_people_brought_become_sets(tmp_path, case, files, maps):
     [
         ("preamble", ["line 4 has it", "model-lab import"]),
         ("german_names", ["semicolons", "model-lab import"]),
-        ("bag_mocap_pose", ["a component of a quaternion", "model-lab import"]),
+        ("bag_mocap_pose", ["numbers of a quaternion", "model-lab import"]),
         ("time_glitch", ["row 161", "leave `time` out", "mend the clock"]),
     ],
 )

@@ -94,7 +94,7 @@ def test_sheets_with_other_columns_are_asked_for_and_named_once(tmp_path, capsys
         propose([path])
     twice = ["--sheet", "run 1", "--sheet", "run 2"]
     assert main(["import", str(path), "-o", str(tmp_path / "set"), *twice]) == 2
-    assert "--sheet: expected all files once, got it twice" in capsys.readouterr().err
+    assert "--sheet: expected all files once, got this twice" in capsys.readouterr().err
 
 
 def test_whole_numbers_that_repeat_are_readings_where_the_name_says_more(tmp_path):

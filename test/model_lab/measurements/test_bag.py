@@ -225,8 +225,8 @@ def test_a_component_of_a_quaternion_is_no_angle(tmp_path):
         "tip_angle": {"topic": "/tip", "field": "pose.orientation.y"},
     }
     message = _message(tmp_path, topics)
-    assert "a component of a quaternion" in message
-    assert "`model-lab import`" in message
+    assert "numbers of a quaternion" in message
+    assert "`model-lab import BAG" in message
 
 
 def test_a_missing_column_is_named(tmp_path):

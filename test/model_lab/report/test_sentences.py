@@ -55,7 +55,7 @@ def test_data_fit_without_a_slip_only_where_the_rest_is_explained(mended, fit):
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
     assert said.endswith(
-        "at a noise floor of 0.573 deg; 5.16 deg of it are explained by no known effect."
+        "at a noise floor of 0.573 deg; no known effect explains 5.16 deg of the remaining error."
     )
 
 
@@ -93,12 +93,12 @@ def test_what_helps_is_said_though_it_is_not_the_whole():
         helps=(Help("yeoh_stiffening", 104e3), Help("hysteresis", 40e3)),
     )
     assert verdict_sentence(replace(said, helps=said.helps[:1])).endswith(
-        ". yeoh_stiffening takes it from 438 to 104 kPa and is not the whole; "
+        ". yeoh_stiffening reduces the error from 438 to 104 kPa, but does not explain all of it; "
         "the remaining error varies with the stretch."
     )
     assert (
-        "yeoh_stiffening takes it from 438 to 104 kPa and hysteresis takes the rest from 104 to "
-        "40 kPa and they are not the whole" in verdict_sentence(said)
+        "yeoh_stiffening reduces the error from 438 to 104 kPa and hysteresis reduces the rest "
+        "from 104 to 40 kPa, but they do not explain all of it" in verdict_sentence(said)
     )
     floor = replace(said, noise_floor=41e3)
     assert "40 kPa, which explains the whole error, but they are not proven" in verdict_sentence(
@@ -110,7 +110,7 @@ def test_the_story_of_several_effects_is_told_in_their_order():
     steps = (Step("tube_lag", 0.1, 0.05), Step("gent_stiffening", 0.05, 0.0102))
     said = replace(diagnosis("effects_missing", (LAG, GENT)), story=steps)
     assert story_sentence(said) == (
-        "One after the other: 5.73 deg as it is, 2.86 deg with tube_lag, 0.584 deg with "
+        "The error falls from 5.73 deg to 2.86 deg with tube_lag, to 0.584 deg with "
         "gent_stiffening too."
     )
     assert story_sentence(replace(said, story=steps[:1])) == ""
@@ -128,7 +128,9 @@ def test_what_is_unexplained_says_what_it_varies_with():
     assert said.endswith(
         "the remaining error varies with the time since the last step and the pressure."
     )
-    assert verdict_sentence(diagnosis("unexplained")).endswith("what is left follows no input.")
+    assert verdict_sentence(diagnosis("unexplained")).endswith(
+        "the remaining error varies with no input."
+    )
 
 
 def test_ties_are_said_for_each_effect_that_has_one():
@@ -180,4 +182,6 @@ def test_a_set_unlike_those_that_were_counted_gets_a_sentence_in_place_of_a_numb
 
 def test_a_sentence_is_in_the_units_that_the_user_stated():
     stated = replace(diagnosis("adequate"), units={"pressure": "psi", "tip_angle": "rad"})
-    assert "its error of 0.1 rad is noise, whose floor lies at 0.01 rad" in verdict_sentence(stated)
+    assert "its error of 0.1 rad is no more than noise (noise floor 0.01 rad)" in verdict_sentence(
+        stated
+    )

@@ -145,7 +145,8 @@ def add(
     names = [one if isinstance(one, str) else one.name for one in given]
     if not names:
         raise ValueError(
-            "effects: expected at least one to add, got none; a diagnosis may find none missing"
+            "effects: expected at least one effect to add, got none; if they come from a "
+            "diagnosis, it named no missing effect"
         )
     known, measured = load_model(model, own), set_of(data)
     paths = [Path(path) for path in own]

@@ -68,13 +68,15 @@ def open_seal(folder: Path) -> dict[str, Any]:
     path = folder / SEAL
     if not path.is_file():
         raise ValueError(
-            f"{path}: expected the file with what is hidden in the set, got none; only `synthesize "
-            "--hide` writes it"
+            f"{path}: expected the file that names the hidden effects, got no such file; make the "
+            "set with `model-lab synthesize EXPERIMENT --hide`"
         )
     try:
         text = base64.b64decode(path.read_text(encoding="ascii"), validate=False)
     except ValueError as reason:
-        raise ValueError(f"{path}: expected the file unchanged, got {reason}") from reason
+        raise ValueError(
+            f"{path}: expected the file as `model-lab synthesize` wrote it, got {reason}"
+        ) from reason
     node = json_node(str(path), text)
     truth = node.fields(["effects", "calibration", "noise", "seed"])
     for effect in truth["effects"].items():
@@ -188,8 +190,8 @@ class _Rig:
             ):
                 return effect
         raise ValueError(
-            f"effects: expected one that shows in {self.empty.experiment}, "
-            f"got {', '.join(sorted(classes)) or 'none'}; try it with less noise"
+            f"effects: expected one that changes the outputs of {self.empty.experiment} more than "
+            f"noise does, got {', '.join(sorted(classes)) or 'none'}; try a smaller --noise"
         )
 
     def _at_places(self, classes: Mapping[str, type[Effect]]) -> Mapping[str, type[Effect]]:

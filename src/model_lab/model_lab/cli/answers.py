@@ -56,7 +56,7 @@ def keep(answer: dict[str, Any]) -> None:
     try:
         write_json(_cached(answer["fingerprint"]), answer, force=True)
     except UnwritableFile as reason:
-        warnings.warn(f"{reason}; the diagnosis is not kept", stacklevel=2)
+        warnings.warn(f"{reason}; so `model-lab plan` has to diagnose again", stacklevel=2)
 
 
 def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
@@ -75,8 +75,8 @@ def kept(place: Path | None, expected: str) -> dict[str, Any] | None:
     answer: dict[str, Any] = read_json(path, DIAGNOSIS_FORMAT).value
     if answer.get("fingerprint") != expected:
         raise ValueError(
-            f"{path}: expected a diagnosis of this set, model and effects, got one of another set, "
-            "model or effect, or of one that has changed since: run `model-lab diagnose` again"
+            f"{path}: expected a diagnosis of this set with this model and these effects, got one "
+            "of others, or of earlier versions of them; run `model-lab diagnose` again"
         )
     return answer
 

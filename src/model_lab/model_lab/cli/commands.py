@@ -90,7 +90,9 @@ def _once(option: str, pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     said: dict[str, Any] = {}
     for name, value in pairs:
         if name in said:
-            raise DocumentError(f"{option}: expected {name or 'all files'} once, got it twice")
+            raise DocumentError(
+                f"{option}: expected {name or 'all files'} once, got this twice; remove one"
+            )
         said[name] = value
     return said
 

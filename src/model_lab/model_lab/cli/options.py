@@ -169,7 +169,11 @@ def touched(arguments: argparse.Namespace) -> Grasped | Plate | None:
     """What the hand of a press or grasp touches, as stated; raises ValueError for both at once."""
     what, scene, level = arguments.object, arguments.scene, arguments.plate
     if (what and level) or (scene and not what):
-        raise ValueError("--object, --scene, --plate: expected an object (in a scene) or a plate")
+        got = "--object and --plate" if what else "--scene without --object"
+        raise ValueError(
+            "--object, --scene, --plate: expected --object NAME (with --scene NAME, if it is not "
+            f"the usual scene), or --plate FRICTION, got {got}"
+        )
     return Grasped(what, scene or Grasped.scene) if what else level
 
 

@@ -122,8 +122,8 @@ def _at_best_place(
     shown = [scored for scored in tried if isinstance(scored, Scored)]
     if not shown:
         raise ValueError(
-            f"effect {name}: expected an effect that changes an output, got one that changes "
-            "none at any place of the hand"
+            f"effect {name}: expected an effect that changes a predicted output, got an effect "
+            "that changes none, wherever in the hand it acts"
         )
     return min(shown, key=lambda scored: scored.held_out.rmse).added
 
@@ -151,7 +151,8 @@ def _before_and_after(
     after = _scored(problem, before, name)
     if isinstance(after, Unseen):
         raise ValueError(
-            f"effect {name}: expected an effect that these data show, but it {after.reason}"
+            f"effect {name}: expected an effect that is visible in these data, got one that "
+            f"{after.reason}"
         )
     clearer = with_lower_floor(problem, after.fit)
     if clearer is not None:

@@ -107,7 +107,7 @@ def _roll(
     """What is seen (samples, outputs) in a run."""
     one, what = data.runs[run], data.grasped
     if what is None:
-        raise ValueError("object: expected an object that is grasped, got none")
+        raise ValueError("object: expected the grasped object in the measurement set, got none")
     acting = tuple(effect for effect in effects if not of_gauge(effect))
     return np.asarray(
         _replay()(

@@ -177,8 +177,8 @@ def _check(data: MeasurementSet, run: Run) -> None:
     if known and len(known) < len(WRIST_POSE):
         missing = ", ".join(name for name in WRIST_POSE if name not in known)
         raise DocumentError(
-            f"{place}: expected all of {', '.join(WRIST_POSE)}, or none for a wrist at rest, "
-            f"got no {missing}"
+            f"{place}: expected all columns {', '.join(WRIST_POSE)} if the wrist moves, or none of "
+            f"them if it rests, got some, without {missing}"
         )
     if known and any(run.wrist_rpy):
         raise DocumentError(

@@ -361,8 +361,8 @@ def spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> 
         squares = [spline_square(piece) for piece in chosen]
         if not squares:
             raise ValueError(
-                "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
-                f"{RULES.spline_samples} samples for a smoothing spline, got none of them"
+                "noise floor: expected repeated runs, `noise` in experiment.yaml, or runs of at "
+                f"least {RULES.spline_samples} samples, got none of these three; add one of them"
             )
         levels.append(float(np.median(squares)))
     return np.sqrt(np.array(levels))

@@ -44,7 +44,9 @@ def read_bag(path: Path, messages: Path | None) -> tuple[Table, ...]:
     """
     tables = tuple(_table(path, topic) for topic in read_topics(path, messages))
     if not tables:
-        raise DocumentError(f"{path}: expected topics with numbers, got none")
+        raise DocumentError(
+            f"{path}: expected a bag with numbers in its messages, got no topic with numbers"
+        )
     return tables
 
 

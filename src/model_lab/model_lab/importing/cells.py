@@ -108,9 +108,9 @@ def _chosen(path: Path, sheets: Mapping[str, list[Row]], sheet: str) -> list[Row
     filled = _filled(sheets)
     if len(filled) > 1:
         raise Ambiguous(
-            f"{path}: expected one sheet with numbers, or run 1, run 2, half 1, ... with the same "
-            f"columns, got {listed(filled)}; say which sheet "
-            f"(--sheet {shlex.quote(next(iter(filled)))})"
+            f"{path}: expected one sheet with numbers, or sheets `run 1`, `run 2` or `half 1` "
+            f"with the same columns, got {listed(filled)}; choose a sheet, as by "
+            f"--sheet {shlex.quote(next(iter(filled)))}"
         )
     return next(iter(filled.values()), [])
 

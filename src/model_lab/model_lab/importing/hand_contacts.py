@@ -207,7 +207,9 @@ def _mean(time: Array, known: Array, values: Array) -> Array:
 def _of_grasp(recorded: _Recorded) -> list[slice]:
     touched = np.flatnonzero(recorded.is_touched)
     if not len(touched):
-        raise DocumentError(f"{recorded.bag}: expected a hand that touches an object, got none")
+        raise DocumentError(
+            f"{recorded.bag}: expected contact of the hand with the object, got none"
+        )
     time, height = recorded.time, recorded.wrist[:, 2]
     first = int(np.searchsorted(time, time[touched[0]] - FREE_BEFORE))
     lowest = first + int(np.argmin(height[first:]))
@@ -225,7 +227,9 @@ def _of_presses(recorded: _Recorded) -> list[slice]:
             spans.append((first, last))
     kept = [(a, b) for a, b in spans if time[b - 1] - time[a] >= TOUCHED_FOR]
     if not kept:
-        raise DocumentError(f"{recorded.bag}: expected a hand that touches a plate, got none")
+        raise DocumentError(
+            f"{recorded.bag}: expected contact of the hand with the plate, got none"
+        )
     return [slice(int(np.searchsorted(time, time[a] - FREE_BEFORE)), b) for a, b in kept]
 
 

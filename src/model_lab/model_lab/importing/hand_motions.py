@@ -66,8 +66,8 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
         files = list(dict.fromkeys(path for course in courses for path in course.files))
         raise DocumentError(
             f"{listed(map(str, files))}: expected motions that begin with hand and wrist at rest, "
-            "got none; wait for half a second before each"
-            + (f" ({len(seen)} of them lack samples)" if seen else "")
+            "got none; before each motion, keep both still for half a second"
+            + (f" ({len(seen)} motions lack samples)" if seen else "")
         )
     moved = not all(map(_is_held, parts))
     channels = pressure_columns(specimen.description)

@@ -1,4 +1,4 @@
-"""Poses that a hand held in free air, as a set `hand_pose`."""
+"""Makes a measurement set `hand_pose` from recordings of a hand that held poses without contact."""
 
 from __future__ import annotations
 

@@ -81,7 +81,9 @@ def set_of_hand(
         return None
     if not hand or ":" in hand or len((described := load_hand(hand)).tips) < 2:
         if experiment:
-            raise DocumentError(f"--hand: expected a hand with several fingers, got {hand}")
+            raise DocumentError(
+                f"--hand: expected the name of a whole hand, such as rbo_hand_2, got {hand}"
+            )
         return None
     kind = experiment or HAND_POSE
     cut = set_of_motions if kind == HAND_MOTION else set_of_poses
@@ -91,8 +93,8 @@ def set_of_hand(
     if not given and are_bags_of_hand(files):
         if shifts:
             raise DocumentError(
-                "--shift: expected tables, which may have different clocks, got bags, whose topics "
-                "share one clock; leave --shift out"
+                "--shift: expected files with separate clocks, got bags; the topics of a bag have "
+                "one clock, so leave --shift out"
             )
         specimen = HandSpecimen(stated, described, _segments_of(files, described))
         if touched:
@@ -142,8 +144,8 @@ def _check_contacts(
     """Raise DocumentError unless files and options are those of a press or grasp."""
     if given or not are_bags_of_hand(files):
         raise DocumentError(
-            f"--experiment {experiment}: expected bags of this suite, got "
-            f"{listed(map(str, files))}; write a set of files of another kind by hand"
+            f"--experiment {experiment}: expected bags that this suite recorded, got "
+            f"{listed(map(str, files))}; for other files, write experiment.yaml by hand"
         )
     if touched is None:
         what = "--object NAME" if experiment == GRASP else "--plate FRICTION"
@@ -232,7 +234,8 @@ def _segments_of(bags: Sequence[Path], hand: HandDescription) -> int | None:
     cut = {segments_of(bag, hand) for bag in bags}
     if len(cut) > 1:
         raise DocumentError(
-            f"{listed(map(str, bags))}: expected bags of one hand, got hands with different "
-            f"numbers of segments per actuator: {listed(map(str, cut))} (None: a real hand)"
+            f"{listed(map(str, bags))}: expected bags of one hand, got bags of hands that are "
+            "simulated with different numbers of segments per actuator: "
+            f"{listed(map(str, cut))} (None: a real hand); import them separately"
         )
     return cut.pop()

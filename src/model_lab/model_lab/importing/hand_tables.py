@@ -266,7 +266,7 @@ def _on_clock_of(
         file = paths[0].name
         remarks.append(
             f"{file}: its clock seems {abs(offset):.2f} s {'late' if offset > 0 else 'early'} "
-            f"(nothing was shifted; --shift {file}={-offset:.3g} does)"
+            f"(no times were changed; --shift {file}={-offset:.3g} corrects them)"
         )
     inside = (time >= driven[0]) & (time <= driven[-1])
     at = np.stack([np.interp(time, driven, column) for column in pressures.T], axis=1)

@@ -257,8 +257,8 @@ def stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
     if quantity == "tip_angle" and QUATERNION_PART.search(column.name):
         whole = column.name[:-1].rstrip("._ ")
         raise DocumentError(
-            f"{table.path}: expected an angle, got {column.name}, a component of a quaternion: the "
-            f"sine or cosine of half an angle; --map 'tip_angle=quaternion({whole})'"
+            f"{table.path}: expected an angle, got {column.name}, one of the four numbers of a "
+            f"quaternion; compute the angle by --map 'tip_angle=quaternion({whole})'"
         )
     if column.unit == SHORT_CLOCK and unit in CLOCK_SCALES:
         return Meant(column.name, quantity, "s", CLOCK_SCALES[unit])

@@ -196,7 +196,7 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
         file = _path(of_output)
         remarks.append(
             f"{file.name}: its clock seems {abs(offset):.2f} s {'late' if offset > 0 else 'early'} "
-            f"(nothing was shifted; --shift {file.name}={-offset:.3g} does)"
+            f"(no times were changed; --shift {file.name}={-offset:.3g} corrects them)"
         )
     columns, lead = _at_outputs(input_time, inputs, time, values)
     return ImportedRun(

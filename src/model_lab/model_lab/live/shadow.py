@@ -109,7 +109,9 @@ class HandShadow:
         run = Run("now", "hand", "now", self._temperature, columns, wrist_rpy=rpy)
         found = HandPose(replace(data, runs=(run,))).predict({}, self._effects)
         if not np.isfinite(found).all():
-            raise RuntimeError("under the model the hand has no equilibrium at these pressures")
+            raise RuntimeError(
+                "expected a hand at rest, got none: the model has no equilibrium at these pressures"
+            )
         return found.reshape(len(self.names), len(MARKER_AXES))
 
     def report(self, seen: Seen, predicted: Array) -> Report:

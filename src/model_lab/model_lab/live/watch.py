@@ -24,8 +24,8 @@ PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 class Recent:
     """Residual of one actuator in the window.
 
-    rms, largest [rad]: root mean square and largest magnitude over the settled samples. samples,
-    settled: numbers of all and of settled samples.
+    rms, largest [rad]: root mean square and largest magnitude over the settled samples, those whose
+    pressure hardly changed just before. samples, settled: numbers of all and of settled samples.
     """
 
     rms: float

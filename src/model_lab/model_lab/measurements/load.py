@@ -188,7 +188,7 @@ def _meaning(fields: Mapping[str, Node], column: str) -> str:
         return ""
     if not meanings_of(column):
         known = f"{listed(MEANINGS)}, channels and markers of a hand"
-        raise fields["is"].error(f"the key `is` only for {known}", f"it for {column}")
+        raise fields["is"].error(f"the key `is` only for {known}", f"this key for {column}")
     return fields["is"].choice(meanings_of(column))
 
 
@@ -443,7 +443,9 @@ def _stretched_to(fields: Mapping[str, Node], virgin: bool) -> float:
         mend = "; it is a stretch, 1 at rest: strain + 1"
         raise node.error(f"the largest stretch before the run, {low:g} to {high:g}{mend}")
     if virgin and value > 1.0:
-        raise node.error("no stretch before a run that is `virgin`")
+        raise node.error(
+            "no `stretched_to` above 1 in a run that is `virgin` (never stretched before)"
+        )
     return value
 
 

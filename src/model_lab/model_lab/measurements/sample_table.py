@@ -116,13 +116,15 @@ def make_table(
     protocols: Sequence[str],
     holdout: str = WHOLE_PROTOCOLS,
 ) -> SampleTable:
-    """The table of a set. With fewer than two protocols, blocks of runs are held out instead.
+    """One row per sample of a measurement set, with its run and the part of the data with which it
+    is held out of a fit: its protocol, or a block of its run if the set has only one protocol.
 
     Args:
         measured: outputs (outputs, samples) of each run in SI units.
-        groups: groups of indices of runs that repeat each other.
-        protocols: for each run, the name of the protocol (or mode) that is held out together.
-        holdout: what these names are, such as protocols.
+        groups: indices of the runs of each group of repeats.
+        protocols: for each run, the name of its protocol (or mode); runs with one name are held
+            out together.
+        holdout: what `protocols` names, such as protocols or modes.
     """
     outputs, counts = len(measured[0]), [values.shape[1] for values in measured]
     starts = np.cumsum([0, *counts]).tolist()

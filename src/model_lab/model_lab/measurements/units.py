@@ -159,7 +159,9 @@ def column_unit(column: str, text: str) -> Unit:
     try:
         return _unit(_parsed(text), unit_of(column), text)
     except ArithmeticError as reason:  # km**99
-        raise ValueError(f"expected a unit of a usual size, got {quoted(text)}") from reason
+        raise ValueError(
+            f"expected a unit such as kPa or mm, got {quoted(text)}, which is too large or small"
+        ) from reason
 
 
 def _unit(unit: Any, wanted: str | None, text: str) -> Unit:

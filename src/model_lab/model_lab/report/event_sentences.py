@@ -38,11 +38,11 @@ def doubted_sentence(event: Mapping[str, Any], display: Display) -> str:
 
     >>> drift = {"kind": "drift", "quantity": "scale", "size": 0.054, "p_value": 0.032}
     >>> print(doubted_sentence(drift, Display("deg")))
-    Repeats may go with the order of the runs (a drift of +5.4 %, p 0.032): more repeats would tell.
+    Repeats may differ with the order of the runs (a drift of +5.4 %, p 0.032): add repeats to see.
     """
     return (
-        f"Repeats may go with the order of the runs (a {event['kind']} of "
-        f"{change_words(event, display)}, p {event['p_value']:.2g}): more repeats would tell."
+        f"Repeats may differ with the order of the runs (a {event['kind']} of "
+        f"{change_words(event, display)}, p {event['p_value']:.2g}): add repeats to see."
     )
 
 
@@ -59,7 +59,7 @@ def _sentence(same: Sequence[Mapping[str, Any]], slips: Sequence[Slip], display:
             f"between runs {event['before']} and {event['run']}{seen}, not noise."
         )
     if event["kind"] == DRIFT_EVENT:
-        return f"Repeats{of} go with the order of the runs {about}: a drift, not noise."
+        return f"Repeats{of} differ with the order of the runs {about}: a drift, not noise."
     slip = next((s for s in slips if s.name in OF_SERIES and s.column == event["run"]), None)
     return _odd_sentence(event, slip, about, display)
 

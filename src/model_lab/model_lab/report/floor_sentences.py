@@ -7,9 +7,9 @@ from model_lab.diagnosis.result import LOWERED, MENDED, THINNED, WITHOUT_EVENTS,
 
 WHY = {
     LOWERED: "repeats differ by what the better model explains",
-    MENDED: "it takes the data as they are stated",
+    MENDED: "it does not correct how the data are described",
     WITHOUT_EVENTS: "it does not correct the events in the series of runs",
-    THINNED: "here long runs are thinned",
+    THINNED: "the diagnosis leaves out samples of long runs",
 }
 
 

@@ -44,7 +44,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     >>> parts = {"within": 0.006, "between": 0.005}
     >>> verdict_sentence(Diagnosis("free_bending", "adequate", "protocols", (), (), (), (), (), {},
     ...     0.0079, parts, "repeats", 0.008, 0.008, "rad", (), Unexplained(0.0, ())))
-    'The model is adequate: its error of 0.458 deg is noise, whose floor lies at 0.453 deg.'
+    'The model is adequate: its error of 0.458 deg is no more than noise (noise floor 0.453 deg).'
     """
     without = " without them" if diagnosis.effects else ""
     bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration_as_is, without)
@@ -109,7 +109,7 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
 def _shown_by(slip: Slip, display: Display) -> str:
     """What shows a slip: how far the error falls, or for a factor of pulses, their readings."""
     if slip.column == "mass" or isclose(slip.rmse_after, slip.rmse_before):
-        return "otherwise the columns contradict each other, which no error shows"
+        return "as stated, the columns contradict each other"
     before, after = display.shown(slip.rmse_before), display.shown(slip.rmse_after)
     return f"the error falls from {before} to {after}"
 
@@ -127,7 +127,7 @@ def learned_sentences(learned: Learning) -> str:
 
 def _or_else(slip: Slip) -> str:
     """Other slips that fit as well."""
-    return f"\nThey would fit as well if {listed(slip.alike, 'or')}." if slip.alike else ""
+    return f"\nThe data would fit as well if {listed(slip.alike, 'or')}." if slip.alike else ""
 
 
 def _not_exactly(slip: Slip) -> str:
@@ -135,13 +135,13 @@ def _not_exactly(slip: Slip) -> str:
     if slip.factor == 1.0:
         return ""
     return (
-        f"\nIt is not exactly this factor: the data are then still {slip.factor:.3g} times what "
-        "the model says. Other sizes, or an actuator of another make, may be the reason instead."
+        f"\nAfter this correction the data are still {slip.factor:.3g} times what the "
+        "model predicts. Other sizes, or an actuator of another make, may be the reason instead."
     )
 
 
 def _besides(slip: Slip) -> str:
-    return f", and {slip.beside} acts besides" if slip.beside else ""
+    return f", and the effect {slip.beside} is missing, too" if slip.beside else ""
 
 
 def bound_sentence(
@@ -151,7 +151,7 @@ def bound_sentence(
     does not. without: words for the effects that the fit lacks.
 
     >>> bound_sentence(["modulus_scale[A]"], {"modulus_scale": {"A": 0.85}})
-    'The modulus of A is at its bound, 0.85 times the stated one: --free-modulus frees it.'
+    'The modulus of A is at its bound, 0.85 times the stated one: --free-modulus lifts it.'
     """
     scales = calibration.get("modulus_scale", {})
     names = [name.removeprefix("modulus_scale[").rstrip("]") for name in at_bound]
@@ -162,7 +162,7 @@ def bound_sentence(
     ]
     if not shown:
         return ""
-    return f"The modulus of {listed(shown)} the stated one: --free-modulus frees it."
+    return f"The modulus of {listed(shown)} the stated one: --free-modulus lifts it."
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
@@ -182,7 +182,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
     floor = shown(diagnosis.noise_floor)
     if diagnosis.verdict == ADEQUATE:
         return (
-            f"The model is adequate: its error of {before} is noise, whose floor lies at {floor}."
+            f"The model is adequate: its error of {before} is no more than noise (noise floor "
+            f"{floor})."
         )
     if diagnosis.verdict == EFFECTS_MISSING:
         few = sum(len(effect.parameters) for effect in diagnosis.effects) <= SENTENCE_PARAMETERS
@@ -220,7 +221,7 @@ def _depends(diagnosis: Diagnosis) -> str:
     return (
         f"the remaining error varies with {listed(names)}"
         if names
-        else "what is left follows no input"
+        else "the remaining error varies with no input"
     )
 
 
@@ -236,19 +237,19 @@ def _freed(diagnosis: Diagnosis) -> str:
 
 
 def _helps(diagnosis: Diagnosis) -> str:
-    """What takes much of the error and is not the whole."""
+    """Effects that remove much of the error, but not all."""
     display = diagnosis.display
     errors = [diagnosis.rmse_before, *(one.rmse_after for one in diagnosis.helps)]
     falls = [
-        f"{one.name} takes {'it' if place == 0 else 'the rest'} from {display.number(before)} to "
-        f"{display.shown(one.rmse_after)}"
+        f"{one.name} reduces {'the error' if place == 0 else 'the rest'} from "
+        f"{display.number(before)} to {display.shown(one.rmse_after)}"
         for place, (one, before) in enumerate(zip(diagnosis.helps, errors, strict=False))
     ]
     one = len(falls) == 1
     if errors[-1] <= RULES.material_error * diagnosis.noise_floor:
         proven = "it is" if one else "they are"
         return f"{listed(falls)}, which explains the whole error, but {proven} not proven"
-    return f"{listed(falls)} and {'is' if one else 'they are'} not the whole"
+    return f"{listed(falls)}, but {'does' if one else 'they do'} not explain all of it"
 
 
 def story_sentence(diagnosis: Diagnosis) -> str:
@@ -258,7 +259,7 @@ def story_sentence(diagnosis: Diagnosis) -> str:
     >>> from types import SimpleNamespace as Made
     >>> steps = Made(name="tube_lag", rmse_after=0.02), Made(name="gravity", rmse_after=0.01)
     >>> story_sentence(Made(story=steps, display=Display("N"), rmse_before=0.05))
-    'One after the other: 0.05 N as it is, 0.02 N with tube_lag, 0.01 N with gravity too.'
+    'The error falls from 0.05 N to 0.02 N with tube_lag, to 0.01 N with gravity too.'
     """
     if len(diagnosis.story) < 2:
         return ""
@@ -267,7 +268,7 @@ def story_sentence(diagnosis: Diagnosis) -> str:
         f"{shown(step.rmse_after)} with {step.name}{' too' if place else ''}"
         for place, step in enumerate(diagnosis.story)
     ]
-    return f"One after the other: {shown(diagnosis.rmse_before)} as it is, {', '.join(falls)}."
+    return f"The error falls from {shown(diagnosis.rmse_before)} to {', to '.join(falls)}."
 
 
 def _left_over(diagnosis: Diagnosis) -> str:
@@ -277,7 +278,7 @@ def _left_over(diagnosis: Diagnosis) -> str:
     rest = diagnosis.display.shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
-    return f"; {rest} of it are explained by no known effect{varies}"
+    return f"; no known effect explains {rest} of the remaining error{varies}"
 
 
 def preconditioning_sentence(data: MeasurementSet) -> str:

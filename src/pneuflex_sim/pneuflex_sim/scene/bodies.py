@@ -84,7 +84,7 @@ def _solid(library: Any, body: Mesh) -> Any:
     solid = library.Manifold(library.Mesh64(np.ascontiguousarray(body.vertices), faces))
     if solid.status() != library.Error.NoError:
         raise ValueError(
-            "surface: expected surfaces of solids where bodies may overlap, got "
+            "surface: expected a closed surface of each body, as the bodies may overlap, got "
             f"{solid.status().name}; join the bodies in the program that made them, {CHEAPER}"
         )
     return solid

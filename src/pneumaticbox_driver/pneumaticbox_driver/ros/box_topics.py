@@ -128,7 +128,10 @@ class StateTopics:
         self.state_due = Due(state_rate)
 
     def publish(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
-        """Publish the state after a sample of absolute pressures (n + 1,) [Pa] to subscribers."""
+        """Publish pressures and estimated state, if anyone subscribes.
+
+        pressures_abs: absolute pressures [Pa] of the n channels and the supply.
+        """
         if self.state_due(seconds(stamp)) and has_subscribers(self._state_out):
             self._publish_state(stamp)
         self._publish_pressures(stamp, pressures_abs)

@@ -369,7 +369,9 @@ class PneumaticBoxNode(ManagedNode):
         safety = self.box.enabled, len(self.box.latch.reasons)
         if now - self._reported >= REPORT_PERIOD or safety != self._reported_safety:
             for reason in self.box.latch.reasons[self._reported_safety[1] :]:
-                self.get_logger().error(f"{reason}: venting until pneumaticbox/reset")
+                self.get_logger().error(
+                    f"{reason}: venting until the service pneumaticbox/reset is called"
+                )
             self._reported, self._reported_safety = now, safety
             self._executor.serve_rest()
             self._report(now)

@@ -135,9 +135,9 @@ def _value(source: Source, read: Callable[[Any], float], message: Any, index: in
         value = read(message)
         if index == 0 and source.is_angle and source.field.is_of_quaternion(message):
             raise DocumentError(
-                f"{source.place}.field: expected an angle, got {source.field.text}, a component of "
-                "a quaternion: the sine or cosine of half an angle; `model-lab import` makes the "
-                "tip angle of the whole quaternion"
+                f"{source.place}.field: expected an angle, got {source.field.text}, one of the "
+                "four numbers of a quaternion; `model-lab import BAG -o SET` computes the tip "
+                "angle from all four"
             )
     except LookupError as reason:
         raise DocumentError(

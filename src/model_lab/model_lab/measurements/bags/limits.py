@@ -208,7 +208,8 @@ class _LimitedSqlite(Sqlite3Reader):
             calculated = database.execute(CALCULATED).fetchone()
             if calculated is not None:
                 raise ValueError(
-                    f"expected tables of stored values, got {quoted(calculated[0])}, which computes"
+                    "expected a database that only stores values, got one that computes them: "
+                    f"{quoted(calculated[0])}"
                 )
             twice = "SELECT id FROM topics GROUP BY id HAVING count(*) > 1"
             if (topic := database.execute(twice).fetchone()) is not None:

@@ -37,7 +37,9 @@ class _TooLong(BaseException):
 
 
 def guard(effect: type[Effect], of_stage: type[Effect], path: Path) -> None:
-    """Guard the methods that an effect overrides, and set its `origin`.
+    """Make the methods of a user's effect report their errors with file, class and method.
+
+    Replaces each overridden method by a guarded one (see the module), and sets `effect.origin`.
 
     Args:
         effect: class in the user's file.
