@@ -204,11 +204,11 @@ def refused_sets():
     pull = {"experiment": "uniaxial", "columns": PULL}
     unread = {name: unit for name, unit in BENDING.items() if name != "pressure"}
     return {
-        "five_samples": Nasty([bench.bend(*triangle(5))], refused="noise floor: expected repeats"),
-        "one_sample": Nasty([bench.bend([0.0], [20.0])], refused="noise floor: expected repeats"),
+        "five_samples": Nasty([bench.bend(*triangle(5))], refused="noise floor: expected repeated runs"),
+        "one_sample": Nasty([bench.bend([0.0], [20.0])], refused="noise floor: expected repeated runs"),
         "one_sample_a_run": Nasty(
             [bench.bend([0.0], [q]) for q in (10.0, 20.0, 30.0)],
-            refused="noise floor: expected repeats",
+            refused="noise floor: expected repeated runs",
         ),
         "unsorted": Nasty([bench.bend(time[::-1], pressure)], refused="r0.csv: row 2 "),
         "time_stands_still": Nasty([bench.bend(np.floor(time), pressure)], refused="again"),

@@ -132,7 +132,7 @@ def test_an_effect_that_was_hidden_is_added_and_the_saved_model_has_the_error_th
 
 
 def test_nothing_to_add_is_said():
-    with pytest.raises(ValueError, match="effects: expected at least one to add, got none"):
+    with pytest.raises(ValueError, match="effects: expected at least one effect to add, got none"):
         lab.add((), FINGER)
 
 

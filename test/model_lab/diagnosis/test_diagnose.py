@@ -230,7 +230,7 @@ def test_what_is_said_to_be_detectable_would_have_been_named(tmp_path):
 
 def test_a_set_in_which_no_noise_can_be_known_is_refused(tmp_path):
     make_set(tmp_path, "free_bending", [], seed=0, runs=2, repeats=1, samples=12, with_noise=False)
-    with pytest.raises(ValueError, match="noise floor: expected repeats"):
+    with pytest.raises(ValueError, match="noise floor: expected repeated runs"):
         diagnose_folder(tmp_path)
 
 

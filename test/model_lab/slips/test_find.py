@@ -664,4 +664,4 @@ def test_a_factor_is_a_slip_of_a_blocked_tip_only_where_it_is_that_of_the_unit(f
     said = comparison_text(compare(data, BASE), "base")
     exact = told == "lbf"
     assert slip.factor == pytest.approx(1.0 if exact else factor * 7.50062, rel=0.1)
-    assert ("may fit" in said) == ("times what the model says" in said) == (not exact)
+    assert ("may fit" in said) == ("the data are still" in said) == (not exact)

@@ -211,7 +211,7 @@ def test_a_database_that_calculates_is_refused(tmp_path, change):
     (path,) = bag.glob("*.db3")
     with sqlite3.connect(path) as database:
         database.executescript(change)
-    with pytest.raises(ValueError, match=r"bag: .*expected tables of stored values"):
+    with pytest.raises(ValueError, match=r"bag: .*expected a database that only stores values"):
         read(bag)
 
 
