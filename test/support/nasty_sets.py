@@ -21,6 +21,7 @@ PULSES = {
 }
 INTEGRALS = {"friction_integral": {"unit": "Pa*s"}, "injector_integral": {"unit": "Pa*s"}}
 BAR = {"f": {"shear_modulus": 50e3}}
+NO_FLOOR = "noise floor: expected repeated runs"
 
 
 @dataclass(frozen=True)
@@ -204,11 +205,11 @@ def refused_sets():
     pull = {"experiment": "uniaxial", "columns": PULL}
     unread = {name: unit for name, unit in BENDING.items() if name != "pressure"}
     return {
-        "five_samples": Nasty([bench.bend(*triangle(5))], refused="noise floor: expected repeated runs"),
-        "one_sample": Nasty([bench.bend([0.0], [20.0])], refused="noise floor: expected repeated runs"),
+        "five_samples": Nasty([bench.bend(*triangle(5))], refused=NO_FLOOR),
+        "one_sample": Nasty([bench.bend([0.0], [20.0])], refused=NO_FLOOR),
         "one_sample_a_run": Nasty(
             [bench.bend([0.0], [q]) for q in (10.0, 20.0, 30.0)],
-            refused="noise floor: expected repeated runs",
+            refused=NO_FLOOR,
         ),
         "unsorted": Nasty([bench.bend(time[::-1], pressure)], refused="r0.csv: row 2 "),
         "time_stands_still": Nasty([bench.bend(np.floor(time), pressure)], refused="again"),
