@@ -17,7 +17,6 @@ from model_lab.experiments.forward import Forward
 from model_lab.experiments.grasp_rollouts import USUAL_ENGINE, Engine
 from model_lab.experiments.hand_grasp import (
     HandGrasp,
-    grasp_errors,
     held,
     simulated,
     simulated_values,
@@ -82,23 +81,6 @@ def test_a_held_object_pulls_at_the_wrist_with_its_weight():
     force = data.table.of_run(seen, 0)[data.outputs.index("wrench.fz"), -1]
     assert force == pytest.approx(-1.5 * CYLINDER * STANDARD_GRAVITY, rel=0.03)
     assert held(data, seen) == [True]
-
-
-def test_channels_that_hold_what_they_hold_at_ambient_pressure_are_at_ambient_pressure():
-    data = planned("usual", repeats="a")
-    seen = data.table.of_run(simulated(data, [WEIGHT], 1.0, FAST), 0) / data.output_scales[:, None]
-    free = 2  # sample, 0.2 s after the first: the hand has stopped swinging, and has no air yet
-    for name in data.pressures:
-        assert abs(seen[data.outputs.index(name), free]) < 10.0  # [Pa]; 550 Pa below, if unbent
-
-
-def test_a_simulated_hand_with_known_segments_is_not_simulated_with_more(by_analytic):
-    data = planned("usual", repeats="a")
-    stated = replace(data.specimens["h1"].hand, segments=5)
-    specimens = {"h1": replace(data.specimens["h1"], hand=stated)}
-    assert len(grasp_errors(data, load_model("gravity")).rows) == 5
-    known = replace(data, specimens=specimens)
-    assert len(grasp_errors(known, load_model("gravity")).rows) == 4
 
 
 def analytic(time, wrist, masses, start, scene, model, modulus_scale, **config):

@@ -77,19 +77,6 @@ def test_a_bag_of_two_grasps_is_refused(tmp_path):
         set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
 
 
-def test_mass_that_the_driver_tells_before_the_air_has_flowed_is_moved_to_when_it_has(tmp_path):
-    lead = 0.06  # [s]
-    rows = []
-    for step in range(1800):
-        told, there = (grasp((step / 200.0) + shift) for shift in (lead, 0.0))
-        rows.append((*there[:3], told[3], there[4]))
-    bag = touching(tmp_path / "a", rows, [(14.0, "from_above")], rate=200.0)
-    found, _ = set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
-    run = found.runs[0].columns
-    assert run["mass.b"][-1] == pytest.approx(20.0)  # mg
-    assert run["mass.b"] == pytest.approx(run["pressure.b"] / 2.0, abs=0.15)  # mg, of 20; kPa / 2
-
-
 def test_noise_between_two_samples_averages_out(tmp_path):
     random = np.random.default_rng(1)
     rows = [

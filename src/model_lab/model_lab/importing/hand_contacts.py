@@ -53,9 +53,6 @@ FREE_BEFORE = 0.5  # [s] before the first contact, and that part two presses
 TOUCHED_FOR = 0.2  # [s] that a press lasts at least
 MOVED = 1e-3  # [m] way of an object that was touched
 HELD_UP = 2e-3  # [m] below its highest place, at which the wrist still holds up
-LONGEST_LEAD = 0.15  # [s] of an estimated mass over the air that is in the channel
-LEAD_STEP = 0.002  # [s]
-FLOW_OVER = 0.02  # [s] over which a flow is taken from a mass or a pressure
 
 
 Touched = Grasped | Plate
@@ -153,36 +150,15 @@ def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
         columns_of(topics[STATE_OF_AIR], [f"{part}[{name}]" for name in hand.channels], bag)
         for part in ("position", "effort")
     )
-    of_air = topics[STATE_OF_AIR].time, masses, pressures
     return _Recorded(
         bag,
         time,
         _pose(topics[POSE_OF_WRIST], time, bag),
-        interpolated(time, topics[STATE_OF_AIR].time + _lead(*of_air), masses),
+        interpolated(time, topics[STATE_OF_AIR].time, masses),
         _mean(time, topics[STATE_OF_AIR].time, pressures),
         _mean(time, topics[LOAD_TOPIC].time, columns_of(topics[LOAD_TOPIC], WRENCH_FIELDS, bag)),
         _pose(topics[POSE_OF_OBJECT], time, bag) if kind == GRASP else None,
     )
-
-
-def _lead(known: Array, masses: Array, pressures: Array) -> float:
-    """Time [s] by which masses (n, channels) lead the pressures (n, channels) at times (n,).
-
-    The driver tells the mass after its valves, if switched off now, have closed. So the air that it
-    tells is in the channel later by the delay of a valve: the shift at which the flows into the
-    channels correlate best with how fast the pressures rise; 0 if no air flows.
-    """
-    time = np.arange(known[0], known[-1], LEAD_STEP)
-    if len(time) <= 2 * LONGEST_LEAD / LEAD_STEP:
-        return 0.0
-    span, most = round(FLOW_OVER / LEAD_STEP), round(LONGEST_LEAD / LEAD_STEP)
-    flow, rise = (
-        found[span:] - found[:-span]
-        for found in (interpolated(time, known, masses), interpolated(time, known, pressures))
-    )
-    flow, rise = (part / np.maximum(np.std(part, axis=0), 1e-300) for part in (flow, rise))
-    told = [np.sum(flow[most - lead : len(flow) - lead] * rise[most:]) for lead in range(most + 1)]
-    return LEAD_STEP * int(np.argmax(told)) if np.any(flow) else 0.0
 
 
 def _pose(topic: TopicTable, time: Array, bag: Path) -> Array:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 FOLLOWING_ARM = WristParameters(
     stiffness=1e5, rotational_stiffness=3e3, force_limit=1e4, torque_limit=1e3, mass=1.0
 )  # an arm that yields nothing: the path was recorded where the wrist really was
-REPLAY_SETTLED = 0.2  # [s] before the first sample, with the channels open
+REPLAY_SETTLED = 0.2  # [s] before the first sample
 MOST_TILTED = 0.2  # [rad] between an object as recorded and as it rests in the scene
 
 
@@ -33,10 +33,9 @@ def replay_grasp(
     Forces, torques and pressures are averaged over the time that is closer to the sample than to
     any other. All are NaN if the simulation diverges.
 
-    time: (samples,) [s]. wrist: poses (samples, 7). masses: air masses above those at ambient
-    pressure in the hand as it hangs before the first sample (samples, channels) [kg]. start: pose
-    (7,) of the resting object, of which x, y and the rotation about the vertical are used. scene,
-    config: as in `SimulationConfig`.
+    time: (samples,) [s]. wrist: poses (samples, 7). masses: air masses above the fill at rest
+    (samples, channels) [kg]. start: pose (7,) of the resting object, of which x, y and the rotation
+    about the vertical are used. scene, config: as in `SimulationConfig`.
 
     Raises ValueError for an object that is tilted against its description, and as
     `SimulationConfig` does.
@@ -56,11 +55,7 @@ def replay_grasp(
     seen = np.empty((len(steps), 13 + masses.shape[1]))
     try:
         for _ in range(round(REPLAY_SETTLED / step)):
-            simulation.set_air_masses(_open(simulation))
-            simulation.step()
-        air += _open(simulation)
-        for _ in range(round(REPLAY_SETTLED / step) if masses[0].any() else 0):
-            simulation.set_air_masses(air[0])
+            simulation.set_air_masses(masses[0])
             simulation.step()
         for number in range(len(steps)):
             simulation.command_wrist(way[number], turn[number])
@@ -77,16 +72,6 @@ def replay_grasp(
     means = np.add.reduceat(seen, first) / np.bincount(nearest)[:, None]
     at = np.clip(np.searchsorted(steps, time), 0, len(steps) - 1)
     return np.hstack([means[:, :-7], seen[at, -7:]])
-
-
-def _open(simulation: Simulation) -> Array:
-    """Air (channels,) [kg above the fill at rest] at ambient pressure in the present pose."""
-    ambient, rotations = simulation.ambient, simulation.bodies.rotations
-    return np.asarray(
-        simulation.air.masses(
-            np.full(len(simulation.channels), ambient), ambient, simulation.temperature, rotations
-        )
-    )
 
 
 def _resting(simulation: Simulation, start: Array) -> tuple[tuple[float, ...], float, float]:
