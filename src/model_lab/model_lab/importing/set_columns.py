@@ -19,7 +19,7 @@ from softhand_common.documents.yaml_document import DocumentError
 
 TEMPERATURE_IN_NAME = re.compile(
     r"(?:^|[\W_])(?P<sign>(?<=[_ ])-)?(?P<degrees>\d{1,3}(?:[.,p]\d+)?)"
-    r"_?(?:deg|grad|\u00b0)?_?C(?![^\W_])"
+    r"(?:_?(?:deg|grad|\u00b0)_?)?C(?![^\W_])"
     r"|temp(?:erature?)?[_\- ]?(?P<after>\d{1,3})(?![^\W_])",
     re.I,
 )  # of a run, in degrees Celsius
@@ -84,6 +84,8 @@ def temperatures_in_names(names: Sequence[str]) -> dict[str, float]:
 
     >>> temperatures_in_names(["warm_35C_1", "cold_-5degC"])
     {'warm_35C_1': 308.15, 'cold_-5degC': 268.15}
+    >>> temperatures_in_names(["finger_1_c", "finger_2_c"])
+    {}
     >>> temperatures_in_names(["warm_35C_1", "cold"])
     {}
     """
