@@ -47,7 +47,6 @@ EXCEPTIONS = {
     "fitting/noise_floor.py": {"ALIKE_DRAWS": NUMERICS},
     "fitting/pulse_noise.py": {"LEAST_SINGULAR": NUMERICS},
     "fitting/notices.py": {
-        "NAMED_RUNS": "words of a message",
         **dict.fromkeys(
             ("COMPARED_RANGE", "FEWEST_PERIODS", "LINE_WIDTH", "SPECTRUM_SAMPLES"), NUMERICS
         ),

@@ -13,7 +13,7 @@ from model_lab.bench.trial_runs import TrialRun
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import Experiment
 from model_lab.diagnosis.result import Step
-from model_lab.fitting.notices import Notice
+from model_lab.fitting.notice import Notice
 from model_lab.learning.learn import learn
 from model_lab.measurements.units import display_of
 from model_lab.report.curves import curves

@@ -13,7 +13,8 @@ from model_lab.diagnosis.result import calibration_at_bound, calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.noise_floor import NoiseFloor
-from model_lab.fitting.notices import Notice, notices
+from model_lab.fitting.notice import Notice
+from model_lab.fitting.notices import notices
 from model_lab.fitting.problem import pose_problem
 from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise

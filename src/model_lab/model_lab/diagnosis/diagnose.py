@@ -64,7 +64,8 @@ from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.experiments.grasp_rollouts import use_processes
 from model_lab.fitting.noise_floor import REPEATS
-from model_lab.fitting.notices import Notice, notices
+from model_lab.fitting.notice import Notice
+from model_lab.fitting.notices import notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.load import load_measurements

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from model_lab.aliases import Array, IntArray
-from model_lab.fitting.notices import Notice
+from model_lab.fitting.notice import Notice
 from model_lab.localisation.axes import Axis
 from model_lab.localisation.bins import Bins
 from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise

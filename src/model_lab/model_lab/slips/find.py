@@ -18,8 +18,8 @@ from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.noise_floor import REPEATS, make_spectrum, noise_floor, spline_levels
-from model_lab.fitting.notices import seem_absolute
 from model_lab.fitting.problem import FitProblem, base_starts, pose_problem
+from model_lab.fitting.recording_notices import seem_absolute
 from model_lab.measurements.measurement_set import TIP_POSE, MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.rows import is_possible

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.fitting.notices import pulse_shares
+from model_lab.fitting.recording_notices import pulse_shares
 from model_lab.measurements.measurement_set import INFLATE, MeasurementSet
 from model_lab.rules import RULES
 from model_lab.slips.columns import (
