@@ -405,7 +405,7 @@ def _pulled(
     if stretched_to and INPUT.get(experiment) != "stretch":
         raise DocumentError(
             f"--stretched-to: expected an experiment whose input is the stretch, got {experiment}; "
-            "import the earlier stretching of the specimen as a run"
+            "if the specimen was loaded before, import that loading as a run of its own"
         )
     return _by_run("--stretched-to", stretched_to, runs)
 

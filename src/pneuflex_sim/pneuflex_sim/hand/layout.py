@@ -65,7 +65,7 @@ class HandLayout:
     damping_time: float  # damping of all joints over their stiffness [s]
 
     def links(self, step: float) -> Links:
-        """The links for the kernels, with the inertia that a step [s] needs."""
+        """The links for the kernels, with the inertia that keeps a time step [s] stable."""
         start = np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
         inertia = self.inertia(step)
         share = GIVEN_SHARE if step <= TRUE_STEP else 0.0
@@ -79,8 +79,8 @@ class HandLayout:
         return Springs(rest, self.stiffness, self.stretching, damping)
 
     def inertia(self, step: float) -> Array:
-        """Principal inertia (n, 3) [kg m2] of the links as boxes, plus the rotary inertia that a
-        step [s] needs.
+        """Principal inertia (n, 3) [kg m2] of the links as boxes, plus the rotary inertia that
+        keeps a time step [s] stable.
 
         PyBullet's contact solver sees links without their springs. So each link gets an additional
         c*(step**2*k + step*d), with c = 0.2 at 1 ms and proportional to the step: contacts meet

@@ -226,9 +226,9 @@ class FollowingClock:
         return self._began and self.newest is not None and now < self.newest - 1e-9
 
     def jump(self, now: float) -> float:
-        """Time [s] from `now` to the newest message of /clock when the simulation begins, if that
-        is far ahead, or if the clock was set back; else 0. The simulation begins with the first
-        call after the leader knows of it.
+        """Time [s] from `now` to the newest message of /clock in three cases: in the first call
+        after the leader has received this simulator's time, if the clock is far ahead, and if it
+        was set back. Otherwise 0.
         """
         if self.newest is None or not self._joined:
             return 0.0

@@ -52,7 +52,7 @@ class Part:
 
     @cached_property
     def volume_by_rays(self) -> float:
-        """Its volume [mm3], as read from the file, by `volume_by_rays`."""
+        """Volume [mm3] of the solid in the part's file, measured with rays."""
         return volume_by_rays(self.read)
 
     def placed(self) -> dict[str, Solid]:

@@ -183,7 +183,7 @@ class Faults:
         return held
 
     def readings(self, fresh: Array) -> Array:
-        """Readings (n + 1,) [Pa] with faults, from those of working sensors."""
+        """Readings (channels and supply,) [Pa] with faults, from those of working sensors."""
         for index, value in self._sensors.items():
             if value is None:
                 self._sensors[index] = float(fresh[index])

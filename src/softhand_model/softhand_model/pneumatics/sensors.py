@@ -65,9 +65,9 @@ def follow_low_pass(dt: float, time_constant: Array, pressures_abs: Array, filte
 
 @compiled
 def convert(filtered: Array, ambient: float, errors: Any, converter: Any, readings: Array) -> None:
-    """Replace standard normal numbers in `readings` (m,) by the readings (m,) [Pa] of filtered
-    absolute pressures (m,) [Pa]. errors: gain, offset and noise. converter: resolution and full
-    scale.
+    """Write the readings (m,) [Pa] of filtered absolute pressures (m,) [Pa] into `readings`, which
+    holds standard normal numbers for the noise before. errors: gain, offset and noise. converter:
+    resolution and full scale.
     """
     gain, offset, noise = errors
     resolution, full_scale = converter

@@ -135,7 +135,7 @@ class Evaluation:
 
     @property
     def digest(self) -> str:
-        """Hash of objective, settings with the files they name, and values."""
+        """Hash of the objective, the settings with the files they name, and the values tried."""
         problem = self.problem
         plain = [problem.objective, problem.settings, self.values]
         texts = [json.dumps(plain, sort_keys=True), *_contents(problem.settings)]

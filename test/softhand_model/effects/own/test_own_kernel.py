@@ -52,8 +52,8 @@ def written(folder, body="pass", kernel=KERNEL):
 @pytest.mark.parametrize(
     ("body", "kernel", "expected"),
     [
-        ("stress[lane] += 1e-3", KERNEL, "the stress that the methods give, .* in step 1 of"),
-        ("pass", "Kernel(_act, rest=(2.0,))", "the stress that the methods give"),
+        ("stress[lane] += 1e-3", KERNEL, "class without its kernel, .* in step 1 of"),
+        ("pass", "Kernel(_act, rest=(2.0,))", "the stress of the class without its kernel"),
         ("state[1, lane] = 0.0", KERNEL, "IndexError: index 1 is out of bounds"),
         ("str(open)", KERNEL, "expected code that numba can compile"),
         ("pass", "Kernel(_act.py_func)", "act: expected a function with the decorator @compiled"),

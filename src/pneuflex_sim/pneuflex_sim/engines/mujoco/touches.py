@@ -43,8 +43,10 @@ class Touches:
         return (OBJECT if geom.startswith(OBJECT) else geom), ""
 
     def contacts(self, only_object: bool = False) -> list[Contact]:
-        """Contact points that carry a force, of the object or of all; the first side is a chain of
-        the hand if there is one, else what the object touches.
+        """Contact points that carry a force: all, or only those of the object.
+
+        The first body of a contact is an actuator of the hand if one takes part, else the body
+        that the object touches.
         """
         data, found = self._data, []
         geoms, first_row = data.contact.geom, data.contact.efc_address

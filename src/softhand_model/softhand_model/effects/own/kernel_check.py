@@ -94,6 +94,7 @@ def _compare(found: Array, expected: Array, place: str) -> None:
         step = int(np.flatnonzero(wrong.any(axis=1))[0])
         lane = int(np.flatnonzero(wrong[step])[0])
         raise EffectError(
-            f"{place}: expected the stress that the methods give, {expected[step, lane]:.6g} "
-            f"in step {step + 1} of a loading cycle, got {found[step, lane]:.6g}"
+            f"{place}: expected the stress of the class without its kernel, "
+            f"{expected[step, lane]:.6g} in step {step + 1} of a loading cycle, "
+            f"got {found[step, lane]:.6g}"
         )
