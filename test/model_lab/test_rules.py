@@ -27,7 +27,6 @@ EXCEPTIONS = {
     "diagnosis/black_boxes.py": {"FEWEST_SAMPLES": "a slope needs three samples"},
     "diagnosis/evidence.py": {"LARGEST_LOGARITHM": "a feature of the calibrated confidence"},
     "experiments/base_torque.py": {"OUT_OF_REACH": FILE},
-    "experiments/free_bending.py": {"GRAVITY_OF_MOUNT": "shares of the weight, by the mount"},
     "experiments/grasp_rollouts.py": {"_processes": "how many processes work"},
     "experiments/hand_grasp.py": {"SIMULATED_MODULI": NUMERICS},
     "experiments/hand_motion.py": {"MOST_KEPT": "how much is kept in memory"},

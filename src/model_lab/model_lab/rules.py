@@ -317,6 +317,9 @@ class Rules:
     slip_alike: float = _rule(
         1.1, "error over the least one up to which the commoner slip is told", BY_HAND
     )
+    other_mix: float = _rule(
+        2.0, "factor up to which the modulus of another mix or cure may differ", BY_HAND
+    )
     vacuum: float = _rule(
         -5e3, "pressure above that at rest, below which a chamber is sucked", BY_HAND, unit="Pa"
     )

@@ -53,7 +53,7 @@ def test_the_tip_angle_of_a_bag_is_made_of_its_quaternion(tmp_path, storage, cap
     said = "tip_angle=quaternion(/tip pose.orientation)"
     assert propose([bag]).unsure == {"the tip angle": f"--map '{said}'"}
     check(imported(tmp_path, [bag], "--hand", HAND, "--map", said)[0])
-    assert "0 at the first sample" in capsys.readouterr().out
+    assert "0 at the beginning" in capsys.readouterr().out
     with pytest.raises(DocumentError, match="numbers of a quaternion"):
         propose([bag], maps={"tip_angle": ("/tip pose.orientation.y", "")})
 

@@ -52,6 +52,14 @@ def test_data_fit_without_a_slip_only_where_the_rest_is_explained(mended, fit):
     assert verdict_sentence(told).startswith(f"The data {fit} if pressure is psi")
 
 
+def test_rubber_of_another_mix_stands_before_the_slip_that_fits_as_well():
+    slip = Slip("wall_total", "wall", "one", "both", 0.8, 0.1, "wall: 0.001", modulus=0.7)
+    told = replace(diagnosis("slip"), slips=(slip,), verdict_mended="adequate")
+    assert verdict_sentence(told).startswith(
+        "The data fit if the rubber is 0.7 times as stiff as stated (--free-modulus), or if wall is"
+    )
+
+
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
     assert said.endswith(
@@ -182,6 +190,6 @@ def test_a_set_unlike_those_that_were_counted_gets_a_sentence_in_place_of_a_numb
 
 def test_a_sentence_is_in_the_units_that_the_user_stated():
     stated = replace(diagnosis("adequate"), units={"pressure": "psi", "tip_angle": "rad"})
-    assert "its error of 0.1 rad is no more than noise (noise floor 0.01 rad)" in verdict_sentence(
+    assert "its error of 0.1 rad can be noise alone (noise floor 0.01 rad)" in verdict_sentence(
         stated
     )

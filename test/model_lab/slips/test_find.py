@@ -230,6 +230,14 @@ def test_slips_that_the_data_do_not_tell_apart_are_told_together():
     assert "would fit as well if pressure is inHg" in verdict_sentence(diagnosis)
 
 
+def test_rubber_of_another_mix_is_told_before_the_slip_that_fits_as_well():
+    soft = find_slips(resized({"shear_modulus": 1.8}), BASE).slips[0]
+    assert soft.name == "wall_total"
+    assert soft.modulus == pytest.approx(1.04 / 1.8, rel=0.05)  # the example's is 1.04 already
+    walls = find_slips(resized({"wall": 2.0, "side_wall": 2.0}), BASE).slips[0]
+    assert (walls.name, walls.modulus) == ("wall_total", 1.0)  # which no modulus explains
+
+
 def test_exchanged_specimens_are_told_in_the_first_line():
     first = verdict_sentence(diagnose(exchanged(), BASE).diagnosis).split("\n")[0]
     assert "thin, thick is thick and thin, exchanged" in first

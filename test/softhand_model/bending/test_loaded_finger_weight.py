@@ -12,7 +12,7 @@ LENGTH, WALL, MODULUS = 0.09, 0.0025, 67e3
 POINTS = 8
 
 
-def finger(per_length, taper=0.0):
+def finger(per_length, taper=0.0, tilt=0.0):
     """Gauss points, shape and weight of one finger; height falls in a straight line by `taper`."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     x, weights = LENGTH / 2 * (nodes + 1), LENGTH / 2 * weights
@@ -22,6 +22,7 @@ def finger(per_length, taper=0.0):
     shape = SectionShape(height, width, WALL, WALL, ratio, MODULUS)
     weight = Weight(
         np.full((1, 1, 1), per_length),
+        np.full((1, 1, 1), tilt),
         (LENGTH - x)[None, None],
         weights[None, None],
         running_integral(np.array([0.0, LENGTH]), POINTS)[None],
@@ -37,16 +38,16 @@ def side(stretch):
     return stretch - stretch**-3
 
 
-def tip_angle(per_length, pressure, taper=0.0):
-    weight, shape = finger(per_length, taper)
+def tip_angle(per_length, pressure, taper=0.0, tilt=0.0):
+    weight, shape = finger(per_length, taper, tilt)
     load = pressure * shape.ratio * shape.height / (4 * MODULUS * WALL)
     found = weight.solver(shape)(side, load, None)
     assert found.settled
     return float(np.sum(weight.weights * (found.stretch - 1) / shape.height))
 
 
-def exact_tip_angle(per_length, pressure, taper=0.0):
-    """theta' = kappa, M' = -w*(L - x)*sin(theta), theta(0) = 0, M(L) = 0."""
+def exact_tip_angle(per_length, pressure, taper=0.0, tilt=0.0):
+    """theta' = kappa, M' = -w*(L - x)*sin(theta + tilt), theta(0) = 0, M(L) = 0."""
 
     def slopes(x, state):
         height = height_at(x, taper)
@@ -54,7 +55,7 @@ def exact_tip_angle(per_length, pressure, taper=0.0):
         load = pressure * ratio * height / (4 * MODULUS * WALL)
         moment = ratio * state[1] / (2 * MODULUS * height * WALL * 0.02)
         kappa = (free_stretch(load - moment) - 1) / height
-        return np.stack([kappa, -per_length * (LENGTH - x) * np.sin(state[0])])
+        return np.stack([kappa, -per_length * (LENGTH - x) * np.sin(state[0] + tilt)])
 
     x = np.linspace(0.0, LENGTH, 30)
     guess = np.stack([20.0 * x, 0.0 * x])
@@ -72,17 +73,25 @@ def test_running_integral_is_exact_for_polynomials_on_each_piece():
     assert matrix @ bent == pytest.approx(bent**2 / 2, rel=1e-12)
 
 
+@pytest.mark.parametrize("tilt", [0.0, np.pi / 2])
 @pytest.mark.parametrize("taper", [0.0, 0.4])
 @pytest.mark.parametrize("per_length", [3.8, -3.8, 15.0])
-def test_weight_bends_as_the_boundary_value_problem_says(per_length, taper):
+def test_weight_bends_as_the_boundary_value_problem_says(per_length, taper, tilt):
     for pressure in (5e3, 25e3, 50e3):
-        exact = exact_tip_angle(per_length, pressure, taper)
-        assert tip_angle(per_length, pressure, taper) == pytest.approx(exact, rel=1e-6)
+        exact = exact_tip_angle(per_length, pressure, taper, tilt)
+        assert tip_angle(per_length, pressure, taper, tilt) == pytest.approx(exact, rel=1e-6)
         assert abs(exact / exact_tip_angle(0.0, pressure, taper) - 1) > 1e-3
 
 
 def test_hanging_straightens_and_standing_bends_further():
     assert tip_angle(3.8, 20e3) < tip_angle(0.0, 20e3) < tip_angle(-3.8, 20e3)
+
+
+def test_a_level_finger_without_pressure_sags_as_a_cantilever():
+    shape = finger(0.01)[1]
+    bending = float(2 / shape.ratio[0, 0, 0]) * 4 * 0.02**2 * 0.02 * MODULUS * WALL
+    sags = 0.01 * LENGTH**3 / 6 / bending  # slope at the end of a beam under its own weight
+    assert tip_angle(0.01, 0.0, tilt=np.pi / 2) == pytest.approx(-sags, rel=1e-3)
 
 
 def test_small_loads_hang_as_a_linear_beam():

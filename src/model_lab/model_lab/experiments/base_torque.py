@@ -38,6 +38,8 @@ GRAVITY_DIRECTION = {
     "bending_plane_level": (0.0, -1.0, 0.0),
     "base_up": (0.0, 0.0, 1.0),
     "base_down": (0.0, 0.0, -1.0),
+    "level_curling_up": (-1.0, 0.0, 0.0),
+    "level_curling_down": (1.0, 0.0, 0.0),
 }  # in the frame of the base: z along the actuator, x to the bending side
 FULL_GRAVITY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 POSE_DRAWS = 4  # of the noise of the poses

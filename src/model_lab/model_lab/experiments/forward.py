@@ -28,6 +28,7 @@ from model_lab.measurements.held_input import DRIVING_COLUMN, with_jumps
 from model_lab.measurements.lead import with_lead
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.preconditioning import with_preconditioning
+from model_lab.measurements.specimens import MOUNTS
 from model_lab.rules import RULES
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
@@ -260,11 +261,17 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
         return f"does not act in {data.experiment}"
     if effect.has_memory and not data.has_time:
         return "the set has no time column, and it depends on what was before"
+    if effect.name == "gravity" and data.experiment == "free_bending" and _is_level(data):
+        return "no weight acts in the plane of bending, as the mount of all specimens says"
     if len(data.runs) < effect.fewest_runs:
         return "in a single run its time is one with what the input does"
     if base not in effect.bases:
         return f"has no meaning beside the base {base}"
     return None
+
+
+def _is_level(data: MeasurementSet) -> bool:
+    return all(data.specimens[run.specimen].mount == MOUNTS[0] for run in data.runs)
 
 
 def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:

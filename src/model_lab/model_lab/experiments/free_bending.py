@@ -25,8 +25,14 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 
-# share of the weight that bends the actuator
-GRAVITY_OF_MOUNT = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}
+# share of the weight that acts in the plane of bending, and tilt [rad] of the base: see Weight
+WEIGHT_OF_MOUNT = {
+    "bending_plane_level": (0.0, 0.0),
+    "base_up": (1.0, 0.0),
+    "base_down": (-1.0, 0.0),
+    "level_curling_up": (1.0, np.pi / 2.0),
+    "level_curling_down": (-1.0, np.pi / 2.0),
+}
 SAMPLES_A_GROUP = 16  # samples in which a finger moves little
 
 
@@ -34,7 +40,7 @@ class FreeBending:
     """Tip angles (lanes, samples) [rad], run after run.
 
     Raises DocumentError for a specimen that lacks a key of the model (`predict` does so for the
-    mass, if gravity acts), ValueError for a mount that is not in GRAVITY_OF_MOUNT.
+    mass, if gravity acts), ValueError for a mount that is not in WEIGHT_OF_MOUNT.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -44,8 +50,8 @@ class FreeBending:
         self._memory = SpecimenMemory(self._rows)
         self._pressure = self._rows.column("pressure")
         self._specimens = [data.specimens[run.specimen] for run in data.runs]
-        shares = [_share_of_weight(specimen) for specimen in self._specimens]
-        self._shares = np.array(shares)[None, :, None]
+        mounts = np.array([_weight_of_mount(specimen) for specimen in self._specimens])
+        self._shares, self._tilts = mounts.T[:, None, :, None]
         self._uniform = SpecimenSections(data, uniform=True)
         self.strained = self._uniform.shape, "pure_shear"
 
@@ -104,6 +110,7 @@ class FreeBending:
             * STANDARD_GRAVITY
             * numbers(self._specimens, "mass")
             / fine.length,
+            self._tilts,
             fine.length - fine.x,
             fine.weight,
             fine.running,
@@ -137,10 +144,10 @@ class _Fingers:
         return step
 
 
-def _share_of_weight(specimen: Specimen) -> float:
-    if specimen.mount not in GRAVITY_OF_MOUNT:
+def _weight_of_mount(specimen: Specimen) -> tuple[float, float]:
+    if specimen.mount not in WEIGHT_OF_MOUNT:
         raise ValueError(
-            f"specimen {specimen.name}: mount: expected one of {', '.join(GRAVITY_OF_MOUNT)}, "
+            f"specimen {specimen.name}: mount: expected one of {', '.join(WEIGHT_OF_MOUNT)}, "
             f"got {specimen.mount}"
         )
-    return GRAVITY_OF_MOUNT[specimen.mount]
+    return WEIGHT_OF_MOUNT[specimen.mount]

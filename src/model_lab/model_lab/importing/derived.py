@@ -3,8 +3,9 @@
 The tip angle comes from what was tracked: a quaternion, markers, the tip's position, its chord, or
 the curvature of the arc. `--map 'tip_angle=tip(x,y)'` names such a function with its columns; a
 lone name stands for its parts, so `quaternion(/tip pose.orientation)` has the columns `... .x` to
-`... .w`. The angle is 0 at the first sample, which should be at rest, and counts positive towards
-where it turns most. A curvature needs the length that bends: `curvature(kappa, 90mm)`.
+`... .w`. The angle is 0 at the beginning, which should be at rest (`beginning`), and counts
+positive towards where it turns most. A curvature needs the length that bends:
+`curvature(kappa, 90mm)`.
 
 Stretch and stress of a strip come from the displacement and the force of a testing machine:
 `stretch=elongation(Displacement,50mm)` with the length between the clamps, and
@@ -18,12 +19,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.importing.cell_words import words
 from model_lab.measurements.units import column_unit
 
 DISPLACEMENT_WORDS = (
@@ -34,6 +36,9 @@ OPEN_LENGTH, OPEN_AREA = "LENGTH", "AREA"  # what a suggestion leaves to the use
 UNIT_AT_END = re.compile(r"_(?:mm|cm|m|px)$")  # of a length
 PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 CURVATURE_WORDS = ("curvature", "kappa", "krummung", "courbure", "curvatura", "κ")
+FEWEST_ON_LINE = 8  # first samples that tell where a course begins
+SIGMA_OF_MEDIAN = 1.4826  # standard deviation over the median of the size, of white noise
+TIP_WORDS = {"tip", "spitze", "pointe", "punta", "fingertip", "fingerspitze"}
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)$")
 _AREA = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)(?:2|²|\^2|\*\*2)$")
 _CALL = re.compile(r"\s*(\w+)\((.*)\)\s*$")
@@ -94,7 +99,7 @@ def derivation(text: str) -> tuple[Derivation, list[str]] | None:
 
 
 def quaternion_angle(components: Array) -> Array:
-    """Angle (samples,) [rad] by which a body has turned since the first sample.
+    """Angle (samples,) [rad] by which a body has turned since the beginning.
 
     components (4, samples): x, y, z, w, of any norm and sign. The angle is counted about the axis
     about which the body turns most, and may exceed half a turn.
@@ -106,17 +111,17 @@ def quaternion_angle(components: Array) -> Array:
     turned_real = start_real * real - np.sum(start * vector, axis=0)
     turned = np.where(turned_real < 0.0, -turned, turned)
     axis = np.linalg.svd(turned, full_matrices=False)[0][:, 0]
-    return _from_first(2.0 * np.arctan2(axis @ turned, np.abs(turned_real)))
+    return _from_beginning(2.0 * np.arctan2(axis @ turned, np.abs(turned_real)))
 
 
 def direction_angle(vectors: Array) -> Array:
     """Angle (samples,) [rad] by which vectors (2 or 3, samples) have turned, in the plane in which
-    they turn, since the first sample.
+    they turn, since the beginning.
     """
     unit = vectors / np.linalg.norm(vectors, axis=0)
     plane = np.linalg.svd(unit, full_matrices=False)[0][:, :2]
     first, second = plane.T @ unit
-    return _from_first(np.arctan2(second, first))
+    return _from_beginning(np.arctan2(second, first))
 
 
 def markers_angle(positions: Array) -> Array:
@@ -147,7 +152,7 @@ def _of_points(points: Array) -> Array:
         across = first[0] * second[1] - first[1] * second[0]
     else:
         across = np.linalg.norm(np.cross(first, second, axis=0), axis=0)
-    return _from_first(2.0 * np.arctan2(across, along))
+    return _from_beginning(2.0 * np.arctan2(across, along))
 
 
 def tip_angle(position: Array) -> Array:
@@ -161,19 +166,19 @@ def chord_angle(angle: Array) -> Array:
     """Tip angle (samples,) of an arc whose chord has turned to an angle (1, samples), in the same
     unit.
     """
-    return 2.0 * (angle[0] - angle[0, 0])
+    return 2.0 * (angle[0] - beginning(angle[0]))
 
 
 def curvature_angle(bend: Array) -> Array:
     """Tip angle (samples,) [rad] of an arc, from curvature times length (1, samples)."""
-    return _from_first(bend[0])
+    return _from_beginning(bend[0])
 
 
 def radius_angle(ratio: Array) -> Array:
     """Tip angle (samples,) [rad] of an arc, from radius / length (1, samples); an infinite
     radius is a straight arc.
     """
-    return _from_first(1.0 / ratio[0])
+    return _from_beginning(1.0 / ratio[0])
 
 
 def elongation_stretch(ratio: Array) -> Array:
@@ -209,18 +214,43 @@ def stated_size(argument: str, area: bool = False) -> float | None:
     return width * thickness if width and thickness else None
 
 
-def _from_first(angle: Array) -> Array:
-    """A course of angles [rad] without jumps, 0 at first, positive where it goes farthest."""
+def beginning(course: Array) -> float:
+    """Value of a course (samples,) at its first sample, without most of its noise.
+
+    It is the start of a straight line through as many first samples as lie on one within the noise,
+    or their mean if the line is level: a camera's first frame alone would give each run a zero of
+    its own. The noise is taken from the second differences of the whole course. Without noise it is
+    the first sample.
+    """
+    found, count = float(course[0]), FEWEST_ON_LINE
+    if len(course) < 2 * count:
+        return found
+    noise = float(np.median(np.abs(np.diff(course, 2)))) * SIGMA_OF_MEDIAN / np.sqrt(6.0)
+    while count <= len(course) // 2:
+        place, part = np.arange(count) - (count - 1) / 2, course[:count]
+        slope, mean = place @ part / (place @ place), float(np.mean(part))
+        left = part - mean - slope * place
+        if np.sqrt(left @ left / (count - 2)) > noise * (1.0 + 2.0 / np.sqrt(count)):
+            break
+        level = abs(slope) * np.sqrt(place @ place) < noise
+        found, count = mean + (0.0 if level else float(slope * place[0])), 2 * count
+    return found
+
+
+def _from_beginning(angle: Array) -> Array:
+    """A course of angles [rad] without jumps, 0 at the beginning, positive where it goes
+    farthest.
+    """
     course = np.unwrap(angle)
-    course = course - course[0]
+    course = course - beginning(course)
     farthest = course[np.argmax(np.abs(course))]
     return np.asarray(course if farthest >= 0.0 else -course)
 
 
 DERIVATIONS = {
-    "quaternion": Derivation("xyzw", (4,), quaternion_angle, "the turn since the first sample"),
-    "markers": Derivation("", (4, 6, 9), markers_angle, "the turn since the first sample"),
-    "plane_markers": Derivation("", (4, 6), plane_markers_angle, "the turn since the first sample"),
+    "quaternion": Derivation("xyzw", (4,), quaternion_angle, "the turn since the beginning"),
+    "markers": Derivation("", (4, 6, 9), markers_angle, "the turn since the beginning"),
+    "plane_markers": Derivation("", (4, 6), plane_markers_angle, "the turn since the beginning"),
     "tip": Derivation("xyz", (2, 3), tip_angle, "twice the turn of the chord from the origin"),
     "chord": Derivation("", (1,), chord_angle, "twice the angle of the chord"),
     "curvature": Derivation(
@@ -293,14 +323,16 @@ def suggestion(names: Sequence[str]) -> str | None:
     'quaternion(Rotation)'
     >>> suggestion(["base x", "base y", "tip x", "tip y"])
     'plane_markers(base x,base y,tip x,tip y)'
+    >>> suggestion([f"{name} {axis}" for name in ("base", "mid", "tip1", "tip2") for axis in "xy"])
+    'plane_markers(tip1 x,tip1 y,tip2 x,tip2 y)'
     >>> suggestion(["pressure", "x", "y"])
     'tip(x,y)'
     """
     for whole in _wholes(names, "xyzw"):
         return f"quaternion({whole})"
     for parts, kind in (("xyz", "markers"), ("xy", "plane_markers")):
-        bodies = list(_wholes(names, parts).values())
-        if len(bodies) in (2, 3):
+        bodies = _markers_for_angle(_wholes(names, parts))
+        if bodies:
             return f"{kind}({','.join(column for body in bodies for column in body)})"
     curved = next((name for name in names if _is_curvature(name)), None)
     if curved:
@@ -310,6 +342,18 @@ def suggestion(names: Sequence[str]) -> str | None:
             if set(columns) <= set(names):
                 return f"tip({','.join(columns)})"
     return None
+
+
+def _markers_for_angle(wholes: Mapping[str, list[str]]) -> list[list[str]]:
+    """Columns of the two or three markers of an angle: all, if there are no more; two on the tip,
+    as their names say; else those at base, middle and tip, if they are named in this order. None
+    if there is one marker.
+    """
+    bodies = list(wholes.values())
+    if len(bodies) <= 3:
+        return bodies if len(bodies) > 1 else []
+    tips = [body for name, body in wholes.items() if TIP_WORDS & set(words(name))]
+    return tips if len(tips) == 2 else [bodies[0], bodies[len(bodies) // 2], bodies[-1]]
 
 
 def _is_curvature(name: str) -> bool:

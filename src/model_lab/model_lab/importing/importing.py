@@ -428,7 +428,7 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
             call = derivation(meant.column)
             if call is not None:
                 of_angle = (
-                    "; 0 at the first sample, which should be at rest, and positive towards the "
+                    "; 0 at the beginning, which should be at rest, and positive towards the "
                     "side of the largest angle"
                 )
                 told = of_angle if meant.quantity == "tip_angle" else ""

@@ -13,6 +13,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.importing.cell_words import words
+from model_lab.importing.derived import TIP_WORDS
 from model_lab.importing.derived_columns import Maps
 from model_lab.importing.hand_columns import PLACE_WORDS, TURN_WORDS
 from model_lab.importing.headers import LENGTHS
@@ -52,7 +53,6 @@ PULSE_NAMES = {
 MASS_RATE = re.compile(r"flow|durchfluss|debit|rate")  # of a mass
 TORQUE_WORDS = {"torque", "moment", "drehmoment", "momento", "couple", "coppia", "par", "m", "t"}
 FORCE_WORDS = {"force", "kraft", "fuerza", "forza", "f"}
-TIP_WORDS = {"tip", "spitze", "pointe", "punta", "fingertip", "fingerspitze"}
 AXIS = re.compile(r"(?P<family>[mtfq]?)(?P<axis>[xyzw])")
 LACKING = 1  # columns that files may lack and still tell its experiment
 FRAME = (

@@ -18,7 +18,9 @@ PROTOCOL_WORDS = (
     "loading unloading up down auf ab inflate deflate test run lauf exp experiment trial "
     "versuch messung measurement data daten log rec record recording repeat wdh rep low high "
     "small large max min first last before after cold warm hot kalt bending blocked free "
-    "uniaxial tensile chirp square triangle staircase treppe steps random peak level amplitude "
+    "uniaxial tensile chirp square triangle tri triangular sawtooth saegezahn zigzag dreieck "
+    "stair stairs staircase treppe steps pulse pulses puls burst random peak level amplitude "
+    "swing press release grip "
     "spitze niveau day tag jour dia week woche session sitzung"
 )  # that say what was done, not to which specimen
 SETTING_WORD = re.compile(
@@ -59,8 +61,8 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
 
     >>> assigned(["thin_1", "thin_2", "thick_1"]).names
     ['thin', 'thick']
-    >>> assigned(["ramp_1", "half_1"]).names
-    ['']
+    >>> assigned(["ramp_1", "half_1"]).names, assigned(["A_stair", "A_tri", "B_stair"]).names
+    ([''], ['A', 'B'])
     """
 
     def is_done(word: str) -> bool:

@@ -31,7 +31,10 @@ KNOWN = {
 TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
 LONGEST_SPECIMEN = 10.0  # [m] that a specimen is believed to be
 MAY_VANISH = ("side_wall", "mass")
-MOUNTS = ("bending_plane_level", "base_up", "base_down")
+MOUNTS = (
+    *("bending_plane_level", "base_up", "base_down"),
+    *("level_curling_up", "level_curling_down"),
+)
 
 
 def read_specimens(node: Node, of_hands: bool = False) -> dict[str, Specimen]:

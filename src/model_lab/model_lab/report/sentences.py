@@ -44,7 +44,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     >>> parts = {"within": 0.006, "between": 0.005}
     >>> verdict_sentence(Diagnosis("free_bending", "adequate", "protocols", (), (), (), (), (), {},
     ...     0.0079, parts, "repeats", 0.008, 0.008, "rad", (), Unexplained(0.0, ())))
-    'The model is adequate: its error of 0.458 deg is no more than noise (noise floor 0.453 deg).'
+    'The model is adequate: its error of 0.458 deg can be noise alone (noise floor 0.453 deg).'
     """
     without = " without them" if diagnosis.effects else ""
     bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration_as_is, without)
@@ -95,8 +95,8 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     claims = [
         f"The specimens of a batch differ: the data {fit} if each has its own modulus, {slip.fits}"
         if slip.name == OWN_MODULI
-        else f"The data {'may ' if slip.factor != 1.0 else ''}{fit} if {slip.column} is "
-        f"{slip.fits}, not {slip.said} as stated"
+        else f"The data {'may ' if slip.factor != 1.0 else ''}{fit} if {_other_mix(slip)}"
+        f"{slip.column} is {slip.fits}, not {slip.said} as stated"
         for slip in slips
     ]
     return [
@@ -104,6 +104,13 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
         f"{slip.mend}{_or_else(slip)}{_not_exactly(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
+
+
+def _other_mix(slip: Slip) -> str:
+    """That rubber of another modulus explains the data as well as a slip."""
+    if slip.modulus == 1.0:
+        return ""
+    return f"the rubber is {slip.modulus:.3g} times as stiff as stated (--free-modulus), or if "
 
 
 def _shown_by(slip: Slip, display: Display) -> str:
@@ -182,8 +189,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
     floor = shown(diagnosis.noise_floor)
     if diagnosis.verdict == ADEQUATE:
         return (
-            f"The model is adequate: its error of {before} is no more than noise (noise floor "
-            f"{floor})."
+            f"The model is adequate: its error of {before} can be noise alone "
+            f"(noise floor {floor})."
         )
     if diagnosis.verdict == EFFECTS_MISSING:
         few = sum(len(effect.parameters) for effect in diagnosis.effects) <= SENTENCE_PARAMETERS

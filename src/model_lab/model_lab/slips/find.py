@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.experiments.forward import FREE_MODULUS_RANGE, Forward
+from model_lab.experiments.forward import FREE_MODULUS_RANGE, Forward, FreeParameter
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.fitting.fit import fit
 from model_lab.fitting.held_out import hold_out
@@ -67,7 +67,8 @@ class Score:
     rmse, floor: held-out error and noise floor. size: root mean square of the outputs; all three in
     the SI unit of the outputs. at_bound: whether a parameter of the calibration lies on a bound.
     scaled: of a free modulus, the logarithm of its ratio to the stated one, without sign. factor:
-    that the outputs lack, see `slips.factor`.
+    that the outputs lack, see `slips.factor`. modulus: the ratio itself, if there is only one; else
+    1.
     """
 
     rmse: float
@@ -76,6 +77,7 @@ class Score:
     at_bound: bool = False
     scaled: float = 0.0
     factor: float = 1.0
+    modulus: float = 1.0
 
     @property
     def relative(self) -> float:
@@ -145,7 +147,8 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
     (candidate, after), *_ = alike
     if below_ambient(data, model.base) and (candidate.name, candidate.column) != PRESSURE_SIGN:
         return None
-    return _told([one for one, _ in alike], before.rmse, after)
+    slip, mended, error = _told([one for one, _ in alike], before.rmse, after)
+    return replace(slip, modulus=_of_another_mix(data, model, after)), mended, error
 
 
 def shown_by_readings(
@@ -359,7 +362,30 @@ def score(data: MeasurementSet, model: Model) -> Score:
         at_bound,
         float(np.max(scales)),
         factor_left(problem.data, problem.data.table.value - found.residual),
+        _modulus(likelihood.parameters, found.values),
     )
+
+
+def _modulus(parameters: Sequence[FreeParameter], values: Array) -> float:
+    """The one shear modulus over the stated one; 1 if there is none, or several."""
+    found = [
+        value
+        for parameter, value in zip(parameters, values.tolist(), strict=True)
+        if parameter.name.startswith("modulus_scale")
+    ]
+    return float(found[0]) if len(found) == 1 else 1.0
+
+
+def _of_another_mix(data: MeasurementSet, model: Model, after: Score) -> float:
+    """Factor on the shear modulus with which the data as stated fit about as well as without a
+    slip, whose score is `after`; 1 if there is none, or rubber hardly differs so much.
+    """
+    if data.free_modulus:
+        return 1.0
+    free = score(replace(data, free_modulus=True), model)
+    largest = RULES.other_mix
+    likely = 1.0 / largest <= free.modulus <= largest
+    return free.modulus if likely and free.relative <= RULES.slip_alike * after.relative else 1.0
 
 
 def _floor(problem: FitProblem) -> float:

@@ -20,7 +20,9 @@ class Slip:
     beside: effect that the model needs, in addition to the correction, to reach rmse_after; "" if
     none. alike: other slips that explain the data about as well, such as `pressure is inHg, not
     kPa`. factor: of a slip that is a mere factor, such as a unit: the factor by which the corrected
-    data still differ from the model beyond chance, so that it may be none; else 1.
+    data still differ from the model beyond chance, so that it may be none; else 1. modulus: factor
+    on the stated shear modulus with which the data as stated fit as well; 1 if there is none that
+    another mix of the rubber may have.
     """
 
     name: str
@@ -33,3 +35,4 @@ class Slip:
     beside: str = ""
     alike: tuple[str, ...] = ()
     factor: float = 1.0
+    modulus: float = 1.0

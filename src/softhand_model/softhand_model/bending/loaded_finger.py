@@ -1,9 +1,11 @@
 """A finger under load: bent by its own weight, or with its tip blocked.
 
-A finger hangs from its base, or stands on it, in the vertical plane in which it bends. With the
-angle theta(x) against the vertical, theta' = kappa, and a weight w per length [N/m], the part
-beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta), M(L) = 0: positive, so that it
-straightens, when the finger hangs.
+A finger bends in a vertical plane. With the angle theta(x) against its base, theta' = kappa, the
+tilt of the base phi (0 if the finger hangs from it) and a weight w per length [N/m], the part
+beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta + phi), M(L) = 0: positive, so
+that it straightens, when the finger hangs. Where the base is level and the finger curls up, phi is
+pi/2. A finger that stands (phi = pi), or curls down from a level base (-pi/2), is one with the
+negative weight that hangs, or curls up.
 
 A blocked tip is held against a force gauge: the finger is straight at rest, and its tip may not
 deflect. The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the
@@ -60,13 +62,15 @@ def running_integral(edges: Array, points: int) -> Array:
 class Weight:
     """The weight of fingers and its effect on the balance of their sections.
 
-    per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base, negative where
-    it stands on it. reach (1, rows, sections) [m]: distance from each section to the tip. weights
-    (1, rows, sections) [m]: Gauss weights of the sections. running (rows, sections, sections) [m]:
-    `running_integral` of each row.
+    per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base or curls up
+    from a level one, negative where it stands or curls down. tilt (1, rows, 1) [rad]: of the base,
+    0 where it is upright, pi/2 where it is level. reach (1, rows, sections) [m]: distance from each
+    section to the tip. weights (1, rows, sections) [m]: Gauss weights of the sections. running
+    (rows, sections, sections) [m]: `running_integral` of each row.
     """
 
     per_length: Array
+    tilt: Array
     reach: Array
     weights: Array
     running: Array
@@ -74,7 +78,11 @@ class Weight:
     def of_rows(self, rows: Indices) -> Weight:
         """The same for a selection of the rows, in which rows may repeat."""
         return Weight(
-            self.per_length[:, rows], self.reach[:, rows], self.weights[:, rows], self.running[rows]
+            self.per_length[:, rows],
+            self.tilt[:, rows],
+            self.reach[:, rows],
+            self.weights[:, rows],
+            self.running[rows],
         )
 
     def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:
@@ -98,6 +106,7 @@ class WeightSolver:
         height = np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
         self._to_angle = weight.running / height
         self._scale = weight.per_length * shape.ratio / _stiffness(shape)
+        self._tilt = weight.tilt
         self._alike = alike
         self._inverse: Array | None = None
 
@@ -108,7 +117,7 @@ class WeightSolver:
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
             """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             nonlocal steps
-            angle = _same_in_lanes(self._to_angle, stretch - 1.0)
+            angle = self._tilt + _same_in_lanes(self._to_angle, stretch - 1.0)
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
