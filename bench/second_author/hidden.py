@@ -99,7 +99,7 @@ CATALOGUE = {"free_bending": BENDING, "blocked_tip": FORCE, "uniaxial": TENSION}
 STIFFENING = frozenset({"gent_stiffening", "yeoh_stiffening", "arruda_boyce", "ogden"})
 OTHER_FORMS: dict[str, tuple[frozenset[str], Draw]] = {
     "exponential_stiffening": (STIFFENING, lambda r, g: {"b": r.uniform(0.1, 0.4)}),
-    "two_lags": (frozenset({"tube_lag"}), BENDING["tube_lag"]),
+    "two_lags": (frozenset({"tube_lag", "growing_chamber_lag"}), BENDING["tube_lag"]),
     "soft_dead_zone": (
         frozenset({"dead_zone", "section_rounding"}),
         lambda r, g: {"threshold": r.uniform(0.08, 0.2) * top(g)},

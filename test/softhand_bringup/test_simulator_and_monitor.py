@@ -33,6 +33,7 @@ VALUES = {
     "chamber_contact": {"gain": 2.0, "onset": 20e3},
     "creep": {"rate": 0.12, "onset_time": 0.05},
     "gent_stiffening": {"jm": 4.0},
+    "growing_chamber_lag": {"time_constant": 0.2, "doubling_pressure": 30e3},
     "hysteresis": {"relative_pressure": 0.2, "stretch_scale": 0.05},
     "ogden": {"exponent": 4.0},
     "saturation": {"limit": 0.8},

@@ -62,18 +62,3 @@ def test_an_arc_bends_by_its_length_times_its_curvature():
 @pytest.mark.parametrize("name", ["kappa", "Krümmung", "curvature [1/m]", "courbure"])
 def test_a_curvature_is_proposed_with_the_length_that_it_needs(name):
     assert derived.suggestion(["t", "p", name]) == f"curvature({name},LENGTH)"
-
-
-@pytest.mark.parametrize("course", [lambda t: np.maximum(t - 1.0, 0.0), lambda t: 0.3 * t])
-def test_the_zero_of_a_noisy_course_is_not_its_first_frame(course):
-    """A finger that rests for a second, and one that moves at once, seen by a camera of 30 Hz."""
-    rng, time, sigma = np.random.default_rng(1), np.arange(0.0, 6.0, 1.0 / 30.0), 0.017
-    found = [
-        derived.beginning(course(time) + sigma * rng.standard_normal(len(time))) for _ in range(100)
-    ]
-    assert np.sqrt(np.mean(np.square(found))) < 0.5 * sigma
-
-
-def test_a_course_without_noise_begins_with_its_first_sample():
-    for course in (np.linspace(1.0, 2.0, 50) ** 3, np.repeat([0.0, 1.0], 20), np.zeros(1)):
-        assert derived.beginning(course) == pytest.approx(course[0], abs=2e-3)

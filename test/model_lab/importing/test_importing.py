@@ -1,5 +1,6 @@
 """Files as people have them become the same numbers, and what is open is named."""
 
+import re
 import shlex
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from model_lab.cli.main import main
 from model_lab.importing.importing import make_set, propose
-from model_lab.importing.runs import clock_offset
+from model_lab.importing.runs import ImportedRun, clock_offset, remarks_on_clocks
 from model_lab.measurements.load import load_measurements
 from softhand_common.documents.yaml_document import DocumentError
 
@@ -100,6 +101,15 @@ def test_two_files_of_one_run_keep_the_stamps_of_the_output_and_tell_a_late_cloc
     np.testing.assert_allclose(mended.runs[0].columns["pressure"], PRESSURE[8:-4], atol=1e-6)
     np.testing.assert_allclose(mended.runs[0].lead["time"], TIME[:8], atol=1e-6)
     assert not mended.remarks
+
+
+def test_files_of_one_clock_are_late_by_the_same_time():
+    def late(*offsets):
+        runs = [ImportedRun(f"r{k}", {}, {}, (), (), (f"{k}.csv", o)) for k, o in offsets]
+        return [re.search("=(.*) corrects", said)[1] for said in remarks_on_clocks(runs)]
+
+    assert late((1, 0.33), (2, 0.35), (3, 0.37)) == ["-0.35"] * 3
+    assert late((1, 0.3), (2, 2.0)) == ["-0.3", "-2"]
 
 
 def test_no_offset_is_told_where_a_sensor_is_only_noisy():

@@ -106,6 +106,12 @@ def test_lvm_has_a_name_for_a_comment_beside_the_numbers(tmp_path):
     check(tmp_path, files, *options)
 
 
+def test_units_in_the_header_of_lvm_are_read(tmp_path):
+    units = "Y_Unit_Label\tkPa\nX_Dimension\tTime\nDelta_X"
+    log = write(tmp_path / "log.lvm", LVM.replace("Delta_X", units), [TIME, PRESSURE], "\t")
+    check(tmp_path, [log, motive(tmp_path)])
+
+
 def test_three_markers_in_a_plane_are_not_two_in_space():
     points = np.concatenate([arc(0.0), arc(0.4), arc(1.0)])
     np.testing.assert_allclose(derived.plane_markers_angle(points), ANGLE, atol=1e-6)

@@ -60,6 +60,12 @@ def test_rubber_of_another_mix_stands_before_the_slip_that_fits_as_well():
     )
 
 
+def test_a_wrong_scale_of_the_angle_may_be_a_wrong_size():
+    gain = NamedEffect("angle_gain", {"gain": Estimate(1.25, 0.003, (1.24, 1.26), "")})
+    said = verdict_sentence(diagnosis("effects_missing", (gain,)))
+    assert "A finger 1.25 times as long looks the same, and one 0.8 times as high nearly" in said
+
+
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
     assert said.endswith(

@@ -16,6 +16,7 @@ BY_STAGE = {
         "pressure_offset",
         "pressure_gain",
         "tube_lag",
+        "growing_chamber_lag",
         "dead_zone",
         "clock_offset",
         "stretch_offset",

@@ -13,12 +13,17 @@ CLASSES = effect_classes()
 SAMPLES, LANES = 60, 4
 METHODS = {
     "tube_lag": "chamber_pressure",
+    "growing_chamber_lag": "chamber_pressure",
     "angle_sensor_lag": "reading",
     "sensor_drift": "reading",
     "tip_friction": "tip_force",
 }
 IN_LANES = {
     "tube_lag": {"time_constant": np.geomspace(1e-4, 100.0, LANES)},
+    "growing_chamber_lag": {
+        "time_constant": np.geomspace(0.02, 1.0, LANES),
+        "doubling_pressure": np.geomspace(1.0, 20.0, LANES),
+    },
     "angle_sensor_lag": {"time_constant": np.geomspace(0.02, 1.0, LANES)},
     "sensor_drift": {
         "rate": np.linspace(-0.1, 0.1, LANES),
@@ -63,6 +68,23 @@ def test_whole_runs_are_what_steps_make_of_them(name, lanes_of_input):
     expected = stepped(effect, METHODS[name], times, values)
     assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)
     assert np.ptp(expected, axis=0).max() > 1e-3  # lanes differ
+
+
+def test_the_lag_of_a_growing_chamber_is_that_of_its_equation():
+    time = np.linspace(0.0, 3.0, 301)
+    given = 30.0 * np.minimum(time, 1.0)  # a ramp, then rest
+    times = RunTimes(np.array([0, 301]), np.diff(time, prepend=0.0), np.array([False]))
+    found = lagged_in_runs(given.reshape(1, -1, 1), times, 0.2, 20.0)[0, :, 0]
+    exact = solve_ivp(
+        lambda t, y: (np.interp(t, time, given) - y) / (0.2 * (1.0 + y / 20.0)),
+        (0.0, 3.0),
+        [0.0],
+        t_eval=time,
+        rtol=1e-9,
+        atol=1e-9,
+        max_step=0.01,
+    )
+    assert found == pytest.approx(exact.y[0], abs=2e-3)
 
 
 def test_a_lag_is_that_of_its_equation():

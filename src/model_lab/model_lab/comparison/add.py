@@ -157,7 +157,26 @@ def _before_and_after(
     clearer = with_lower_floor(problem, after.fit)
     if clearer is not None:
         return _before_and_after(clearer, given, name)
-    return problem, before, closer(problem, after)
+    return problem, before, _predicting(problem, closer(problem, after))
+
+
+def _predicting(problem: FitProblem, after: Scored) -> Scored:
+    """The model, fitted by least squares if its error on all data is larger than the held-out one.
+
+    The weights of the noise are right for a model that explains the data. One that does not may
+    follow its fast changes and miss its course, while held-out fits are tried by least squares too.
+    """
+    if after.fit.rmse <= after.held_out.rmse:
+        return after
+    again = fit(_least_squares(problem, after.effects), after.fit.values[None])
+    return replace(after, fit=again, held_out=hold_out(again))
+
+
+def _least_squares(problem: FitProblem, effects: Sequence[str]) -> Likelihood:
+    """The likelihood in which all samples have the same weight."""
+    spectrum = problem.spectrum.in_one_band()
+    white = np.full(spectrum.band_count, problem.floor.total**2)
+    return Likelihood(problem.likelihood(effects).forward, spectrum, white)
 
 
 def _scored(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:
@@ -173,17 +192,15 @@ def _with_generic_term(problem: FitProblem, before: Scored, name: str) -> Scored
     effect.
     """
     effect = problem.classes[name]
-    likelihood = problem.likelihood((*before.effects, name))
-    seen = signature(likelihood, before.fit, effect)
+    effects = (*before.effects, name)
+    seen = signature(problem.likelihood(effects), before.fit, effect)
     reason = invisible(seen, problem.floor.total)
     if reason is not None:
         return Unseen(name, reason)
     idle = np.array([[parameter.neutral or 0.0 for parameter in effect.parameters]])
-    spectrum = problem.spectrum.in_one_band()
-    white = np.full(spectrum.band_count, problem.floor.total**2)
-    squares = Likelihood(likelihood.forward, spectrum, white)
+    squares = _least_squares(problem, effects)
     after = fit(squares, with_trials(squares, before.fit, name, idle))
-    return Scored((*before.effects, name), after, hold_out(after), signature=seen)
+    return Scored(effects, after, hold_out(after), signature=seen)
 
 
 def _instance(problem: FitProblem, named: NamedEffect) -> Effect:

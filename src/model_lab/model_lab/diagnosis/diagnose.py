@@ -26,6 +26,7 @@ from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
 from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.judgement import Judgement
+from model_lab.diagnosis.new_specimens import as_new, with_new_specimens
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
 from model_lab.diagnosis.result import (
@@ -107,10 +108,10 @@ def diagnose(
     is left.
 
     First the data are searched for slips (mistakes in how the data are stated) and for events in
-    the series of runs, which are then taken out of the data. If no effect explains the set and the
-    error depends on the specimen, each specimen is given a modulus of its own. Long recordings are
-    thinned. Effects of the model that have standard errors are fitted again, the others keep their
-    values.
+    the series of runs, which are then taken out of the data. If no effect explains the set, each
+    specimen is given a modulus of its own where the error depends on the specimen, and each run a
+    new specimen where softening then explains it. Long recordings are thinned. Effects of the model
+    that have standard errors are fitted again, the others keep their values.
 
     Args:
         data: the measurement set.
@@ -128,11 +129,17 @@ def diagnose(
     options = _Options(known, seed, jobs, tell)
     outcome = _diagnosed(data, model, options, tell_first)
     batches = may_differ(data, outcome.diagnosis)
-    if not batches:
+    if batches:
+        parted = _diagnosed(with_batches(data, batches), model, options, tell_no_first)
+        told = with_own_moduli(data, outcome.diagnosis, batches, parted.diagnosis)
+        if told is not None:
+            return replace(parted, diagnosis=told)
+    new = as_new(data, outcome.diagnosis, model, known)
+    if new is None:
         return outcome
-    parted = _diagnosed(with_batches(data, batches), model, options, tell_no_first)
-    told = with_own_moduli(data, outcome.diagnosis, batches, parted.diagnosis)
-    return outcome if told is None else replace(parted, diagnosis=told)
+    renewed = _diagnosed(new, model, options, tell_no_first)
+    told = with_new_specimens(data, outcome.diagnosis, renewed.diagnosis)
+    return outcome if told is None else replace(renewed, diagnosis=told)
 
 
 @dataclass(frozen=True)

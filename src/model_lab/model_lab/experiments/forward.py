@@ -278,7 +278,7 @@ def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     """Why the search for missing effects leaves out an effect, as a clause; None if the effect is
     searched.
     """
-    if effect.refines and not data.stretched:
+    if effect.refines and effect.stage == "elastic" and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
     reason = inapplicable(effect, data, base)
     runs = max(Counter(run.specimen for run in data.runs).values())

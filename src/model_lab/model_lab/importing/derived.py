@@ -26,6 +26,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.importing.cell_words import words
+from model_lab.measurements.at_rest import beginning
 from model_lab.measurements.units import column_unit
 
 DISPLACEMENT_WORDS = (
@@ -36,8 +37,6 @@ OPEN_LENGTH, OPEN_AREA = "LENGTH", "AREA"  # what a suggestion leaves to the use
 UNIT_AT_END = re.compile(r"_(?:mm|cm|m|px)$")  # of a length
 PART_SIGNS = (".", "_", " ", "")  # between the name of what was tracked and its parts
 CURVATURE_WORDS = ("curvature", "kappa", "krummung", "courbure", "curvatura", "κ")
-FEWEST_ON_LINE = 8  # first samples that tell where a course begins
-SIGMA_OF_MEDIAN = 1.4826  # standard deviation over the median of the size, of white noise
 TIP_WORDS = {"tip", "spitze", "pointe", "punta", "fingertip", "fingerspitze"}
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)$")
 _AREA = re.compile(r"(\d+(?:\.\d+)?|\.\d+)\s*(mm|cm|m)(?:2|²|\^2|\*\*2)$")
@@ -212,29 +211,6 @@ def stated_size(argument: str, area: bool = False) -> float | None:
         return float(found[1]) * column_unit("tip_x", found[2]).scale ** 2
     width, thickness = (stated_size(side.strip()) for side in (*argument.split("x"), "", "")[:2])
     return width * thickness if width and thickness else None
-
-
-def beginning(course: Array) -> float:
-    """Value of a course (samples,) at its first sample, without most of its noise.
-
-    It is the start of a straight line through as many first samples as lie on one within the noise,
-    or their mean if the line is level: a camera's first frame alone would give each run a zero of
-    its own. The noise is taken from the second differences of the whole course. Without noise it is
-    the first sample.
-    """
-    found, count = float(course[0]), FEWEST_ON_LINE
-    if len(course) < 2 * count:
-        return found
-    noise = float(np.median(np.abs(np.diff(course, 2)))) * SIGMA_OF_MEDIAN / np.sqrt(6.0)
-    while count <= len(course) // 2:
-        place, part = np.arange(count) - (count - 1) / 2, course[:count]
-        slope, mean = place @ part / (place @ place), float(np.mean(part))
-        left = part - mean - slope * place
-        if np.sqrt(left @ left / (count - 2)) > noise * (1.0 + 2.0 / np.sqrt(count)):
-            break
-        level = abs(slope) * np.sqrt(place @ place) < noise
-        found, count = mean + (0.0 if level else float(slope * place[0])), 2 * count
-    return found
 
 
 def _from_beginning(angle: Array) -> Array:

@@ -13,6 +13,7 @@ from model_lab.importing.units import is_unit, unit_in_header
 LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
 LENGTHS = ("m", "cm", "mm")  # units of places; elsewhere such words may be part of a name
 MOST_LEVELS = 6  # lines of a header that are looked at; motion capture writes five
+LABVIEW_X, LABVIEW_UNITS, LABVIEW_DIMENSION = "X_Value", "Y_Unit_Label", "X_Dimension"
 IDENTIFIER = re.compile(r"[0-9A-Fa-f:]*[0-9][0-9A-Fa-f:]*$")  # of a body, which no one reads
 
 
@@ -45,7 +46,18 @@ def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int
                 for above, name in zip(level, names, strict=True)
             ]
             used = number
-    return _unique(names), [unit for _, unit in parts], used
+    units = [unit for _, unit in parts]
+    return _unique(names), units if any(units) else _of_labview(before, names) or units, used
+
+
+def _of_labview(before: Sequence[Row], names: Sequence[str]) -> list[str]:
+    """Units that the header of a LabVIEW measurement file states; none if it is no such file."""
+    labels = {row[0]: row[1:] for row in before if row}
+    if names[0] != LABVIEW_X or LABVIEW_UNITS not in labels:
+        return []
+    dimension = next(iter(labels.get(LABVIEW_DIMENSION, ["Time"])), "")
+    units = ["s" if dimension == "Time" else "", *labels[LABVIEW_UNITS]]
+    return [*units, *[""] * len(names)][: len(names)]
 
 
 def _levels(before: Sequence[Row], width: int) -> list[Row]:

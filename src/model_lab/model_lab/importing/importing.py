@@ -37,7 +37,7 @@ from model_lab.importing.meaning import (
 )
 from model_lab.importing.open_questions import open_questions
 from model_lab.importing.order import as_recorded
-from model_lab.importing.runs import ImportedRun, Source, joined, paired
+from model_lab.importing.runs import ImportedRun, Source, joined, paired, remarks_on_clocks
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
     KELVIN,
@@ -342,7 +342,7 @@ def make_set(
             for run in runs
         },
     }
-    remarks = [remark for run in runs for remark in run.remarks]
+    remarks = [*(remark for run in runs for remark in run.remarks), *remarks_on_clocks(runs)]
     remarks += [
         *converted,
         *remarks_on_air(columns, runs),

@@ -182,7 +182,9 @@ def meanings(
             if one.name not in named and _quantity(one) is None and _counts_evenly(one)
         ]
         if len(counting) == 1:
-            found["time"] = Meant(counting[0].name, "time", None)
+            (clock,) = counting
+            spelt = unit_for("time", clock.unit) if clock.unit else None
+            found["time"] = Meant(clock.name, "time", spelt)
     return tuple(found.values())
 
 

@@ -28,6 +28,8 @@ OFFSET_STEPS = 200
 MIN_SAMPLES = 8  # from which an offset is sought
 OVERLAP = 0.8  # share of the outputs that must lie within the input's time
 CUBIC = 4  # coefficients
+FINER_STEPS = 41
+SAME_CLOCK = 0.15  # share of an offset by which those of one clock may differ
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ class ImportedRun:
     """An imported run.
 
     columns (samples,): at the times of its outputs, in the units of the files; time [s] starts at
-    0. lead (k,): time and input before the first output.
+    0. lead (k,): time and input before the first output. late: file of the outputs, and the time
+    [s] by which its clock seems late against that of the inputs.
     """
 
     name: str
@@ -105,6 +108,7 @@ class ImportedRun:
     lead: Mapping[str, Array]
     files: tuple[Path, ...]
     remarks: tuple[str, ...] = ()
+    late: tuple[str, float] | None = None
 
 
 def paired(sources: Sequence[Source], needed: Sequence[str]) -> list[tuple[Source, ...]]:
@@ -192,16 +196,28 @@ def joined(members: Sequence[Source], experiment: str, needed: Sequence[str]) ->
         )
     time, values = time[inside], values[inside]
     offset = clock_offset(input_time, inputs, time, values)
-    if offset:
-        file = _path(of_output)
-        remarks.append(
-            f"{file.name}: its clock seems {abs(offset):.2f} s {'late' if offset > 0 else 'early'} "
-            f"(no times were changed; --shift {file.name}={-offset:.3g} corrects them)"
-        )
+    late = (_path(of_output).name, offset) if offset else None
     columns, lead = _at_outputs(input_time, inputs, time, values)
     return ImportedRun(
-        name, _named(columns, driving, output), _named(lead, driving), paths, tuple(remarks)
+        name, _named(columns, driving, output), _named(lead, driving), paths, tuple(remarks), late
     )
+
+
+def remarks_on_clocks(runs: Sequence[ImportedRun]) -> list[str]:
+    """What `--shift` would correct. Files whose clocks are late by about the same time share one
+    clock, as those of a camera do, and so their median.
+    """
+    late = dict(run.late for run in runs if run.late)
+    if not late:
+        return []
+    middle = float(np.median(list(late.values())))
+    if all(abs(offset - middle) <= SAME_CLOCK * abs(middle) for offset in late.values()):
+        late = dict.fromkeys(late, middle)
+    return [
+        f"{file}: its clock seems {abs(offset):.2f} s {'late' if offset > 0 else 'early'} "
+        f"(no times were changed; --shift {file}={-offset:.3g} corrects them)"
+        for file, offset in late.items()
+    ]
 
 
 def check_clock(source: Source, quantity: str, driving: str) -> None:
@@ -280,7 +296,12 @@ def clock_offset(input_time: Array, inputs: Array, time: Array, values: Array) -
     left = np.array([_unexplained(input_time, inputs, time - shift, values) for shift in shifts])
     best = int(np.argmin(left))
     far = abs(shifts[best]) >= MIN_OFFSET_SAMPLES * usual
-    return float(shifts[best]) if far and left[best] < CLEAR_GAIN * left[OFFSET_STEPS] else None
+    if not far or left[best] >= CLEAR_GAIN * left[OFFSET_STEPS]:
+        return None
+    finer = shifts[best] + np.linspace(-1.0, 1.0, FINER_STEPS) * (shifts[1] - shifts[0])
+    return float(
+        min(finer, key=lambda shift: _unexplained(input_time, inputs, time - shift, values))
+    )
 
 
 def _unexplained(input_time: Array, inputs: Array, time: Array, values: Array) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from model_lab.importing.many_columns import gauge_entries
 from model_lab.importing.runs import ImportedRun, Source
 from model_lab.importing.units import ABSOLUTE, GAUGE
+from model_lab.measurements.at_rest import lowest
 from model_lab.measurements.load import TEMPERATURES
 from model_lab.measurements.meanings import AMBIENT, air_pressure
 from model_lab.measurements.units import column_unit
@@ -123,7 +124,7 @@ def remarks_on_air(
 
 def _remarks_on_rest(unit: str, runs: Sequence[ImportedRun]) -> Iterable[str]:
     """A remark on pressures that are never below about that of the air, in a unit."""
-    least, scale = [_least(run) for run in runs], column_unit(AIR_COLUMN, unit).scale
+    least, scale = [min(_lowest(run)) for run in runs], column_unit(AIR_COLUMN, unit).scale
     low, high = RULES.atmosphere
     if low < scale * min(least) and scale * max(least) < high:
         yield (
@@ -162,9 +163,9 @@ def _absolute(sources: Sequence[Source], runs: Sequence[ImportedRun]) -> Columns
         return {}
     unit = meant[ABSOLUTE].unit or ""
     scale = column_unit(AIR_COLUMN, unit).scale
-    air = air_pressure([scale * _least(run) for run in runs]) / scale
+    air = air_pressure([scale * level for run in runs for level in _lowest(run)]) / scale
     return {AIR_COLUMN: {"unit": unit, "is": ABSOLUTE, AMBIENT: float(f"{air:.6g}")}}
 
 
-def _least(run: ImportedRun) -> float:
-    return float(np.min([*run.columns[AIR_COLUMN], *run.lead.get(AIR_COLUMN, ())]))
+def _lowest(run: ImportedRun) -> list[float]:
+    return lowest(np.array([*run.lead.get(AIR_COLUMN, ()), *run.columns[AIR_COLUMN]]))

@@ -77,7 +77,7 @@ def air_pressure(least: Sequence[float]) -> float:
     """Pressure of the air [Pa]: the absolute pressure at rest, if that can be an air pressure; else
     the standard one.
 
-    least: lowest pressure of each run [Pa].
+    least: lowest pressures of all runs [Pa].
 
     >>> air_pressure([98.2e3, 98.1e3, 98.3e3]), air_pressure([0.0])
     (98200.0, 101325.0)

@@ -37,6 +37,9 @@ AXIS_WORDS = {
 }
 
 
+ANGLE_GAIN = "angle_gain"
+
+
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence, and in another one how sure it is.
 
@@ -208,7 +211,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
-            f"{_left_over(diagnosis)}."
+            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -286,6 +289,18 @@ def _left_over(diagnosis: Diagnosis) -> str:
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
     return f"; no known effect explains {rest} of the remaining error{varies}"
+
+
+def _or_a_size(diagnosis: Diagnosis) -> str:
+    """That a wrong size of the finger looks like a wrong scale of its angle (eq. 3.12)."""
+    gains = [one for one in diagnosis.effects if one.name == ANGLE_GAIN]
+    if not gains:
+        return ""
+    gain = gains[0].parameters["gain"].value
+    return (
+        f" A finger {gain:.3g} times as long looks the same, and one {1.0 / gain:.3g} times as "
+        "high nearly so."
+    )
 
 
 def preconditioning_sentence(data: MeasurementSet) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.measurements.at_rest import lowest
 from model_lab.measurements.meanings import AMBIENT, ATMOSPHERE, MEANINGS, OF_LENGTH, air_pressure
 from model_lab.measurements.measurement_set import (
     OUTPUTS,
@@ -165,7 +166,7 @@ def _meanings(data: MeasurementSet, columns: tuple[str, ...]) -> Iterator[Candid
 
 def _ambient(data: MeasurementSet, column: str) -> float:
     """Pressure of the air [Pa]: what absolute pressures are at rest, if that may be it."""
-    return air_pressure([float(run.columns[column].min()) for run in data.runs])
+    return air_pressure([level for run in data.runs for level in lowest(run.columns[column])])
 
 
 def _possible(data: MeasurementSet, column: str) -> bool:

@@ -149,6 +149,62 @@ class TubeLag(InputEffect):
         return lagged_in_runs(pressure, times, self.values["time_constant"])
 
 
+class GrowingChamberLag(InputEffect):
+    """The chamber follows the sensor through the tube, and the more slowly the more it has grown:
+    time_constant*(1 + max(p, 0)/doubling_pressure)*p' = p_read - p.
+
+    The mass flow through a tube fills a volume, which grows with the pressure as the actuator
+    bends. A step is computed with the time constant at its middle.
+    """
+
+    name = "growing_chamber_lag"
+    cause, member = "lag", "tube with a growing chamber"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "time_constant",
+            "s",
+            1e-4,
+            100.0,
+            "time in which the chamber follows at no pressure",
+            (0.02, 1.0),
+            logarithmic=True,
+        ),
+        Parameter(
+            "doubling_pressure",
+            "Pa",
+            1e3,
+            1e7,
+            "pressure at which the chamber follows half as fast",
+            (10e3, 200e3),
+            logarithmic=True,
+            relative=("pressure", 0.3, 5.0),
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    refines = ("tube_lag", "angle_sensor_lag")
+    has_memory = True
+    rank = 2
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber."""
+        before, _ = memory.get("state", (0.0, 0.0))
+        guess = lagged(pressure, dict(memory), dt, self._constant(before))
+        return lagged(pressure, memory, dt, self._constant((before + guess) / 2.0))
+
+    def _constant(self, pressure: Array | float) -> Array:
+        """Time constant [s] at a chamber pressure [Pa]."""
+        grown = 1.0 + np.maximum(pressure, 0.0) / self.values["doubling_pressure"]
+        return np.asarray(self.values["time_constant"] * grown)
+
+    def in_runs(self, pressure: Array, times: RunTimes) -> Array:
+        """Pressure (lanes, rows, 1) [Pa] in the chamber through whole runs, as `chamber_pressure`
+        gives it step by step.
+        """
+        constant, doubling = self.values["time_constant"], self.values["doubling_pressure"]
+        return lagged_in_runs(pressure, times, constant, doubling)
+
+
 class DeadZone(InputEffect):
     """Pressure up to a threshold has no effect: p -> max(0, p - threshold)."""
 

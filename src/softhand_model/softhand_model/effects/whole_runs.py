@@ -46,16 +46,29 @@ def in_whole_runs(effect: Effect, method: str) -> Callable[[Array, RunTimes], Ar
     return None
 
 
-def lagged_in_runs(values: Array, times: RunTimes, time_constant: Array | float) -> Array:
+def lagged_in_runs(
+    values: Array,
+    times: RunTimes,
+    time_constant: Array | float,
+    doubling: Array | float | None = None,
+) -> Array:
     """First-order lag (lanes, rows, 1) of `values` (lanes or 1, rows, 1), with a time constant [s]
     for each lane (lanes,), a set of trial values. It starts anew in each run (`RunTimes.steady`).
+
+    doubling (lanes,): following value at which the time constant has doubled; it grows in
+    proportion. None: it is constant.
     """
     constants = np.ravel(np.asarray(time_constant, float))
     lanes = max(len(values), len(constants))
     given = np.empty((values.shape[1], lanes))
     given[:] = values[:, :, 0].T
     constants = np.array(np.broadcast_to(constants, lanes))
-    _lag(given, constants, times.starts, times.dt, times.steady, found := np.empty_like(given))
+    found = np.empty_like(given)
+    if doubling is None:
+        _lag(given, constants, times.starts, times.dt, times.steady, found)
+    else:
+        doubles = np.array(np.broadcast_to(np.ravel(np.asarray(doubling, float)), lanes))
+        _growing(given, constants, doubles, times.starts, times.dt, times.steady, found)
     return found.T[:, :, None]
 
 
@@ -88,3 +101,35 @@ def _lag(
                 follows[lane] = value - share[lane] * (value - before[lane]) + rest
                 before[lane] = value
                 found[row, lane] = follows[lane]
+
+
+@compiled
+def _growing(
+    values: Array,
+    constants: Array,
+    doubles: Array,
+    starts: Indices,
+    dt: Array,
+    steady: Flags,
+    found: Array,
+) -> None:
+    """As `_lag`, with time constants that grow with the following value."""
+    for lane in range(values.shape[1]):
+        for run in range(len(steady)):
+            before = follows = 0.0
+            if steady[run]:
+                before = values[starts[run], lane]
+                middle = max(before, 0.0) / 2.0
+                follows = before * (1.0 - constants[lane] * (1.0 + middle / doubles[lane]) / LONG)
+            for row in range(starts[run], starts[run + 1]):
+                value, start, middle = values[row, lane], follows, follows
+                for _ in range(2):
+                    constant = constants[lane] * (1.0 + max(middle, 0.0) / doubles[lane])
+                    steps = dt[row] / constant
+                    gone = -np.expm1(-steps)
+                    share = gone / steps if steps > 0.0 else 1.0
+                    rest = (1.0 - gone) * (start - before)
+                    follows = value - share * (value - before) + rest
+                    middle = (start + follows) / 2.0
+                before = value
+                found[row, lane] = follows
