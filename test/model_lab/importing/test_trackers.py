@@ -97,6 +97,14 @@ def test_a_column_that_counts_evenly_is_asked_for_its_unit(tmp_path):
     assert "30Hz" in unsure["the unit of bodyparts coords"]
 
 
+def test_numbers_of_readings_taken_by_hand_are_no_time(tmp_path):
+    header = "Step,p [kPa],angle [deg]\n"
+    table = write(tmp_path / "hand.csv", header, [range(12)] * 3)
+    proposal = propose([table])
+    assert not proposal.unsure
+    assert {meant.quantity for meant in proposal.sources[0].meanings} == {"pressure", "tip_angle"}
+
+
 def test_lvm_has_a_name_for_a_comment_beside_the_numbers(tmp_path):
     log = write(tmp_path / "log.lvm", LVM, [TIME, PRESSURE], delimiter="\t")
     table = propose([log]).sources[0].table

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model_lab.importing.cell_words import words
 from model_lab.importing.clocks import DAY
 from model_lab.importing.tables import SHORT_CLOCK, Column, Table
 from model_lab.importing.units import (
@@ -86,6 +87,7 @@ TIME_UNITS = {"millis": "ms", "milliseconds": "ms", "ms": "ms", "micros": "us", 
 """Units that names of columns of time stand for, as microcontrollers write them."""
 CAMERA_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:Hz|fps)$", re.I)  # of a column that counts frames
 EVEN = 0.01  # by which steps of a column of time may differ, as a share; times are rounded
+COUNT_WORDS = {"step", "schritt", "point", "punkt", "nr", "no"}  # of readings taken by hand
 LETTERS_INSIDE = 5  # letters from which on a word is found inside of another
 EPOCH_UNITS = (1.0, 1e-3, 1e-6, 1e-9)  # [s] of 1 in numbers since 1970
 SERIAL_DAYS = (2e4, 8e4)  # [days] since 1900 as spreadsheets count them: 1954 to 2119
@@ -249,7 +251,8 @@ def _counts_evenly(column: Column) -> bool:
     """Whether a column with a name rises by equal steps, as one of time or frames does."""
     steps = np.diff(column.values)
     even = len(steps) > 1 and bool(np.all(np.abs(steps - steps[0]) <= EVEN * np.abs(steps[0])))
-    return even and steps[0] > 0.0 and not column.name.startswith("column ")
+    unnamed = column.name.startswith("column ") or COUNT_WORDS & set(words(column.name))
+    return even and steps[0] > 0.0 and not unnamed
 
 
 def stated(table: Table, column: Column, quantity: str, unit: str) -> Meant:
