@@ -182,7 +182,7 @@ class Rules:
         neutral=inf,
     )
     most_unusual_ties: int = _rule(
-        2, "names tied for an unusual or another form", CONTRACT, neutral=0
+        2, "names tied for an unusual or another form; causes, between samples", CONTRACT, neutral=0
     )
     # ------------------------------------------------------------------ effects that help in part
     help_error: float = _rule(
@@ -258,7 +258,7 @@ class Rules:
         12.0, "separation from which plans are equally good", BY_HAND, unit="sigma"
     )
     separation_breaks: float = _rule(4.0, "separation that breaks a tie", BY_HAND, unit="sigma")
-    planned_ties: int = _rule(3, "tied names for which an experiment is planned", BY_HAND)
+    planned_ties: int = _rule(4, "tied names for which an experiment is planned", BY_HAND)
     # ------------------------------------------------------------------ slips
     slip_error: float = _rule(
         0.25,
