@@ -591,6 +591,8 @@ def test_the_held_out_error_counts_unless_the_folds_are_few():
     many, few = made_up_problem(folds=3), made_up_problem(folds=2)
     assert error_of(many, made_up_model(many, "", said)) == pytest.approx(3.0)
     assert error_of(few, made_up_model(few, "", said)) == pytest.approx(2.0)
+    heavy = Said(2.0, fitted=3.0)  # of shapes that weigh more than sizes
+    assert error_of(few, made_up_model(few, "", heavy)) == pytest.approx(2.0)
     assert shape_error(many, made_up_model(many, "", said)) == pytest.approx(3.0)
     assert shape_error(few, made_up_model(few, "", said)) == pytest.approx(2.0)
 

@@ -48,8 +48,8 @@ class NamedEffect:
     to a word such as "tube", the effect itself first; empty if there are no others.
     cause_confidence: share (0 to 1) of such verdicts in which the class is right; None if this is
     not known. form_of: names of named effects; the data are explained as well if these have another
-    equation and this effect is not there (`form_of_others`). kind, where: for an effect of a hand, its name without the place, and the place as
-    names by key.
+    equation and this effect is not there (`form_of_others`). kind, where: for an effect of a hand,
+    its name without the place, and the place as names by key.
     """
 
     name: str
