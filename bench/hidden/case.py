@@ -26,12 +26,13 @@ class Expected:
 
     verdict: adequate, effects_missing or unexplained. names: per hidden law the names of the
     catalogue that are its family. tied: names that the data cannot tell apart, all of which must
-    come out in one tie (none: no such demand).
+    come out in one tie (none: no such demand); besides: names that may be in it too.
     """
 
     verdict: str
     names: tuple[frozenset[str], ...] = ()
     tied: frozenset[str] = frozenset()
+    besides: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -146,6 +146,7 @@ def records(
             "verdict": case.expected.verdict,
             "names": [sorted(names) for names in case.expected.names],
             "tied": sorted(case.expected.tied),
+            "besides": sorted(case.expected.besides),
         }
         yield {"key": key, "row": case.row, "visible": shows, "expected": expected} | found
 

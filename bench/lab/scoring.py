@@ -30,7 +30,7 @@ def right(record: Record) -> bool:
 
     Catalogue and pairs: just the hidden effects, each in its own group of at most three names.
     Other form: the family is named and at most one effect besides. One rate: one group with all
-    loops. A set by others is judged where it is gathered.
+    loops, and nothing besides but the lags. A set by others is judged where it is gathered.
     """
     if "expected" not in record:
         return bool(record["right"])
@@ -39,7 +39,8 @@ def right(record: Record) -> bool:
         return False
     found, wanted = groups(answer), [set(names) for names in expected["names"]]
     if expected["tied"]:
-        return len(found) == 1 and set(expected["tied"]) <= found[0] and _small(found[0], 1)
+        tied, besides = set(expected["tied"]), set(expected["besides"])
+        return len(found) == 1 and tied <= found[0] <= tied | besides
     if record["row"] == "other form":
         return len(found) <= 2 and any(wanted[0] & group and _small(group) for group in found)
     if len(found) != len(wanted):
@@ -76,8 +77,8 @@ def wrong_alone(record: Record) -> bool:
     return any(len(group) == 1 and not group & known for group in groups(record["answer"]))
 
 
-def _small(group: set[str], more: int = 0) -> bool:
-    return len(group) <= 1 + EXTRA_NAMES + more
+def _small(group: set[str]) -> bool:
+    return len(group) <= 1 + EXTRA_NAMES
 
 
 def after_over_floor(record: Record) -> float | None:

@@ -151,6 +151,7 @@ def run_job(job: Job) -> dict[str, Any]:
             "verdict": case.expected.verdict,
             "names": [sorted(names) for names in case.expected.names],
             "tied": sorted(case.expected.tied),
+            "besides": sorted(case.expected.besides),
         },
     }
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:

@@ -15,7 +15,7 @@ from bench.lab import __main__ as lab
 from bench.lab import store
 from bench.lab.notes import misses_of, notes_of
 from bench.lab.reliability import calibration_error, error_by_chance, error_interval
-from bench.lab.scoring import refused, wrong_alone, wrong_name
+from bench.lab.scoring import refused, right, wrong_alone, wrong_name
 from bench.lab.table import ROWS, rows_of, text_of
 from bench.lab.work import chosen, jobs_of, smaller
 from model_lab.diagnosis.diagnose import diagnose
@@ -30,7 +30,7 @@ def record(row, names, said, *, tied=None, case="a/b/c", ratio=4.0, **answer):
     return {
         "key": f"{case}{said}{answer}", "row": row, "case": case, "experiment": "uniaxial",
         "noise": 0.006, "seed": 7, "ratio": ratio, "visible": True, "seconds": 1.0,
-        "expected": {"verdict": expected, "names": [[n] for n in names], "tied": []},
+        "expected": {"verdict": expected, "names": [[n] for n in names], "tied": [], "besides": []},
         "truth": {"hidden": [], "floor": 1.0, "ratio": ratio},
         "answer": {
             "verdict": verdict, "effects": [{"name": n, "parameters": {}} for n in said],
@@ -54,6 +54,21 @@ def place(tmp_path, monkeypatch):
 
     monkeypatch.setattr(lab, "finished", finished)
     return tmp_path
+
+
+def test_loops_of_one_rate_are_right_if_all_are_tied_and_nothing_but_lags_besides():
+    expected = next(case.expected for case in all_cases() if case.row == "one rate")
+    words = {name: sorted(getattr(expected, name)) for name in ("tied", "besides")}
+
+    def is_right(first, *others):
+        made = record("one rate", ["a"], [first], tied=[others])
+        return right({**made, "expected": {**made["expected"], **words}})
+
+    loops = ("viscoelasticity", "hysteresis")
+    assert is_right("tube_lag", *loops)
+    assert is_right("tube_lag", *loops, "clock_offset", "angle_sensor_lag")
+    assert not is_right("tube_lag", "hysteresis", "clock_offset")
+    assert not is_right("tube_lag", *loops, "creep")
 
 
 def run(place, *arguments):

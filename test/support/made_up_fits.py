@@ -97,7 +97,7 @@ def made_up_model(problem, effects, said, before=None, signature=None):
     )
     improvement = 0.0 if before is None else before.fit.deviance - said.deviance
     held = HeldOut(held_out, unused)
-    return Scored(tuple(effects), fit, held, said.known, improvement, signature)
+    return Scored(tuple(effects), fit, held, said.known, True, improvement, signature)
 
 
 def signature_of(problem, seed, strengths=(1.0,)):

@@ -472,6 +472,35 @@ def test_what_lasts_for_less_than_a_sample_is_told_from_others_less_well(
     assert choose(models)[0].ties == (tied,)
 
 
+@pytest.mark.parametrize(("resolved", "ties"), [(False, {"b"}), (True, set())])
+def test_what_samples_cannot_resolve_is_not_named_but_tied(choose, monkeypatch, resolved, ties):
+    """Of a memory shorter than a sample only a product of parameters is known."""
+    made = Landscape._one
+
+    def scored(landscape, before, effect):
+        found = made(landscape, before, effect)
+        return replace(found, known=False, resolved=resolved) if effect == "b" else found
+
+    monkeypatch.setattr(Landscape, "_one", scored)
+    models = {"": Said(beyond(EXCESS), 1503.0), "a": leaves(0.1), "b": leaves(0.1, 530.0)}
+    assert set(choose(models)[0].ties[0]) == ties
+    models["b"] = leaves(0.1, 480.0)
+    assert choose(models)[0].final.effects == ("a",)
+
+
+def test_between_samples_few_are_causes_and_not_names(choose, monkeypatch):
+    """Of lags "a", "b" and "c" and two other causes, each of which is a little behind."""
+    problem, cause = made_up_problem(), {"cause": "lag"}
+    lags = {one: SimpleNamespace(**vars(problem.classes[one]) | cause) for one in "abc"}
+    problem = replace(problem, classes={**problem.classes, **lags})
+    models = {"": Said(beyond(EXCESS), 1503.0), "a": leaves(0.1)}
+    models |= {name: leaves(0.1, 501.0) for name in "bc"}
+    models |= {name: leaves(0.1, 530.0 + n) for n, name in enumerate("def")}
+    assert set(choose(models, problem=problem)[0].ties[0]) == {"b", "c"}
+    monkeypatch.setattr(module, "is_between_samples", lambda data, fit, effect: effect.name == "b")
+    assert set(choose(models, problem=problem)[0].ties[0]) == {"b", "c", "d", "e"}
+
+
 @pytest.mark.parametrize("apart", [0.9, 1.1])
 def test_unusual_ones_are_tied_where_there_are_few_others(choose, monkeypatch, apart):
     models = {"": BASE, "a": leaves(0.0, 500.0)}
@@ -562,6 +591,8 @@ def test_the_held_out_error_counts_unless_the_folds_are_few():
     many, few = made_up_problem(folds=3), made_up_problem(folds=2)
     assert error_of(many, made_up_model(many, "", said)) == pytest.approx(3.0)
     assert error_of(few, made_up_model(few, "", said)) == pytest.approx(2.0)
+    heavy = Said(2.0, fitted=3.0)  # of shapes that weigh more than sizes
+    assert error_of(few, made_up_model(few, "", heavy)) == pytest.approx(2.0)
     assert shape_error(many, made_up_model(many, "", said)) == pytest.approx(3.0)
     assert shape_error(few, made_up_model(few, "", said)) == pytest.approx(2.0)
 

@@ -24,6 +24,7 @@ from model_lab.diagnosis.criteria import (
 from model_lab.diagnosis.error_by_step import error_by_step, helping
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
+from model_lab.diagnosis.form_of_others import only_mending
 from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.new_specimens import as_new, with_new_specimens
@@ -372,7 +373,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
     experiment = problem.data.experiment
     sure = confidence_of(experiment, verdict, evidence, judged.most_confidence, judged.at_bound)
     effects = _named_effects(judged, sure.value)
-    if any(effect.undetermined for effect in effects):
+    if any(effect.undetermined or effect.form_of for effect in effects):
         sure = replace(sure, value=None, guess=True)
         effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
     diagnosis = Diagnosis(
@@ -419,6 +420,7 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
     among what is tied: confidence is of the class only where nothing else is tied.
     """
     classes, found = judged.problem.classes, []
+    mending = only_mending(judged.problem, judged.selection.base, judged.named)
     for name, tied in zip(judged.added, judged.selection.ties, strict=False):
         cause = classes[name].cause
         alike = [other for other in tied if cause and classes[other].cause == cause]
@@ -426,6 +428,7 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
         sure = confidence if len(alike) == len(tied) else None
         effect = named_effect(judged.named, name)
         known = replace(effect, cause=cause, members=members, cause_confidence=sure)
+        known = replace(known, form_of=mending.get(name, ()))
         kind = classes[name]
         if issubclass(kind, HandEffect):
             known = replace(known, kind=kind.kind, where=kind.where)

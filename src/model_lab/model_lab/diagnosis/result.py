@@ -47,8 +47,9 @@ class NamedEffect:
     it has no class. members: maps names of effects of this class that explain the data equally well
     to a word such as "tube", the effect itself first; empty if there are no others.
     cause_confidence: share (0 to 1) of such verdicts in which the class is right; None if this is
-    not known. kind, where: for an effect of a hand, its name without the place, and the place as
-    names by key.
+    not known. form_of: names of named effects; the data are explained as well if these have another
+    equation and this effect is not there (`form_of_others`). kind, where: for an effect of a hand,
+    its name without the place, and the place as names by key.
     """
 
     name: str
@@ -56,6 +57,7 @@ class NamedEffect:
     cause: str = ""
     members: Mapping[str, str] = field(default_factory=dict)
     cause_confidence: float | None = None
+    form_of: tuple[str, ...] = ()
     kind: str = ""
     where: Mapping[str, str] = field(default_factory=dict)
 
@@ -73,6 +75,7 @@ class NamedEffect:
             "class": self.cause or self.kind or self.name,
             "class_members": list(self.members),
             "class_confidence": self.cause_confidence,
+            "form_of": list(self.form_of),
         }
 
 

@@ -172,16 +172,18 @@ def invisible(found: Signature, floor: float, rules: Rules = RULES) -> str | Non
 class Scored:
     """A fitted model with its prediction of held-out data.
 
-    known: whether, for every effect, some parameter can be estimated. improvement: by how much the
-    effect that was added last lowered the deviance. signature: that of the effect that was added
-    last. unusual: deviance for what makes the model unlikely besides its error (`priors`). rules:
-    thresholds of the judgement.
+    known: whether, for every effect, some parameter can be estimated. resolved: whether none of its
+    effects has a time that is too short for the samples (`priors.is_resolved`). improvement: by how
+    much the effect that was added last lowered the deviance. signature: that of the effect that was
+    added last. unusual: deviance for what makes the model unlikely besides its error (`priors`).
+    rules: thresholds of the judgement.
     """
 
     effects: tuple[str, ...]
     fit: Fit
     held_out: HeldOut
     known: bool = True
+    resolved: bool = True
     improvement: float = 0.0
     signature: Signature | None = None
     unusual: float = 0.0
@@ -195,10 +197,19 @@ class Scored:
     @property
     def plausible(self) -> bool:
         """Whether the parameters of its effects lie off their bounds and can be estimated."""
+        return self._off_bounds and self.known and self.resolved
+
+    @property
+    def possible(self) -> bool:
+        """Whether it is plausible, or would be if its effects had been sampled closely enough."""
+        return self._off_bounds and (self.known or not self.resolved)
+
+    @property
+    def _off_bounds(self) -> bool:
         parameters = self.fit.likelihood.parameters
-        if any(p.effect and limit for p, limit in zip(parameters, self.fit.at_limit, strict=True)):
-            return False
-        return self.known
+        return not any(
+            p.effect and limit for p, limit in zip(parameters, self.fit.at_limit, strict=True)
+        )
 
     def parameters_of(self, effect: str) -> list[int]:
         """Indices of an effect's parameters."""
@@ -275,10 +286,10 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     after, held_out = _fitted(problem, likelihood, effects, first)
     gained = before.fit.deviance - after.deviance
     rules, kind, beside = problem.rules, problem.classes[effect], bool(before.effects)
-    resolved = is_resolved(problem.data, after, kind, beside, rules)
-    known = before.known and resolved and is_known(after, kind, rules)
+    resolved = before.resolved and is_resolved(problem.data, after, kind, beside, rules)
+    known = before.known and is_known(after, kind, rules)
     odds = unusual(after) - seen_at_rest(problem.data, after, rules)
-    return Scored(effects, after, held_out, known, gained, found, odds, rules)
+    return Scored(effects, after, held_out, known, resolved, gained, found, odds, rules)
 
 
 def is_known(fit: Fit, effect: type[Effect], rules: Rules = RULES) -> bool:

@@ -188,6 +188,9 @@ def _as_near(
     """Models, nearest first, that explain as much as the final one beyond the one without an
     effect; and few that would with unusual parameters, or but for the form of an equation. Models
     that are unlikely a priori, or whose error is far larger, are left out.
+
+    Few are names or, where what explains the data happens between their samples, causes: how well
+    each of them fits then depends on an input that was not recorded.
     """
     gained = criterion(without) - criterion(final)
     rules = problem.rules
@@ -199,20 +202,34 @@ def _as_near(
     behind = {s.added: criterion(s) - criterion(final) for s in likely}
     most = rules.tie_deviance
     equal = [s for s in likely if behind[s.added] < most or _as_good(problem, s, final)]
+    fits = {effect: final.fit, **{s.added: s.fit for s in equal}}
+    unseen = any(
+        is_between_samples(problem.data, fit, problem.classes[name]) for name, fit in fits.items()
+    )
+
+    def is_free() -> bool:
+        others = _other_causes(problem, effect, tied) if unseen else tied
+        return len(others) < rules.most_unusual_ties
+
     tied = [s.added for s in equal if s.unusual - final.unusual < rules.tie_unusual]
-    free = max(0, rules.most_unusual_ties - len(tied))
-    tied += [s.added for s in equal if s.added not in tied][:free]
+    for scored in equal:
+        if scored.added not in tied and is_free():
+            tied.append(scored.added)
     of_another_form = _leaves_more_than_noise(problem, final)
-    unseen = is_between_samples(problem.data, final.fit, problem.classes[effect])
     share = rules.tie_share_unresolved if unseen else rules.tie_share_other_form
     for scored in sorted(likely, key=lambda scored: scored.added not in forms):
         near = behind[scored.added] < share * gained or scored.added in forms
         if of_another_form and not near:
             near = excess(problem, scored) <= rules.left_share * excess(problem, without)
-        free = len(tied) < rules.most_unusual_ties and scored.added not in tied
-        if free and scored.plausible and near:
+        if near and scored.possible and scored.added not in tied and is_free():
             tied.append(scored.added)
     return tuple(scored for scored in likely if scored.added in tied)
+
+
+def _other_causes(problem: FitProblem, effect: str, names: Sequence[str]) -> set[str]:
+    """Causes of these effects, other than that of `effect`: a class of them is one."""
+    causes = {name: problem.classes[name].cause or name for name in [effect, *names]}
+    return {causes[name] for name in names} - {causes[effect]}
 
 
 def _up_to_form(problem: FitProblem, scored: Scored, without: Scored) -> bool:

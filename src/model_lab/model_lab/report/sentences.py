@@ -77,6 +77,13 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
     loose = [f"{name} of {one.name}" for one in diagnosis.effects for name in one.undetermined]
     if loose:
         return f"That is a guess: these data do not determine {listed(loose)}."
+    mending = [one for one in diagnosis.effects if one.form_of]
+    if mending:
+        names, others = listed([one.name for one in mending]), listed(mending[0].form_of)
+        return (
+            f"That is a guess: {names} may only make up for the equation of {others or 'another'}, "
+            "whose true form need not be that of the catalogue."
+        )
     if diagnosis.beyond:
         guess = "That is a guess: how" if diagnosis.guess else "How"
         return (
