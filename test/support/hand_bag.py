@@ -62,10 +62,10 @@ def recorded(folder, sequence, hold=1.0, move=0.5, joints=(), forces=()):
     return folder
 
 
-def touching(folder, rows, results=(), rate=RATE):
+def touching(folder, rows, results=(), rate=RATE, rpy=PALM_UP):
     """A bag with one row (force along z [N], height of wrist and of object [m], mass [kg] and
     pressure [Pa] of all channels) for each sample, from 5 s on; an object whose height is None is
-    not recorded. results: (time [s], strategy) of grasps that ended.
+    not recorded. results: (time [s], strategy) of grasps that ended. rpy [rad]: of the wrist.
     """
     bag, vector = SyntheticBag(folder), T["geometry_msgs/msg/Vector3"]
     for number, (force, wrist, thing, mass, pressure) in enumerate(rows):
@@ -78,7 +78,7 @@ def touching(folder, rows, results=(), rate=RATE):
         )
         bag.write("/hand/fingertips", time, array)
         stamped = T["geometry_msgs/msg/PoseStamped"]
-        bag.write("/wrist/pose", time, stamped(header(time), pose_message([0, 0, wrist])))
+        bag.write("/wrist/pose", time, stamped(header(time), pose_message([0, 0, wrist], rpy)))
         if thing is not None:
             bag.write(
                 "/scene/object_pose", time, stamped(header(time), pose_message([0.01, 0, thing]))

@@ -1,5 +1,7 @@
 """Bags of hands that grasp or press, as sets of `grasp` and `press`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hand_bag import RATE, touching
@@ -9,7 +11,13 @@ from model_lab.cli.main import main
 from model_lab.importing.hand_sets import set_of_hand
 from model_lab.measurements.hands import Grasped, Plate
 from model_lab.measurements.load import load_measurements
+from pneuflex_sim.engines import MUJOCO
+from pneuflex_sim.scene.scenes import load_scene
+from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_common.documents.yaml_document import DocumentError
+from softhand_model.effects.load import Gravity
+from softhand_model.hand.hand import load_hand
+from softhand_model.model_file import Model
 
 HAND = "rbo_hand_2"
 CYLINDER, PLATE = Grasped("cylinder"), Plate(0.3)
@@ -48,7 +56,7 @@ def test_a_grasp_begins_before_it_touches_and_ends_where_the_wrist_comes_down(tm
     assert height[-1] == pytest.approx(0.25, abs=3e-3)
     assert np.abs(run.columns["wrench.fz"][:9]).max() == 0.0 and run.columns["wrench.fz"][20] == -2
     assert run.columns["wrench.tx"][20] == pytest.approx(-200.0)  # N mm
-    assert run.columns["mass.b"][-1] == pytest.approx(20.0)  # mg
+    assert np.ptp(run.columns["mass.b"]) == pytest.approx(20.0)  # mg
     assert run.columns["pressure.c"][-1] == pytest.approx(40.0)  # kPa
     assert run.columns["object.z"][-1] == pytest.approx(130.0, abs=3.0)  # mm
     assert found.document["runs"]["r1"]["protocol"] == "from_above"
@@ -75,6 +83,42 @@ def test_a_bag_of_two_grasps_is_refused(tmp_path):
     bag = grasped(tmp_path / "a", (9.0, "one"), (13.0, "two"))
     with pytest.raises(DocumentError, match="expected one grasp, got the results of 2"):
         set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
+
+
+def test_mass_is_that_of_the_channel_when_the_driver_tells_it_before_the_air_has_flowed(tmp_path):
+    lead = 0.06  # [s]
+    rows = []
+    for step in range(1800):
+        told, there = (grasp((step / 200.0) + shift) for shift in (lead, 0.0))
+        rows.append((*there[:3], told[3], there[4]))
+    bag = touching(tmp_path / "a", rows, [(14.0, "from_above")], rate=200.0)
+    found, _ = set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
+    run = found.runs[0].columns
+    more = run["mass.b"] - run["mass.b"][0]
+    assert more == pytest.approx(run["pressure.b"] / 2.0, abs=0.15)  # mg, of 20; kPa / 2
+
+
+@pytest.mark.parametrize("rpy", [(0.0, 0.75 * np.pi, 0.6), (0.0, 0.0, 0.0), (0.0, -1.57, 0.0)])
+def test_mass_counts_from_the_unbent_hand_when_the_driver_counts_from_the_hanging_one(
+    tmp_path, rpy
+):
+    """The other engine moves a hand with open channels until it hangs still."""
+    high = replace(load_scene("table"), wrist_position=(0.0, 0.0, 0.6), wrist_rpy=rpy)
+    about = {"hand": load_hand(HAND), "model": Model(effects=(Gravity(mass_scale=1.0),))}
+    simulation = Simulation(SimulationConfig(scene=high, step=0.002, engine=MUJOCO, **about))
+    ambient, turns = simulation.ambient, simulation.bodies
+    for _ in range(300):
+        held = np.full(4, ambient), ambient, simulation.temperature, turns.rotations
+        air = simulation.air.masses(*held)
+        simulation.set_air_masses(air)
+        simulation.step()
+    simulation.close()
+
+    bag = touching(tmp_path / "a", [grasp(step / RATE) for step in range(400)], rpy=rpy)
+    found, _ = set_of_hand([bag], HAND, "grasp", touched=CYLINDER)
+    empty = [found.runs[0].columns[f"mass.{name}"][0] for name in "abcd"]  # the driver tells 0
+    assert empty == pytest.approx((1e6 * air).tolist(), abs=0.005)  # mg
+    assert np.abs(empty).max() > 0.1
 
 
 def test_noise_between_two_samples_averages_out(tmp_path):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.importing.air_in_channels import hanging_air, lead_of_masses
 from model_lab.importing.bag_tables import TopicTable
 from model_lab.importing.hand_bags import (
     LOAD_TOPIC,
@@ -38,7 +39,6 @@ from model_lab.measurements.hands import (
 from model_lab.measurements.measurement_set import SET_FORMAT
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
-from softhand_model.hand.hand import HandDescription
 
 POSE_OF_OBJECT = "scene/object_pose"
 RESULT_TOPIC = "grasp/result"  # of the sequencer; its first status is "NODE: STRATEGY"
@@ -66,9 +66,10 @@ def kind_of(touched: Touched) -> str:
 
 @dataclass(frozen=True)
 class _Recorded:
-    """What a bag tells at times (k,) [s]: pose (k, 7) of the wrist, air mass above that at rest
-    [kg] and gauge pressure [Pa] (k, channels), wrench (k, 6) [N and N m], and pose (k, 7) of the
-    object, if it was recorded. Wrench and pressures are means over what is nearest to each time.
+    """What a bag tells at times (k,) [s]: pose (k, 7) of the wrist, air mass in the channels above
+    that of the unbent hand [kg] and gauge pressure [Pa] (k, channels), wrench (k, 6) [N and N m],
+    and pose (k, 7) of the object, if it was recorded. Wrench and pressures are means over what is
+    nearest to each time.
     """
 
     bag: Path
@@ -100,12 +101,11 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
     Raises DocumentError for a bag without a topic or field that is needed, with several grasps, or
     in which the hand touches nothing.
     """
-    hand = specimen.description
     kind = kind_of(touched)
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
     for bag in bags:
-        recorded = _recorded(bag, hand, kind)
+        recorded = _recorded(bag, specimen, kind)
         for number, span in enumerate(_SPANS[kind](recorded)):
             name = f"r{len(runs) + 1}"
             protocol = _strategy(bag) or GRASP if kind == GRASP else f"press_{number + 1}"
@@ -129,7 +129,8 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
     return ImportedSet(document, tuple(runs), tuple(remarks))
 
 
-def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
+def _recorded(bag: Path, specimen: HandSpecimen, kind: str) -> _Recorded:
+    hand = specimen.description
     topics = topics_of_hand(bag, hand)
     needed = (STATE_OF_AIR, POSE_OF_WRIST, LOAD_TOPIC, *([POSE_OF_OBJECT] if kind == GRASP else []))
     missing = [name for name in needed if name not in topics]
@@ -150,12 +151,14 @@ def _recorded(bag: Path, hand: HandDescription, kind: str) -> _Recorded:
         columns_of(topics[STATE_OF_AIR], [f"{part}[{name}]" for name in hand.channels], bag)
         for part in ("position", "effort")
     )
+    known, wrist = topics[STATE_OF_AIR].time, _pose(topics[POSE_OF_WRIST], time, bag)
+    later = known + lead_of_masses(known, masses, pressures)
     return _Recorded(
         bag,
         time,
-        _pose(topics[POSE_OF_WRIST], time, bag),
-        interpolated(time, topics[STATE_OF_AIR].time, masses),
-        _mean(time, topics[STATE_OF_AIR].time, pressures),
+        wrist,
+        interpolated(time, later, masses) + hanging_air(hand, wrist[0, 3:], specimen.segments),
+        _mean(time, known, pressures),
         _mean(time, topics[LOAD_TOPIC].time, columns_of(topics[LOAD_TOPIC], WRENCH_FIELDS, bag)),
         _pose(topics[POSE_OF_OBJECT], time, bag) if kind == GRASP else None,
     )
