@@ -185,6 +185,20 @@ def test_what_is_stated_wrongly_is_named(tmp_path, change, message):
         load_measurements(tmp_path / "set")
 
 
+def test_how_the_wrist_was_held_must_be_stated(tmp_path):
+    write_set(hand_pose_set(), tmp_path / "set")
+    path = tmp_path / "set" / "experiment.yaml"
+    document = yaml.safe_load(path.read_text())
+    first = next(iter(document["runs"]))
+    document["runs"][first]["wrist_rpy"] = [0.0, 0.0, 0.0]
+    path.write_text(yaml.safe_dump(document))
+    assert load_measurements(tmp_path / "set").runs[0].wrist_rpy == (0.0, 0.0, 0.0)
+    del document["runs"][first]["wrist_rpy"]
+    path.write_text(yaml.safe_dump(document))
+    with pytest.raises(ValueError, match=f"runs.{first}: expected the key wrist_rpy, .* got none"):
+        load_measurements(tmp_path / "set")
+
+
 def test_models_that_statics_of_hands_do_not_have_are_refused():
     data = hand_pose_set()
     assert with_weight(data, load_model("base")).gravity_scale == 1.0
