@@ -172,6 +172,10 @@ def test_a_set_is_read_as_it_was_written(tmp_path):
         ({"specimens": {"h1": {"hand": "rbo_hand_9"}}}, "specimens.h1.hand: "),
         ({"specimens": {"h1": {}}}, "specimens.h1: "),
         (
+            {"columns": {f"pressure.{channel}": {"unit": "kPa"} for channel in "abcd"}},
+            "expected the column .*, or name under `markers` only those that were tracked",
+        ),
+        (
             {"columns": {"pressure.a": {"unit": "mm"}}},
             "columns.pressure.a.unit: expected a unit of the same ",
         ),

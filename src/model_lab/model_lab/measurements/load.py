@@ -362,10 +362,13 @@ class _RunReader:
         """Columns to read from a CSV file; those that the experiment needs must have a unit."""
         for name in self._needed():
             if name not in self._units and name not in COLUMN_WORDS:
+                tracked = self._experiment in (HAND_POSE, HAND_MOTION) and name in self._outputs
+                instead = ", or name under `markers` only those that were tracked"
                 raise DocumentError(
                     f"{node.file}: columns: expected the column {name}, which {self._experiment} "
                     f"needs, got {listed(self._units)}; "
                     f"add `{name}: {{unit: {unit_of(name) or repr('')}}}` with your own unit"
+                    f"{instead if tracked else ''}"
                 )
         words = [
             name for name in self._needed() if name in COLUMN_WORDS and name not in self._units
