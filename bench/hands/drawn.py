@@ -11,7 +11,8 @@ Targets, for all seeds together: right, or tied with at most two others, 95 % of
 weak effects, of both at most 4 % wrong, and the right place in 95 % of those whose name is right;
 nothing hidden 95 %; outside 90 %; two 85 %; slips 90 %; no control wrong; error at most 2 floors
 after adding in 90 %; 90 to 98 % of intervals hold the truth. Of motions: right 90 % of strong
-effects; and 12 sets in at most 300 s on two cores, that is, 50 s of processor time each.
+effects; and 12 sets in at most 300 s on two cores, that is, 50 s of processor time each. Seeds of
+motions, each chosen before its first run: 97701, and cases 0 to 19 of 97801.
 """
 
 from __future__ import annotations

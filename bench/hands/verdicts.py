@@ -82,7 +82,10 @@ def _record(number: int, hidden: Any, answer: dict[str, Any], took: float) -> di
     }
 
 
-KEPT_OF_ANSWER = ("verdict", "effects", "tied", "ranking", "helps", "slips", "noise_floor_parts")
+KEPT_OF_ANSWER = (
+    *("verdict", "effects", "tied", "ranking", "helps", "slips", "noise_floor_parts"),
+    "evidence",  # from which a confidence can be fitted
+)
 
 
 def _print_sums(records: Sequence[dict[str, Any]]) -> None:

@@ -144,7 +144,7 @@ def test_a_case_is_kept_as_it_ends_and_not_run_again(tmp_path, monkeypatch, caps
         hidden = SimpleNamespace(name="crosstalk", strength="strong", where=LEAK[1], value=0.2)
         return hidden, "data"
 
-    answer = answer_of(LEAK) | {"confidence": None, "ranking": [], "helps": []}
+    answer = answer_of(LEAK) | {"confidence": None, "evidence": {}, "ranking": [], "helps": []}
     answer |= {"rmse_before": 3e-3, "rmse_after": 1e-3, "noise_floor": 1e-3}
     answer["effects"][0]["parameters"] = {"share": {"value": 0.19, "interval": (0.18, 0.21)}}
     found = SimpleNamespace(as_json=lambda: answer | {"noise_floor_parts": {}})

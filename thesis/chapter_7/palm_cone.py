@@ -96,7 +96,11 @@ def write_set(
         f"title: {title}",
         "specimens: {hand: {hand: " + hand.name + "}}",
         *("markers:", *placed, "columns:", *units, "noise:", *sure, "runs:"),
-        *(f"  {name}: {{specimen: hand, protocol: {name}, file: {name}.csv}}" for name in runs),
+        *(
+            f"  {name}: {{specimen: hand, protocol: {name}, wrist_rpy: [0.0, 0.0, 0.0], "
+            f"file: {name}.csv}}"
+            for name in runs
+        ),
     ]
     write_file(folder / "experiment.yaml", "\n".join(lines) + "\n")
     for name, rows in runs.items():

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.stats import f as variance_ratio
 
 from model_lab.bench.layouts import hand_pose_set
-from model_lab.diagnosis import diagnose, selection
+from model_lab.diagnosis import criteria, diagnose, selection
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.criteria import (
     beyond_repeats,
@@ -23,7 +23,9 @@ from model_lab.diagnosis.forward_selection import ForwardSelection
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.fit import Scales
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
+from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.series.events import group_of_runs
+from softhand_model.effects import effect_classes
 
 ADEQUATE, MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 EXACT = 1e6  # degrees of freedom of repeats that tell the noise to the last digit
@@ -251,7 +253,7 @@ def test_effects_of_another_form_may_leave_a_third_of_the_shape_and_half_of_all(
     ],
 )
 def test_an_effect_at_the_edge_of_its_usual_range_stands_in_for_what_runs_on(
-    error, usual, running, answer
+    monkeypatch, error, usual, running, answer
 ):
     """Much left, the parameter (1) at the end of its usual range, and a residual that runs on."""
     problem = made_up_problem(level=FLOOR, dof=EXACT)
@@ -267,6 +269,11 @@ def test_an_effect_at_the_edge_of_its_usual_range_stands_in_for_what_runs_on(
         residual = FLOOR * error * course / np.sqrt(np.mean(course**2))
         final = replace(final, fit=replace(final.fit, residual=residual))
     assert verdict_of(problem, first, final, []) == answer
+    if not running:  # runs of a hand's poses are too short to tell
+        monkeypatch.setattr(criteria, "residual_tests", lambda *_: None)
+        assert verdict_of(problem, first, final, []) == answer
+        monkeypatch.setattr(MeasurementSet, "of_hand", True)
+        assert verdict_of(problem, first, final, []) == UNEXPLAINED
 
 
 @pytest.mark.parametrize(("error", "answer"), [(1.11, True), (1.13, False)])
@@ -296,6 +303,13 @@ def test_two_effects_that_reach_the_floor_are_named_though_the_likelihood_misses
 )
 def test_effects_on_their_limits_explain_the_error_only_if_little_is_left(share, at_limit, answer):
     assert explained(leaves(share, at_limit=at_limit)) == answer
+
+
+@pytest.mark.parametrize(("share", "answer"), [(0.19, True), (0.21, False)])
+def test_an_effect_of_a_hand_has_no_other_equation(monkeypatch, share, answer):
+    assert explained(leaves(share))
+    monkeypatch.setattr(criteria, "HandEffect", effect_classes()[GENT])
+    assert explained(leaves(share)) == answer
 
 
 @pytest.mark.parametrize(

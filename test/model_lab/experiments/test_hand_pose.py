@@ -172,6 +172,10 @@ def test_a_set_is_read_as_it_was_written(tmp_path):
         ({"specimens": {"h1": {"hand": "rbo_hand_9"}}}, "specimens.h1.hand: "),
         ({"specimens": {"h1": {}}}, "specimens.h1: "),
         (
+            {"columns": {f"pressure.{channel}": {"unit": "kPa"} for channel in "abcd"}},
+            "expected the column .*, or name under `markers` only those that were tracked",
+        ),
+        (
             {"columns": {"pressure.a": {"unit": "mm"}}},
             "columns.pressure.a.unit: expected a unit of the same ",
         ),
@@ -182,6 +186,20 @@ def test_what_is_stated_wrongly_is_named(tmp_path, change, message):
     path = tmp_path / "set" / "experiment.yaml"
     path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), **change}))
     with pytest.raises(ValueError, match=message):
+        load_measurements(tmp_path / "set")
+
+
+def test_how_the_wrist_was_held_must_be_stated(tmp_path):
+    write_set(hand_pose_set(), tmp_path / "set")
+    path = tmp_path / "set" / "experiment.yaml"
+    document = yaml.safe_load(path.read_text())
+    first = next(iter(document["runs"]))
+    document["runs"][first]["wrist_rpy"] = [0.0, 0.0, 0.0]
+    path.write_text(yaml.safe_dump(document))
+    assert load_measurements(tmp_path / "set").runs[0].wrist_rpy == (0.0, 0.0, 0.0)
+    del document["runs"][first]["wrist_rpy"]
+    path.write_text(yaml.safe_dump(document))
+    with pytest.raises(ValueError, match=f"runs.{first}: expected the key wrist_rpy, .* got none"):
         load_measurements(tmp_path / "set")
 
 

@@ -1,10 +1,14 @@
 """Bags of hands that hold poses, as sets of `hand_pose`."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hand_bag import CHANNELS, FIST, OPEN, PALM_DOWN, PALM_UP, POINT, place_of, recorded
 
 from model_lab.api.data import import_files
+from model_lab.importing.hand_courses import HandCourse
+from model_lab.importing.hand_poses import held_poses
 from model_lab.importing.hand_sets import set_of_hand
 from softhand_common.documents.yaml_document import DocumentError
 from softhand_common.numerics.rotations import from_rpy
@@ -82,3 +86,31 @@ def test_a_hand_that_never_rests_is_refused(tmp_path):
     bag = recorded(tmp_path / "bag", TWICE, hold=0.1, move=1.0)
     with pytest.raises(DocumentError, match="at least two poses, each held for 0.8 s, got none"):
         of_bag(bag)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.2e-3, 3e-3])
+def test_noise_of_the_markers_neither_hides_nor_splits_a_pose(noise):
+    rate, held, passing, poses, tips = 50, 80, 30, 7, 4  # [Hz], samples
+    random = np.random.default_rng(4)
+    turns = np.linspace(0.0, 1.0, poses)
+    course = np.concatenate(
+        [
+            np.repeat(turns[:1], held),
+            *(
+                [*np.linspace(one, other, passing), *np.repeat(other, held)]
+                for one, other in pairwise(turns)
+            ),
+        ]
+    )
+    ways = random.standard_normal((tips, 3))
+    ways *= 0.09 / np.linalg.norm(ways, axis=1)[:, None]  # [m]
+    time = np.arange(len(course)) / rate
+    places = {
+        str(tip): course[:, None] * way + noise * random.standard_normal((len(course), 3))
+        for tip, way in enumerate(ways)
+    }
+    wrist = np.tile([0.0, 0.0, 0.0, 1.0], (len(course), 1))
+    found = held_poses(HandCourse((), time, 30e3 * course[:, None], places, wrist))
+    assert len(found) == poses
+    error = [pose.places - turn * ways for pose, turn in zip(found, turns, strict=True)]
+    assert np.std(error) < 0.3e-3 + noise / 5.0

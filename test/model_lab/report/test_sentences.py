@@ -79,6 +79,14 @@ def test_how_sure_a_verdict_is_stands_behind_it():
     assert verdict_sentence(sure).endswith("0.573 deg. 97 of 100 such verdicts are right.")
 
 
+def test_of_a_hand_it_is_said_that_no_confidence_is_known():
+    of_hand = replace(diagnosis("adequate", unit="m"), experiment="hand_pose")
+    assert verdict_sentence(of_hand).endswith(
+        "is not known: too few hands with known causes were diagnosed."
+    )
+    assert "not known" not in verdict_sentence(replace(of_hand, guess=True))
+
+
 def test_a_verdict_that_is_not_sure_enough_is_said_as_a_guess():
     guess = replace(diagnosis("effects_missing", (GENT,)), confidence=0.55, guess=True)
     assert verdict_sentence(guess).startswith("The model may lack gent_stiffening")

@@ -84,9 +84,20 @@ def column_map(text: str) -> tuple[str, tuple[str, str]]:
     return quantity, (name, unit)
 
 
+def _of_file(text: str) -> tuple[str, str]:
+    """(file name, what is said of it) from the text [FILE=]WHAT, where FILE may be a path; without
+    FILE, the name is "".
+
+    >>> _of_file("mocap/poses.csv=0,180,0")
+    ('poses.csv', '0,180,0')
+    """
+    file, _, said = text.rpartition("=")
+    return Path(file).name, said
+
+
 def clock_shift(text: str) -> tuple[str, float]:
     """(file name, time [s]) from the text FILE=SECONDS."""
-    file, _, seconds = text.rpartition("=")
+    file, seconds = _of_file(text)
     try:
         return file, float(seconds)
     except ValueError:
@@ -102,7 +113,7 @@ def attitude(text: str) -> tuple[str, tuple[float, ...]]:
     >>> attitude("poses.csv=0,180,0")
     ('poses.csv', (0.0, 3.141592653589793, 0.0))
     """
-    file, _, angles = text.rpartition("=")
+    file, angles = _of_file(text)
     try:
         roll, pitch, yaw = (math.radians(float(angle)) for angle in angles.split(","))
     except ValueError:
@@ -118,7 +129,7 @@ def stretch_before(text: str) -> tuple[str, float]:
     """(file name, largest stretch [-] before the run) from the text [FILE=]STRETCH; without FILE,
     the name is "", which stands for all files.
     """
-    file, _, stretch = text.rpartition("=")
+    file, stretch = _of_file(text)
     try:
         return file, float(stretch)
     except ValueError:
@@ -133,7 +144,7 @@ def mode_of(text: str) -> tuple[str, str]:
     """
     from model_lab.measurements.measurement_set import MODES
 
-    file, _, mode = text.rpartition("=")
+    file, mode = _of_file(text)
     if mode not in MODES:
         raise argparse.ArgumentTypeError(
             f"expected MODE or FILE=MODE with one of {', '.join(MODES)}, got {text}"
@@ -145,7 +156,7 @@ def name_of_file(text: str) -> tuple[str, str]:
     """(file name, name of its sheet or specimen) from the text [FILE=]NAME; without FILE, the first
     is "", which stands for all files.
     """
-    file, _, name = text.rpartition("=")
+    file, name = _of_file(text)
     if not name:
         raise argparse.ArgumentTypeError(f"expected NAME or FILE=NAME, got {text}")
     return file, name

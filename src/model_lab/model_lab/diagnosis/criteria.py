@@ -24,6 +24,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import BLOCKS
 from model_lab.series.within_runs import residual_tests
 from softhand_model.effects import Effect
+from softhand_model.effects.hand import HandEffect
 
 TIMES_OF_SESSION = ("time_in_run", "run_order")  # black boxes of what no effect depends on
 
@@ -236,7 +237,7 @@ def _of_another_form(
     problem: FitProblem, base: Scored, final: Scored, black_boxes: Sequence[BlackBox]
 ) -> bool:
     """Whether the rest is so small that the effects are right and only their equations differ from
-    what the actuator does.
+    what the actuator does. Effects of a hand, such as a mass or a tilt, have no other equation.
     """
     rules = problem.rules
     if is_far(problem, final) or _strained(problem, base, final):
@@ -248,18 +249,22 @@ def _of_another_form(
         return True
     if _at_a_bound(problem, final) or _of_the_session(problem, final, black_boxes):
         return False
-    return share <= rules.left_share
+    added = (problem.classes[name] for name in final.effects if name not in base.effects)
+    return share <= rules.left_share and not all(issubclass(one, HandEffect) for one in added)
 
 
 def _strained(problem: FitProblem, base: Scored, final: Scored) -> bool:
     """Whether effects leave much of the error, in residuals that run on within runs, and need a
-    parameter at or beyond the edge of its usual range: they stand in for something else.
+    parameter at or beyond the edge of its usual range: they stand in for something else. Poses of a
+    hand are too few in a run to tell whether residuals run on.
     """
     rules, scales = problem.rules, final.fit.likelihood.scales
     if error_of(problem, final) <= rules.rest_error * problem.floor.total:
         return False
     within = residual_tests(problem.data, final.fit.residual)
-    if within is None or within.autocorrelation[1] < rules.running_residual:
+    if within is None and not problem.data.of_hand:
+        return False
+    if within is not None and within.autocorrelation[1] < rules.running_residual:
         return False
     at, margin = scales.inward(final.fit.values), rules.limit_distance * scales.width
     ends = [p.typical or (p.low, p.high) for p in final.fit.likelihood.parameters]

@@ -26,8 +26,11 @@ from softhand_common.documents.yaml_document import DocumentError
 # by hand: above the noise of pressures, below what tells two poses apart
 MARGIN = 0.25  # [s] over which means must stay the same at rest
 TIP_SHIFT, PRESSURE_SHIFT = 1e-3, 1e3  # [m], [Pa] by which they may change
+NOISE_SHIFT = 4.0  # standard errors of that change by which it may be larger
+LEAST_NOISE_SAMPLES = 5  # in MARGIN, without which changes from sample to sample are no noise
 SAME_ATTITUDE = np.deg2rad(2.0)  # of the wrist, within a run and between repeats
 SAME_PRESSURE = 4e3  # [Pa] between repeats
+MEDIAN_OF_NORMAL = 0.6745  # of the size of a standard normal number
 KPA, MM = 1e-3, 1e3  # units of the set over those of ROS
 
 
@@ -134,15 +137,23 @@ def at_rest(course: HandCourse) -> Array:
     first = np.searchsorted(time, time - MARGIN)
     last = np.searchsorted(time, time + MARGIN, side="right")
     now = np.arange(len(time))
-    shifts = [
-        np.abs(_mean(values, now, last) - _mean(values, first, now + 1)).max(axis=1) / largest
-        for values, largest in (
-            (course.flat_places, TIP_SHIFT),
-            (course.pressures, PRESSURE_SHIFT),
-        )
-    ]
+    share = NOISE_SHIFT * np.sqrt(1.0 / (last - now) + 1.0 / (now + 1 - first))[:, None]
+    often = len(time) > LEAST_NOISE_SAMPLES * (time[-1] - time[0]) / MARGIN
+    shifts = []
+    for values, largest in ((course.flat_places, TIP_SHIFT), (course.pressures, PRESSURE_SHIFT)):
+        change = np.abs(_mean(values, now, last) - _mean(values, first, now + 1))
+        noise = _noise_of(values) if often else np.zeros(values.shape[1])
+        shifts.append((change / np.hypot(largest, share * noise)).max(axis=1))
     shifts.append(turned(turns[first], turns[last - 1]) / SAME_ATTITUDE)
     return np.asarray(np.max(shifts, axis=0) < 1.0)
+
+
+def _noise_of(values: Array) -> Array:
+    """Standard deviation (n,) of white noise in the columns of values (k, n): by the median of
+    their second differences, in which a slow course is small.
+    """
+    second = np.abs(np.diff(values, 2, axis=0))
+    return np.asarray(np.median(second, axis=0) / (MEDIAN_OF_NORMAL * np.sqrt(6.0)))
 
 
 def _mean(values: Array, first: IntArray, last: IntArray) -> Array:

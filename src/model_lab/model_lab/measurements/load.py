@@ -14,11 +14,14 @@ from model_lab.measurements.bags.fields import MessageField
 from model_lab.measurements.csv_file import TableError, read_columns
 from model_lab.measurements.hands import (
     GRASP,
+    HAND_MOTION,
+    HAND_POSE,
     OBJECT_PLACE,
     OF_HANDS,
     PRESS,
     WITH_WRENCH,
     WRENCH_COLUMNS,
+    WRIST_POSE,
     default_markers,
     marker_columns,
     mass_columns,
@@ -266,7 +269,15 @@ class _RunReader:
             self.bags.add(name)
         steady = initial == "steady"
         pulled = _stretched_to(fields, virgin)
-        held = fields["wrist_rpy"].vector() if "wrist_rpy" in fields else (0.0, 0.0, 0.0)
+        held: tuple[float, ...] = (0.0, 0.0, 0.0)
+        if "wrist_rpy" in fields:
+            held = fields["wrist_rpy"].vector()
+        elif self._experiment in (HAND_POSE, HAND_MOTION) and WRIST_POSE[-1] not in columns:
+            raise node.error(
+                "the key wrist_rpy, roll, pitch and yaw [rad] of the wrist in the world (weight "
+                "bends the fingers)",
+                "none; fingers up is wrist_rpy: [0.0, 0.0, 0.0]",
+            )
         return Run(
             name, specimen, protocol, temperature, columns, virgin, steady, mode, lead, pulled, held
         )
@@ -351,10 +362,13 @@ class _RunReader:
         """Columns to read from a CSV file; those that the experiment needs must have a unit."""
         for name in self._needed():
             if name not in self._units and name not in COLUMN_WORDS:
+                tracked = self._experiment in (HAND_POSE, HAND_MOTION) and name in self._outputs
+                instead = ", or name under `markers` only those that were tracked"
                 raise DocumentError(
                     f"{node.file}: columns: expected the column {name}, which {self._experiment} "
                     f"needs, got {listed(self._units)}; "
                     f"add `{name}: {{unit: {unit_of(name) or repr('')}}}` with your own unit"
+                    f"{instead if tracked else ''}"
                 )
         words = [
             name for name in self._needed() if name in COLUMN_WORDS and name not in self._units

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from model_lab.measurements.hands import PRESSURE_OF, WRIST_POSE
 from model_lab.measurements.measurement_set import (
     DEFLATE,
     SET_FORMAT,
@@ -93,6 +94,8 @@ def specimen_entry(specimen: Specimen) -> dict:
 
 def run_entry(run: Run) -> dict:
     """The entry of a run in experiment.yaml, as a dictionary."""
+    of_hand = any(name.startswith(PRESSURE_OF) for name in run.columns)
+    held = of_hand and WRIST_POSE[-1] not in run.columns
     entry = {
         "specimen": run.specimen,
         "temperature": float(run.temperature),
@@ -104,7 +107,7 @@ def run_entry(run: Run) -> dict:
         | ({"virgin": True} if run.virgin else {})
         | ({"initial": "steady"} if run.steady else {})
         | ({"mode": run.mode} if run.mode else {})
-        | ({"wrist_rpy": [float(a) for a in run.wrist_rpy]} if any(run.wrist_rpy) else {})
+        | ({"wrist_rpy": [float(a) for a in run.wrist_rpy]} if held else {})
         | ({"stretched_to": float(run.stretched_to)} if run.stretched_to > 1.0 else {})
     )
 

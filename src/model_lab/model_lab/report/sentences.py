@@ -19,6 +19,7 @@ from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.learning import words
 from model_lab.learning.learn import Learning
 from model_lab.localisation.axes import DRIVING_QUANTITY
+from model_lab.measurements.hands import OF_HANDS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
@@ -73,7 +74,7 @@ def sure_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _why_unknown(diagnosis: Diagnosis) -> str:
-    """Why no number says how sure a verdict is; empty where too few sets of a kind were seen."""
+    """Why no number says how sure a verdict is; empty where another sentence tells that."""
     loose = [f"{name} of {one.name}" for one in diagnosis.effects for name in one.undetermined]
     if loose:
         return f"That is a guess: these data do not determine {listed(loose)}."
@@ -89,6 +90,11 @@ def _why_unknown(diagnosis: Diagnosis) -> str:
         return (
             f"{guess} often such verdicts are right is not known, as this set is unlike those for "
             f"which they were counted ({listed(diagnosis.beyond)} in `evidence`)."
+        )
+    if diagnosis.experiment in OF_HANDS and not diagnosis.guess:
+        return (
+            "How often such verdicts are right is not known: too few hands with known causes were "
+            "diagnosed."
         )
     return ""
 
