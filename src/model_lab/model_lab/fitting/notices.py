@@ -24,6 +24,7 @@ from model_lab.rules import RULES
 FREQUENCIES = 240  # at which a line is sought
 FEWEST_PERIODS = 5.0  # periods in the shortest run
 SPECTRUM_SAMPLES = 4000  # samples of a run of which the spectrum is taken
+HARMONICS = (1, 2, 3, 4)  # multiples of its frequencies that an input causes in an error
 LINE_WIDTH = 3.0  # periods in a run, of one line
 COMPARED_RANGE = 3.0  # largest ratio of frequencies whose shares are compared
 
@@ -60,7 +61,9 @@ def _scattered(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
 
 # ---------------------------------------------------------------------- a line
 def _line(data: MeasurementSet, residual: Array) -> Notice | None:
-    """A frequency at which the error of most runs has a line that the input has not."""
+    """A frequency at which the error of most runs has a line, though it is no frequency of the
+    input, nor a multiple of one.
+    """
     if not data.has_time or data.experiment == "valve_pulse":
         return None
     courses = [c for c in data.table.courses if c.length >= RULES.notice_samples]
@@ -73,8 +76,15 @@ def _line(data: MeasurementSet, residual: Array) -> Notice | None:
     errors = [residual[c.samples][:SPECTRUM_SAMPLES] for c in courses]
     shares = np.stack([_shares(t, e, grid) for t, e in zip(times, errors, strict=True)])
     inputs = [data.driving(data.runs[c.run])[:SPECTRUM_SAMPLES] for c in courses]
-    driven = np.stack([_shares(t, u, grid) for t, u in zip(times, inputs, strict=True)])
-    free = np.max(driven, axis=0) < RULES.line_in_input
+    driven = np.max(
+        [
+            _shares(t, u, grid / multiple)
+            for t, u in zip(times, inputs, strict=True)
+            for multiple in HARMONICS
+        ],
+        axis=0,
+    )
+    free = driven < RULES.line_in_input
     many = np.mean(shares >= RULES.line_share, axis=0) >= RULES.line_runs
     mean = shares.mean(axis=0)
     best = int(np.argmax(np.where(free & many, mean, -1.0)))
