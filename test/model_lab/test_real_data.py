@@ -7,6 +7,7 @@ import json
 import os
 import runpy
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -46,8 +47,10 @@ def folder(request):
     return request.param
 
 
-def _model(data):
-    return runpy.run_path(str(SCRIPT))["fitting_model"](data)
+@cache
+def _model(folder):
+    """Name of the model that the script takes for a set; to find it, the base model is fitted."""
+    return runpy.run_path(str(SCRIPT))["fitting_model"](load_measurements(folder))[0]
 
 
 def _every(step, data):
@@ -67,7 +70,7 @@ def _thinned(data):
 
 
 def test_compare_measures_the_error_against_a_floor(folder, tmp_path):
-    model, _ = _model(load_measurements(folder))
+    model = _model(folder)
     out = tmp_path / "compare.json"
     assert main(["compare", str(folder), "--model", model, "--json", str(out)]) == 0
     content = json.loads(out.read_text())
@@ -75,9 +78,8 @@ def test_compare_measures_the_error_against_a_floor(folder, tmp_path):
 
 
 def test_diagnose_comes_to_a_verdict_and_writes_its_report(folder, tmp_path, capsys):
-    data = load_measurements(folder)
-    model, _ = _model(data)
-    write_set(_thinned(data), tmp_path / "set")
+    model = _model(folder)
+    write_set(_thinned(load_measurements(folder)), tmp_path / "set")
     out = tmp_path / "diagnose.json"
     given = ["diagnose", tmp_path / "set", "--model", model, "--json", out, "--jobs", 1]
     assert main([str(word) for word in [*given, "--report", tmp_path]]) == 0
@@ -89,8 +91,7 @@ def test_diagnose_comes_to_a_verdict_and_writes_its_report(folder, tmp_path, cap
 
 
 def test_ladder_sets_models_side_by_side(folder, capsys):
-    model, _ = _model(load_measurements(folder))
-    assert main(["ladder", str(folder), model]) == 0
+    assert main(["ladder", str(folder), _model(folder)]) == 0
     assert "noise floor" in capsys.readouterr().out
 
 
@@ -161,7 +162,7 @@ def test_chambers_that_balloon_take_off_two_thirds_of_the_error_of_bellows(name,
 @pytest.mark.parametrize("folder", SMALL, ids=lambda path: path.name)
 def test_what_a_real_set_lacks_is_learned_as_a_curve_and_most_of_the_error_goes(folder):
     data = load_measurements(folder)
-    learned = learn(data, load_model(_model(data)[0]))
+    learned = learn(data, load_model(_model(folder)))
     assert learned.curves[0].shape.stage in ("load", "elastic", "input")
     assert learned.final.held_out.rmse < learned.base.held_out.rmse / 3.0
 

@@ -61,7 +61,8 @@ def _wild_of(
     middle, wild = _far_off(readings, together)
     if not model.any():
         wild[[0, -1]] = False  # a course may begin or end with a jump
-    wild &= ~_far_off(data.driving(run), together)[1]
+    if wild.any():
+        wild &= ~_far_off(data.driving(run), together)[1]
     return middle - readings, wild & (wild.mean() <= RULES.most_wild)
 
 
