@@ -255,8 +255,8 @@ def _of_another_form(
 
 def _strained(problem: FitProblem, base: Scored, final: Scored) -> bool:
     """Whether effects leave much of the error, in residuals that run on within runs, and need a
-    parameter at or beyond the edge of its usual range: they stand in for something else. Poses of a
-    hand are too few in a run to tell whether residuals run on.
+    parameter at or beyond the edge of its usual range: they stand in for something else. Of a
+    hand at rest, or pressed at constant pressure, runs do not tell whether residuals run on.
     """
     rules, scales = problem.rules, final.fit.likelihood.scales
     if error_of(problem, final) <= rules.rest_error * problem.floor.total:
