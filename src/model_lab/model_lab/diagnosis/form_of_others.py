@@ -23,9 +23,8 @@ def only_mending(problem: FitProblem, base: Scored, final: Scored) -> dict[str, 
 
     Without it the others explain the error up to the form of an equation (`Rules.left_share`; with
     the gains of runs `Rules.form_left`), and it brings little of what all gain (`Rules.form_gain`).
-    An effect of temperature or weight, where
-    these differ between runs, is not such a one, nor is one of ageing or of one part of a hand: no
-    form of another effect follows them.
+    An effect of temperature or weight, where these differ between runs, is not such a one, nor is
+    one of ageing or of one part of a hand: no form of another effect follows them.
     """
     added = [name for name in final.effects if name not in base.effects]
     if len(added) < 2:
