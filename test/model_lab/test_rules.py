@@ -47,7 +47,8 @@ EXCEPTIONS = {
     "fitting/pulse_noise.py": {"LEAST_SINGULAR": NUMERICS},
     "fitting/notices.py": {
         **dict.fromkeys(
-            ("COMPARED_RANGE", "FEWEST_PERIODS", "LINE_WIDTH", "SPECTRUM_SAMPLES"), NUMERICS
+            ("COMPARED_RANGE", "FEWEST_PERIODS", "HARMONICS", "LINE_WIDTH", "SPECTRUM_SAMPLES"),
+            NUMERICS,
         ),
     },
     "fitting/problem.py": {"SETTLED_MOVE": NUMERICS},

@@ -33,6 +33,8 @@ def test_every_trial_changes_one_thing_at_the_most():
         ("20 K warmer",),
         ("mounted base up",),
         ("mounted base down",),
+        ("mounted level curling up",),
+        ("mounted level curling down",),
         ("another specimen, like d2.5 with a wall of 4 mm",),
     }
 

@@ -30,7 +30,7 @@ FLOW_OVER = 0.02  # [s] over which a flow is taken from a mass or a pressure
 
 
 def lead_of_masses(known: Array, masses: Array, pressures: Array) -> float:
-    """Time [s] by which masses (n, channels) lead the pressures (n, channels) at times (n,) [s].
+    """Time [s] by which masses (n, channels) lead pressures (n, channels) [Pa] at times [s].
 
     The driver tells the mass after its valves, if switched off now, have closed, which is ahead of
     the air in the channel by the delay of a valve: the shift at which the flows into the channels
