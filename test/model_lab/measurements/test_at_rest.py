@@ -21,6 +21,11 @@ def test_a_course_without_noise_begins_with_its_first_sample():
         assert beginning(course) == pytest.approx(course[0], abs=2e-3)
 
 
+def test_a_coarse_smooth_course_has_no_noise():
+    course = 20.0 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 24)))
+    assert beginning(course) == course[0] == lowest(course)[0]
+
+
 def test_the_air_s_pressure_is_not_the_lowest_reading():
     rng, time = np.random.default_rng(2), np.arange(0.0, 20.0, 0.02)
     for rest, back in ((1.0, 0.0), (0.0, 1.0)):  # it rests before, or after, or only touches zero

@@ -47,7 +47,12 @@ def lowest(course: Array) -> list[float]:
 
 
 def _noise(course: Array) -> float:
-    """Standard deviation of white noise, from the second differences of a course (samples,)."""
+    """Standard deviation of white noise, from the second differences of a course (samples,); 0
+    where these do not alternate as those of noise do, but follow a curve.
+    """
     if len(course) < FEWEST_ON_LINE:
         return 0.0
-    return float(np.median(np.abs(np.diff(course, 2)))) * SIGMA_OF_MEDIAN / float(np.sqrt(6.0))
+    bends = np.diff(course, 2)
+    if bends[1:] @ bends[:-1] >= 0.0:
+        return 0.0
+    return float(np.median(np.abs(bends))) * SIGMA_OF_MEDIAN / float(np.sqrt(6.0))
