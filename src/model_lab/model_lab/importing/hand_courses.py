@@ -13,6 +13,7 @@ import numpy as np
 from model_lab.aliases import Array, IntArray
 from model_lab.importing.importing import ImportedSet
 from model_lab.importing.runs import ImportedRun
+from model_lab.measurements.at_rest import white_noise
 from model_lab.measurements.hands import (
     HandSpecimen,
     default_markers,
@@ -30,7 +31,6 @@ NOISE_SHIFT = 4.0  # standard errors of that change by which it may be larger
 LEAST_NOISE_SAMPLES = 5  # in MARGIN, without which changes from sample to sample are no noise
 SAME_ATTITUDE = np.deg2rad(2.0)  # of the wrist, within a run and between repeats
 SAME_PRESSURE = 4e3  # [Pa] between repeats
-MEDIAN_OF_NORMAL = 0.6745  # of the size of a standard normal number
 KPA, MM = 1e-3, 1e3  # units of the set over those of ROS
 
 
@@ -142,18 +142,10 @@ def at_rest(course: HandCourse) -> Array:
     shifts = []
     for values, largest in ((course.flat_places, TIP_SHIFT), (course.pressures, PRESSURE_SHIFT)):
         change = np.abs(_mean(values, now, last) - _mean(values, first, now + 1))
-        noise = _noise_of(values) if often else np.zeros(values.shape[1])
-        shifts.append((change / np.hypot(largest, share * noise)).max(axis=1))
+        noise = [white_noise(column) if often else 0.0 for column in values.T]
+        shifts.append((change / np.hypot(largest, share * np.array(noise))).max(axis=1))
     shifts.append(turned(turns[first], turns[last - 1]) / SAME_ATTITUDE)
     return np.asarray(np.max(shifts, axis=0) < 1.0)
-
-
-def _noise_of(values: Array) -> Array:
-    """Standard deviation (n,) of white noise in the columns of values (k, n): by the median of
-    their second differences, in which a slow course is small.
-    """
-    second = np.abs(np.diff(values, 2, axis=0))
-    return np.asarray(np.median(second, axis=0) / (MEDIAN_OF_NORMAL * np.sqrt(6.0)))
 
 
 def _mean(values: Array, first: IntArray, last: IntArray) -> Array:

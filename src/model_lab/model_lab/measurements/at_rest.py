@@ -6,7 +6,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 
-FEWEST_ON_LINE = 8  # first samples that tell where a course begins
+FEWEST_ON_LINE = 8  # first samples that tell where a course begins; by hand, as all here
 SIGMA_OF_MEDIAN = 1.4826  # standard deviation over the median of the size, of white noise
 REACH_OF_NOISE = 6.0  # standard deviations by which noise lowers the lowest of many readings
 
@@ -18,7 +18,7 @@ def beginning(course: Array) -> float:
     or their mean if the line is level: a camera's first frame alone would give each run a zero of
     its own. Without noise it is the first sample.
     """
-    noise, found, count = _noise(course), float(course[0]), FEWEST_ON_LINE
+    noise, found, count = white_noise(course), float(course[0]), FEWEST_ON_LINE
     while count <= len(course) // 2:
         place, part = np.arange(count) - (count - 1) / 2, course[:count]
         slope, mean = place @ part / (place @ place), float(np.mean(part))
@@ -41,14 +41,14 @@ def lowest(course: Array) -> list[float]:
     >>> round(float(course.min())), [round(level) for level in lowest(course)]
     (96, [100])
     """
-    least, reach = float(np.min(course)), REACH_OF_NOISE * _noise(course)
+    least, reach = float(np.min(course)), REACH_OF_NOISE * white_noise(course)
     ends = beginning(course), beginning(course[::-1])
     return [end for end in ends if end - least <= reach] or [least]
 
 
-def _noise(course: Array) -> float:
+def white_noise(course: Array) -> float:
     """Standard deviation of white noise, from the second differences of a course (samples,); 0
-    where these do not alternate as those of noise do, but follow a curve.
+    where these follow a curve and do not alternate as those of noise do.
     """
     if len(course) < FEWEST_ON_LINE:
         return 0.0
