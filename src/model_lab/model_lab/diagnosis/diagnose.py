@@ -139,7 +139,7 @@ def diagnose(
     if new is None:
         return outcome
     renewed = _diagnosed(new, model, options, tell_no_first)
-    told = with_new_specimens(data, outcome.diagnosis, renewed.diagnosis)
+    told = with_new_specimens(data, outcome.diagnosis, renewed.diagnosis, known)
     return outcome if told is None else replace(renewed, diagnosis=told)
 
 

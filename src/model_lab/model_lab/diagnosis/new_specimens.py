@@ -43,9 +43,7 @@ def as_new(
     tried = [
         score_with(problem, base, name)
         for name, effect in problem.classes.items()
-        if getattr(effect, "largest", {})
-        and data.experiment in effect.experiments
-        and name not in added
+        if _remembers(effect) and data.experiment in effect.experiments and name not in added
     ]
     enough = RULES.slip_share * base.held_out.rmse
     explained = any(isinstance(one, Scored) and one.held_out.rmse <= enough for one in tried)
@@ -53,13 +51,18 @@ def as_new(
 
 
 def with_new_specimens(
-    data: MeasurementSet, found: Diagnosis, renewed: Diagnosis
+    data: MeasurementSet,
+    found: Diagnosis,
+    renewed: Diagnosis,
+    classes: Mapping[str, type[Effect]],
 ) -> Diagnosis | None:
     """The diagnosis of the set with new specimens, with the slip that says so; None if that is a
-    guess, or leaves much. found, renewed: diagnoses of the set as stated and of `as_new`.
+    guess, names no effect that remembers the largest stretch, or leaves much. found, renewed:
+    diagnoses of the set as stated and of `as_new`.
     """
+    softening = [one.name for one in renewed.effects if _remembers(classes.get(one.name))]
     little = renewed.rmse_after <= RULES.slip_share * found.rmse_before
-    if renewed.verdict != EFFECTS_MISSING or renewed.guess or not little:
+    if renewed.verdict != EFFECTS_MISSING or renewed.guess or not softening or not little:
         return None
     slip = Slip(
         NEW_SPECIMENS,
@@ -69,6 +72,11 @@ def with_new_specimens(
         found.rmse_before,
         renewed.rmse_after,
         one_line({"runs": {run.name: {"virgin": True} for run in data.runs}}),
-        renewed.effects[0].name,
+        softening[0],
     )
     return replace(renewed, verdict=SLIP, slips=(slip,), verdict_mended=renewed.verdict)
+
+
+def _remembers(effect: type[Effect] | None) -> bool:
+    """Whether an effect remembers what belongs to the specimen, such as its largest stretch."""
+    return bool(getattr(effect, "largest", {}))
