@@ -16,7 +16,7 @@ LOOPS: dict[str, dict[str, float]] = {  # memory too short for the samples to re
     "hysteresis": {"stretch_scale": 0.01},
 }
 # the same as the lag of a tube on a straight ramp
-LAGS = frozenset({"angle_sensor_lag", "clock_offset"})
+LAGS = frozenset({"angle_sensor_lag", "clock_offset", "growing_chamber_lag"})
 RATES = {"drives": "one_rate", "samples": ONE_RATE_SAMPLES}
 TIED: tuple[tuple[str, str, str, Parameters, dict[str, Any]], ...] = (
     *(("one_rate", "free_bending", law, given, RATES) for law, given in LOOPS.items()),

@@ -322,7 +322,7 @@ def suggestion(names: Sequence[str]) -> str | None:
 
 def _markers_for_angle(wholes: Mapping[str, list[str]]) -> list[list[str]]:
     """Columns of the two or three markers of an angle: all, if there are no more; two on the tip,
-    as their names say; else those at base, middle and tip, if they are named in this order. None
+    as their names say; else the first, middle and last, which should be base, middle and tip. Empty
     if there is one marker.
     """
     bodies = list(wholes.values())

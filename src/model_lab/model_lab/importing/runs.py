@@ -29,7 +29,7 @@ MIN_SAMPLES = 8  # from which an offset is sought
 OVERLAP = 0.8  # share of the outputs that must lie within the input's time
 CUBIC = 4  # coefficients
 FINER_STEPS = 41
-SAME_CLOCK = 0.15  # share of an offset by which those of one clock may differ
+SAME_CLOCK = 0.15  # share of an offset by which those of one clock may differ; by hand
 
 
 @dataclass(frozen=True)

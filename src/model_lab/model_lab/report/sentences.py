@@ -38,9 +38,6 @@ AXIS_WORDS = {
 }
 
 
-ANGLE_GAIN = "angle_gain"
-
-
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence, and in another one how sure it is.
 
@@ -306,7 +303,7 @@ def _left_over(diagnosis: Diagnosis) -> str:
 
 def _or_a_size(diagnosis: Diagnosis) -> str:
     """That a wrong size of the finger looks like a wrong scale of its angle (eq. 3.12)."""
-    gains = [one for one in diagnosis.effects if one.name == ANGLE_GAIN]
+    gains = [one for one in diagnosis.effects if one.name == "angle_gain"]
     if not gains:
         return ""
     gain = gains[0].parameters["gain"].value

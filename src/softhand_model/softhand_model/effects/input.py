@@ -161,15 +161,7 @@ class GrowingChamberLag(InputEffect):
     cause, member = "lag", "tube with a growing chamber"
     experiments = BENDING
     parameters = (
-        Parameter(
-            "time_constant",
-            "s",
-            1e-4,
-            100.0,
-            "time in which the chamber follows at no pressure",
-            (0.02, 1.0),
-            logarithmic=True,
-        ),
+        *TubeLag.parameters,
         Parameter(
             "doubling_pressure",
             "Pa",
