@@ -47,12 +47,20 @@ OF_WHOLE = {
 
 
 def hidden_in(
-    hand: HandDescription, kind: str, strength: str, random: np.random.Generator
+    hand: HandDescription,
+    kind: str,
+    strength: str,
+    random: np.random.Generator,
+    share: float | None = None,
 ) -> Hidden:
-    """A case of the plan, at a place that is drawn."""
+    """A case of the plan, at a place that is drawn; share: of the way from the strong size to the
+    weak one.
+    """
     if kind not in SIZES:
         return Hidden(hand, kind, strength)
-    size = SIZES[kind][strength == "weak"]
+    strong, weak = SIZES[kind]
+    way = float(strength == "weak") if share is None else share
+    size = strong ** (1.0 - way) * weak**way
     if kind in OF_WHOLE:
         return Hidden(hand, kind, strength, effects=(OF_WHOLE[kind](factor=size),), value=size)
     if kind == "gent_stiffening":

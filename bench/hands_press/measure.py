@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from bench.hands_motion.measure import ENGINE, GAUGE_NOISE, MODULUS_SCALES, SEGMENTS, STEP, impose
 from bench.hands_press.cases import CONTROL, Hidden
 from bench.kept import revision_of
-from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, hand_press_set
+from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, Press, hand_press_set
 from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from pneuflex_sim.engines.mujoco.compliance import PER_COMPLIANCE, RIGID_COMPLIANCE
@@ -32,12 +32,37 @@ KEPT = Path("out/bench/hands_press")
 AVERAGED = 0.5  # share of the time between samples over which the gauge averages
 
 
-def measured(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
-    """Two noisy repeats of six protocols of the lab's planned set."""
-    empty = hand_press_set()
+def measured(
+    hidden: Hidden, random: np.random.Generator, presses: Mapping[str, Press] = PRESSES
+) -> MeasurementSet:
+    """Two noisy repeats of some protocols, those of the lab's planned set if none are given."""
+    empty = hand_press_set(presses=presses)
     scale = float(random.uniform(*MODULUS_SCALES))
-    truth = {run.protocol: kept(hidden, empty, run, scale) for run in empty.runs[: len(PRESSES)]}
+    truth = {run.protocol: kept(hidden, empty, run, scale) for run in empty.runs[: len(presses)]}
     return noisy(empty, truth, random, shuffled=hidden.name == CONTROL)
+
+
+def measured_as_drawn(hidden: Hidden, random: np.random.Generator) -> MeasurementSet:
+    """Four to six protocols of the planned set, each changed: every pressure by up to 10 %, the
+    lowest height by 3 mm, the tilt by 0.1 rad, and the way along the plate by a third and 30 deg.
+    """
+    chosen = random.choice([*PRESSES], random.integers(4, 7), replace=False)
+    return measured(hidden, random, {str(name): _changed(PRESSES[name], random) for name in chosen})
+
+
+def _changed(press: Press, random: np.random.Generator) -> Press:
+    turn, longer = random.uniform(-np.pi / 6, np.pi / 6), random.uniform(2 / 3, 4 / 3)
+    forward, aside = press.slide
+    return replace(
+        press,
+        pressures=tuple((random.uniform(0.9, 1.1, 4) * press.pressures).tolist()),
+        end=press.end + float(random.uniform(-3e-3, 3e-3)),
+        slide=(
+            longer * float(np.cos(turn) * forward - np.sin(turn) * aside),
+            longer * float(np.sin(turn) * forward + np.cos(turn) * aside),
+        ),
+        tilt=press.tilt + float(random.uniform(-0.1, 0.1)),
+    )
 
 
 def noisy(
@@ -67,9 +92,9 @@ def kept(hidden: Hidden, empty: MeasurementSet, run: Run, scale: float) -> tuple
     was stopped goes on.
     """
     effects = [(effect.name, effect.values) for effect in hidden.effects]
-    what = repr(
-        (effects, hidden.where, scale, revision_of(["src/pneuflex_sim", "bench/hands_press"]))
-    )
+    course = sha256(b"".join(run.columns[name].tobytes() for name in run.columns)).hexdigest()
+    code = revision_of(["src/pneuflex_sim", "bench/hands_press"])
+    what = repr((effects, hidden.where, scale, course, code))
     file = KEPT / f"{run.protocol}-{sha256(what.encode()).hexdigest()[:16]}.npz"
     if not file.is_file():
         wrench, wrist = pressed(hidden, empty, run, scale)

@@ -44,11 +44,13 @@ def test_two_effects_act_in_one_hand_as_each_alone(number):
 
 @pytest.mark.parametrize("experiment", PLANS)
 def test_a_seed_draws_all_kinds(experiment):
-    cases = [drawn(5, number, experiment) for number in range(DRAWN)]
-    assert [drawn(5, 7, experiment)] == cases[7:8] != [drawn(6, 7, experiment)]
-    assert {one.kind for one in cases if one.group == "strong"} == set(PLANS[experiment].sizes)
-    assert {one.kind for one in cases if one.group == "slip"} == set(SLIPS)
-    assert len(cases) % len(PLANS[experiment].round) == 0
+    cases, plan = [drawn(5, number, experiment) for number in range(DRAWN)], PLANS[experiment]
+    assert [drawn(5, 3, experiment)] == cases[3:4] != [drawn(6, 3, experiment)]
+    for group in {group for group in plan.round if group != "nothing"}:
+        kinds = {one.kind for one in cases if one.group == group}
+        assert kinds <= set(plan.groups[group])
+        assert group in ("two", "weak") or kinds == set(plan.groups[group])
+    assert len(cases) % len(plan.round) == 0
 
 
 def test_sizes_lie_between_strong_and_weak():

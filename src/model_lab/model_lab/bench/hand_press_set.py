@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,14 +53,16 @@ PRESSES = {
 }
 
 
-def hand_press_set(name: str = "rbo_hand_2") -> MeasurementSet:
-    """A planned set of presses, without measurements: two repeats of six protocols."""
+def hand_press_set(
+    name: str = "rbo_hand_2", presses: Mapping[str, Press] = PRESSES
+) -> MeasurementSet:
+    """A planned set of presses, without measurements: two repeats of some protocols."""
     hand = load_hand(name)
     time = np.arange(round(PRESS_RATE * PRESS_DURATION) + 1) / PRESS_RATE
     zeros = {column: np.zeros(len(time)) for column in WRENCH_COLUMNS}
     runs = []
     for repeat in "ab":
-        for order, (key, press) in enumerate(PRESSES.items()):
+        for order, (key, press) in enumerate(presses.items()):
             held = dict(zip(pressure_columns(hand), press.pressures, strict=False))
             driven = {column: np.full(len(time), value) for column, value in held.items()}
             wrist = dict(zip(WRIST_POSE, press_course(press, time).T, strict=True))
