@@ -80,6 +80,15 @@ def test_slack_layer_scales_the_force():
         assert found == pytest.approx(0.5 * whole, rel=1e-8, abs=1e-12)
 
 
+def test_a_finger_that_bulges_pushes_more_and_depends_on_its_modulus():
+    bulges, data = EFFECTS["finite_rotation"](), blocked(PRESSURE)
+    gain = forces(data, bulges)[1:] / forces(data)[1:]
+    assert gain[0] == pytest.approx(1.0, abs=1e-4)
+    assert (np.diff(gain) > 0.0).all()
+    soft = blocked(PRESSURE, shear_modulus=50e3)
+    assert (forces(soft, bulges)[-1] / forces(soft)[-1]) > gain[-1] > 1.03
+
+
 def test_friction_parts_loading_from_unloading():
     up_and_down = np.concatenate([PRESSURE, PRESSURE[::-1]])
     data = blocked(up_and_down, time=np.arange(80))

@@ -203,7 +203,7 @@ def test_blocked_tips_in_one_loop_push_as_each_sample_alone(
     names: tuple[str, ...], compliance: float
 ) -> None:
     reach = np.array([0.07, 0.02])[None, None, :] * np.ones((1, RUNS, 1))
-    blocked = Blocked(reach, np.full((1, RUNS, 2), 0.045), compliance)
+    blocked = Blocked(reach, np.full((1, RUNS, 2), 0.045), compliance, np.zeros((RUNS, 2, 2)))
     load, given = np.abs(loads()), runs(steady=True)
     effects = compiled_effects(StagedEffects(of(*names)))
     assert effects is not None

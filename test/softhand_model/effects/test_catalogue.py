@@ -50,6 +50,7 @@ BY_STAGE = {
         "bend_twist_coupling",
         "gauge_compliance",
         "tip_friction",
+        "finite_rotation",
     },
     "output": {
         "angle_offset",

@@ -12,7 +12,7 @@ from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance, bending_load, free_curvature
 from softhand_model.bending.elastic_chain import compiled_effects
-from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
+from softhand_model.bending.loaded_finger import Blocked, BlockedSolver, bulging
 from softhand_model.bending.whole_runs import force_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides, remembers
@@ -64,12 +64,22 @@ class BlockedTip:
         """Force (lanes, rows, 1) [N] of the tip at chamber pressures (lanes, rows, 1) [Pa]."""
         sections, rows = self._sections, self._rows
         reach = sections.length - sections.x
-        blocked = Blocked(reach, sections.weight, staged.tip_compliance())
+        blocked = Blocked(reach, sections.weight, staged.tip_compliance(), sections.running)
         fingers = _Fingers(at_modulus(sections.shape, modulus), blocked, self._edge)
+        force = self._of_straight(staged, fingers, pressure)
+        if not staged.bulges:
+            return force
+        fingers = fingers.of_rows(rows.run)
+        load = bending_load(staged, pressure, fingers.shape)
+        return force * bulging(load, fingers.shape, fingers.blocked)
+
+    def _of_straight(self, staged: StagedEffects, fingers: _Fingers, pressure: Array) -> Array:
+        """Force (lanes, rows, 1) [N] of fingers that stay straight between base and gauge."""
+        rows = self._rows
         effects = compiled_effects(staged)
         if effects is not None and not self._linear and not staged.stiffens:
             load = bending_load(staged, pressure, fingers.shape.of_rows(rows.run))
-            return force_in_runs(effects, load, fingers.shape, blocked, rows.runs)
+            return force_in_runs(effects, load, fingers.shape, fingers.blocked, rows.runs)
 
         def stepping(fingers: _Fingers) -> Step:
             stepped = SteppedBalance(staged)
@@ -80,7 +90,7 @@ class BlockedTip:
         return self._rows.at_once(
             lambda part, run: stepping(fingers.of_rows(run))(part, NO_TIME),
             pressure,
-            reach.shape[-1],
+            self._sections.x.shape[-1],
         )
 
 

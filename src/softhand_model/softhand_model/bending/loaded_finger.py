@@ -33,10 +33,12 @@ from softhand_model.bending.balance import (
     rough_stretch,
 )
 from softhand_model.effects.stages import SectionShape
+from softhand_model.hand import section
 
 LOADED_STEP = 1e-9  # last step of the stretch; with a constant matrix about the error
 MATRIX_STEPS = 7  # steps of an iteration after which its matrix is updated
 LEAST_START = 0.7  # smallest stretch at which the search begins
+STRAIGHT_STEPS, BULGING_STEPS = 5, 3  # of Newton's method for the force
 
 
 def running_integral(edges: Array, points: int) -> Array:
@@ -161,16 +163,19 @@ class Blocked:
 
     reach (1, rows, sections) [m]: distance from each section to the tip. weights (1, rows,
     sections) [m]: Gauss weights of the sections. compliance [m/N]: of the force gauge, a number or
-    (lanes, 1, 1).
+    (lanes, 1, 1). running (rows, sections, sections) [m]: `running_integral` of each row.
     """
 
     reach: Array
     weights: Array
     compliance: Array | float
+    running: Array
 
     def of_rows(self, rows: Indices) -> Blocked:
         """The same for a selection of the rows, in which rows may repeat."""
-        return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
+        return Blocked(
+            self.reach[:, rows], self.weights[:, rows], self.compliance, self.running[rows]
+        )
 
     def by_force(self, shape: SectionShape) -> tuple[Array, Array]:
         """(reduction of the load per force [1/N], deflection of the tip per stretch [m])."""
@@ -182,7 +187,8 @@ class Blocked:
         """Force (lanes, rows, 1) [N] with linear springs of stiffness B [N m2] about the free
         curvature [1/m] (section 5.2.3).
 
-        >>> blocked = Blocked(np.array([0.75, 0.25]), np.array([0.5, 0.5]), 0.0)
+        >>> halves = np.array([0.75, 0.25]), np.array([0.5, 0.5])
+        >>> blocked = Blocked(*halves, 0.0, np.zeros((1, 2, 2)))
         >>> blocked.spring_force(np.ones(2), np.full(2, 3.0), lambda bend, rest: 1.0).round(3)
         array([4.8])
         """
@@ -195,6 +201,42 @@ class Blocked:
         """Deflection of the tip per force [m/N], the gauge's included."""
         square = self.weights * self.reach**2 / stiffness
         return np.sum(square, axis=-1, keepdims=True) + self.compliance
+
+
+def bulging(load: Array, shape: SectionShape, blocked: Blocked) -> Array:
+    """Force of a blocked tip over that of a finger that stays straight (lanes, rows, 1) [-], under
+    a load (lanes, rows, sections) [-] and with the base's rubber.
+
+    A blocked finger bulges between its base and the gauge. With finite rotations the deflection is
+    int(sin(theta)) dx, and F acts at x on the lever int_x^L(cos(theta)) dx, on which the tip also
+    moves if the section at x bends: both are taken again after each step of Newton's method for F.
+    The tip slides along the gauge without friction.
+    """
+    moment, _ = blocked.by_force(shape)
+    beyond = blocked.weights[0][:, None, :] - blocked.running
+
+    def step(force: Array, lever: Array, finite: bool) -> tuple[Array, Array]:
+        """Force and lever after a step."""
+        arm = moment / blocked.reach
+        stretch = section.free_stretch(load - arm * lever * force)
+        bend = (stretch - 1.0) / shape.height
+        deflection, acted = _total(blocked.weights * bend * lever), lever * force
+        if finite:
+            angle = _same_in_lanes(blocked.running, bend)
+            deflection = _total(blocked.weights * np.sin(angle))
+            lever = _same_in_lanes(beyond, np.cos(angle))
+        yields = blocked.weights * lever * arm / (1.0 + 3.0 * stretch**-4) / shape.height
+        give = _total(yields * lever) + blocked.compliance
+        return (deflection + _total(yields * acted)) / give, lever
+
+    straight = np.zeros(1)
+    for _ in range(STRAIGHT_STEPS):
+        straight, _ = step(straight, blocked.reach, finite=False)
+    force, lever = straight, blocked.reach
+    for _ in range(BULGING_STEPS):
+        force, lever = step(force, lever, finite=True)
+    loaded = straight != 0.0
+    return np.where(loaded, force, 1.0) / np.where(loaded, straight, 1.0)
 
 
 class BlockedSolver:

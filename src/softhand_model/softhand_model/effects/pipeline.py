@@ -153,6 +153,11 @@ class StagedEffects:
             compliance = compliance + effect.tip_compliance()
         return compliance
 
+    @property
+    def bulges(self) -> bool:
+        """Whether a blocked finger bulges between its base and the gauge."""
+        return any(effect.bulges for effect in self.structure)
+
     def tip_force(self, force: Array, dt: Array | float) -> Array:
         """Force [N] of a blocked tip that reaches the force gauge; advances memory by dt [s]."""
         for effect in self.structure:

@@ -196,9 +196,13 @@ class ElasticEffect(Effect):
 
 
 class StructureEffect(Effect):
-    """Effects of the structure: walls, joints, tip."""
+    """Effects of the structure: walls, joints, tip.
+
+    bulges: whether a blocked finger bulges, see `bending.loaded_finger.bulging`.
+    """
 
     stage: ClassVar[str] = "structure"
+    bulges: ClassVar[bool] = False
     bases: ClassVar[frozenset[str]] = frozenset({"pneuflex"})
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:

@@ -208,6 +208,23 @@ class GaugeCompliance(StructureEffect):
         return 1.0 / self.values["stiffness"]
 
 
+class FiniteRotation(StructureEffect):
+    """A blocked finger bulges between base and gauge: the deflection is int(sin(theta)) dx and the
+    force acts on the lever int_x^L(cos(theta)) dx, where the base has theta and L - x.
+
+    It adds 0.1 % to the force where a uniform finger would bend freely by 30 deg, 1.6 % at 120 deg,
+    3.5 % at 190 deg, and makes the force depend on the modulus. The tip slides along the gauge.
+    """
+
+    name = "finite_rotation"
+    experiments = frozenset({"blocked_tip"})
+    unseen_in: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("uniaxial", "rubber", "base_torque"), "no tip is blocked"),
+        "free_bending": "the angle of a free tip is that of finite rotations already",
+    }
+    bulges = True
+
+
 class TipFriction(StructureEffect):
     """The force gauge reads F*(1 - coefficient*sign(dF/dt)), as friction opposes the change."""
 
