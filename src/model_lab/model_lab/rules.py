@@ -228,6 +228,12 @@ class Rules:
         BY_HAND,
         neutral=inf,
     )
+    repeat_levels: float = _rule(
+        0.2,
+        "difference over range up to which inputs go to the same levels one after the other",
+        BY_HAND,
+        neutral=inf,
+    )
     named_level: float = _rule(
         1.1,
         "least ratio of two numbers in names that may be levels of an input",

@@ -38,6 +38,28 @@ def test_repeats_are_told_from_other_levels_and_paces(other, expected):
     assert driven_alike(first, second) == driven_alike(second, first) == expected
 
 
+def held(levels, slower=1.0, seed=0):
+    """Held levels, with noise."""
+    time = np.linspace(0.0, 2.0 * len(levels), 200 * len(levels))
+    value = np.asarray(levels, float)[np.minimum(time // 2.0, len(levels) - 1).astype(int)]
+    value += 0.02 * np.random.default_rng(seed).standard_normal(len(time))
+    return drive_of({"time": slower * time, "pressure": np.r_[0.0, value[1:]]}, {}, "pressure")
+
+
+@pytest.mark.parametrize(
+    ("levels", "expected"),
+    [
+        ([0.25, 0.5, 0.75, 1.0, 0.0], True),
+        ([0.3, 0.52, 0.7, 1.05, 0.0], True),  # by hand
+        ([1.0, 0.3, 0.6, 1.0, 0.0], False),
+        ([0.25, 0.75, 0.25, 1.0, 0.0], False),
+    ],
+)
+def test_repeats_go_to_the_same_levels_in_the_same_order(levels, expected):
+    first, second = held([0.25, 0.5, 0.75, 1.0, 0.0]), held(levels, slower=1.1, seed=1)
+    assert driven_alike(first, second) == driven_alike(second, first) == expected
+
+
 def test_a_table_without_a_clock_is_told_by_its_range():
     levels = np.linspace(0.0, 40.0, 9)
     half, whole, finer = (

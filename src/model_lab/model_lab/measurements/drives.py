@@ -16,6 +16,7 @@ from model_lab.rules import RULES
 TURN = 0.1  # of the range of an input, from which it is driven, and from which it has turned
 SPIKE = 3  # samples, of which the middle one counts if it is the median
 DRIVE_SAMPLES = 2000  # of a course, that are looked at
+LEVEL_STEP = 0.05  # of the range of an input: step between the levels that are compared
 COMPARED_TIMES = 100  # times, at which two courses are compared
 
 
@@ -61,18 +62,55 @@ def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str)
 
 def driven_alike(one: Drive, other: Drive) -> bool:
     """Whether two inputs may be repeats of each other. They may if they have about the same range
-    and pace, or would have them in another unit; or if they have the same course until one of them
-    ends, as in pulls until rupture.
+    and pace, or would have them in another unit, and go to the same levels one after the other; or
+    if they have the same course until one of them ends, as in pulls until rupture.
     """
     return (
         _alike(one.extent, other.extent, RULES.repeat_range, RULES.other_unit)
         and _alike(one.pace, other.pace, RULES.repeat_pace, RULES.other_time_unit)
+        and _same_levels(one, other)
     ) or _same_course(one, other)
 
 
 def _alike(one: float, other: float, most: float, other_unit: float) -> bool:
     low, high = sorted((one, other))
     return not most * low < high < other_unit * low
+
+
+def _same_levels(one: Drive, other: Drive) -> bool:
+    """Whether two inputs go to the same levels in the same order, however fast, until one of them
+    ends: their Frechet distance, over their ranges, is at most `repeat_levels`. Without a clock the
+    order of levels says nothing.
+
+    The bits of `reached` are the places on the other way up to which both can have gone so far.
+    """
+    if not len(one.time) or not len(other.time):
+        return True
+    first, second = _way(one), _way(other)
+    reached, last = 1, 1 << (len(second) - 1)
+    for at in first:
+        near = np.packbits(np.abs(second - at) <= RULES.repeat_levels, bitorder="little")
+        free = int.from_bytes(near.tobytes(), "little")
+        begun = (reached | reached << 1) & free
+        reached = (free & ~(free + begun)) | begun  # and on, as long as places are free
+        if not reached:
+            return False
+        if reached & last:
+            return True
+    return True
+
+
+def _way(drive: Drive) -> Array:
+    """Values over the range (n,) [-] through which an input goes, one after the other, in steps of
+    at most LEVEL_STEP; noise of less than that is left out.
+    """
+    kept = [0.0]
+    for value in (drive.value / drive.extent).tolist() if drive.extent > 0.0 else ():
+        if abs(value - kept[-1]) >= LEVEL_STEP:
+            kept.append(value)
+    legs = np.abs(np.diff(kept))
+    along = np.concatenate([[0.0], np.cumsum(legs)])
+    return np.interp(np.linspace(0.0, along[-1], int(along[-1] / LEVEL_STEP) + 2), along, kept)
 
 
 def _same_course(one: Drive, other: Drive) -> bool:
