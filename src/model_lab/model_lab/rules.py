@@ -582,6 +582,7 @@ class Rules:
     held_error: float = _rule(0.9, "error with a held input over that with straight lines", BY_HAND)
     held_folds: float = _rule(2 / 3, "share of the folds in which it is lower", BY_HAND)
     sensor_levels: int = _rule(50, "levels over the range of a coarse sensor", BY_HAND)
+    output_levels: int = _rule(10, "the same of an output", BY_HAND)
     sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
     sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
     input_levels: int = _rule(15, "levels over the range of an input that is rounded", BY_HAND)

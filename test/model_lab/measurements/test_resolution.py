@@ -70,6 +70,15 @@ def test_the_floor_of_a_set_without_repeats_knows_the_steps_of_its_sensors(
     assert floor.total == pytest.approx(np.hypot(1e-4, size), rel=0.06)
 
 
+def test_repeats_that_fall_on_the_same_steps_do_not_hide_them():
+    coarse = rounded(COURSE, 0.06)
+    data = made_of(3e4 * COURSE, coarse)
+    data = replace(data, runs=tuple(replace(run, protocol="pull") for run in data.runs), noise={})
+    predicted = np.tile(COURSE, data.table.runs)
+    floor = noise_floor(data, make_spectrum(data.table, predicted), data.table.value - predicted)
+    assert floor.total == pytest.approx(0.06 * ROUNDED, rel=0.06)
+
+
 def test_readings_that_flicker_need_no_rounding():
     flicker = rounded(COURSE) + STEP * (np.arange(400) % 2)
     data = made_of(3e4 * COURSE, flicker)

@@ -194,6 +194,10 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
         seen = dof > 0.0
         variance = np.where(seen, power / np.where(seen, dof, 1.0), 0.0)
         variance = _falling(np.where(seen, variance, variance[seen].min()), dof, spectrum)
+        rounding = rounding_errors(data, data.table.value - residual, of_input=False)
+        if rounding is not None:  # alike in all repeats that pass through the same values
+            rounded = spectrum.power(spectrum.coefficients(rounding)).mean(axis=0) / counts
+            variance = np.maximum(variance, rounded)
         return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
     stated = [data.noise.get(name) for name in data.outputs]
     if all(level is not None for level in stated):

@@ -36,9 +36,12 @@ def sensor_step(readings: Sequence[Array], levels_at_least: int = RULES.sensor_l
     return step if whole.all() and np.ptp(levels) >= levels_at_least * step else 0.0
 
 
-def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
+def rounding_errors(
+    data: MeasurementSet, predicted: Array, of_input: bool = True
+) -> Array | None:
     """Errors (draws, samples) in the output that coarse sensors may cause, for the outputs
-    (samples,) that a model predicts; None if no steps are seen.
+    (samples,) that a model predicts; None if no steps are seen. of_input: whether the rounding of
+    the input counts, too.
 
     Rounding errors are drawn uniformly within a step, again whenever the reading changes. An output
     that flickers between steps is left out: its rounding shows as noise.
@@ -48,8 +51,9 @@ def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
         return None
     inputs = [data.driving(data.runs[course.run]) for course in table.courses]
     driving = np.concatenate(inputs)
-    step_in = sensor_step(inputs)
-    step_out = sensor_step([table.value[course.samples] for course in table.courses])
+    step_in = sensor_step(inputs) if of_input else 0.0
+    outputs = [table.value[course.samples] for course in table.courses]
+    step_out = sensor_step(outputs, RULES.output_levels)
     if not step_in and not step_out:
         return None
     about = driving - driving.mean()
