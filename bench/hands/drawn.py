@@ -93,9 +93,7 @@ ROUND_MOVING, ROUND_PRESSED = (*MOVING_FIRST, *MOVING_LAST), (*PRESSED_FIRST, *P
 PLANS = {
     HAND_POSE: Plan(ROUND, cases.SIZES, CONTROLS, (*OUTSIDE,), "hands"),
     HAND_MOTION: Plan(ROUND_MOVING, OF_MOTION, (CONTROL,), (*OUTSIDE,), "hands_motion"),
-    PRESS: Plan(
-        ROUND_PRESSED, OF_PRESS, (pressed.CONTROL,), OUTSIDE_PRESSED, "hands_press", "mN"
-    ),
+    PRESS: Plan(ROUND_PRESSED, OF_PRESS, (pressed.CONTROL,), OUTSIDE_PRESSED, "hands_press", "mN"),
 }
 
 

@@ -181,6 +181,16 @@ def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_pa
     assert [len(group) for group in groups] == [2] * 7
 
 
+def test_the_template_has_the_units_of_the_set(outcome, planned, tmp_path):
+    data = replace(outcome.problem.data, units={"time": "ms", "pressure": "psi", "tip_angle": "°"})
+    files = write_template(planned, data, tmp_path)
+    course = np.genfromtxt(files[0], delimiter=",", names=True)
+    psi = np.array(planned["inputs"]["pressure"]) / 6894.757
+    np.testing.assert_allclose(course["pressure"], psi, rtol=1e-6)
+    columns = yaml.safe_load(files[1].read_text())["columns"]
+    assert columns == {name: {"unit": unit} for name, unit in data.units.items()}
+
+
 def test_it_is_told_in_the_units_of_the_bench(outcome):
     answer = diagnosis_json(outcome.diagnosis, "")
     text = plan_text(answer)

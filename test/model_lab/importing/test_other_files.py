@@ -101,7 +101,7 @@ def test_a_mat_file_with_vectors_or_structures_is_read(tmp_path):
     scipy.io.savemat(tmp_path / "two.mat", {"r1": vectors, "r2": vectors})
     check(imported(tmp_path / "a", [tmp_path / "plain.mat"])[0])
     runs = imported(tmp_path / "b", [tmp_path / "two.mat"])
-    assert len(runs) == 2
+    assert [run.name for run in runs] == ["two_r1", "two_r2"]
     for run in runs:
         check(run)
 

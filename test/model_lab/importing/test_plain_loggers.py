@@ -32,6 +32,7 @@ def means(path):
         "Pressure (kPa),Trial 1 (deg),Trial 2 (deg),Trial 3 (deg)",
         "Pressure (kPa),Angle run1 (deg),Angle run2 (deg),Angle run3 (deg)",
         "Druck [kPa],Winkel Versuch 1 [°],Winkel Versuch 2 [°],Winkel Versuch 3 [°]",
+        "Pressure (kPa),Angle 1 (deg),Angle 2 (deg),Angle 3 (deg)",
     ],
 )
 def test_columns_of_repeats_are_runs(tmp_path, header):
@@ -42,6 +43,32 @@ def test_columns_of_repeats_are_runs(tmp_path, header):
         np.testing.assert_allclose(run.columns["pressure"], PRESSURE)
         np.testing.assert_allclose(run.columns["tip_angle"], ANGLE + more)
     assert any("taken as 3 runs" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Pressure (kPa),Finger A (N),Finger B (N)",
+        "Druck [kPa],Kraft Finger A [N],Kraft Finger B [N]",
+    ],
+)
+def test_columns_of_specimens_are_runs_of_each(tmp_path, header):
+    path = table(tmp_path / "blocked.csv", header, PRESSURE, 0.02 * PRESSURE, 0.03 * PRESSURE)
+    found = make_set(propose([path]))
+    assert [run["specimen"] for run in found.document["runs"].values()] == ["A", "B"]
+    for run, slope in zip(found.runs, (0.02, 0.03), strict=True):
+        np.testing.assert_allclose(run.columns["tip_force"], slope * PRESSURE)
+
+
+def test_an_option_may_stand_for_many_files(tmp_path):
+    paths = [
+        table(tmp_path / f"{name}.csv", "p [kPa],angle [deg]", PRESSURE, ANGLE)
+        for name in ("thin_up_1", "thin_up_2", "thick_up_1")
+    ]
+    found = make_set(propose(paths), specimens={"thin*": "P3", "thick_up_1.csv": "P5"})
+    assert [run["specimen"] for run in found.document["runs"].values()] == ["P3", "P3", "P5"]
+    with pytest.raises(DocumentError, match="--specimen: expected one of the files"):
+        make_set(propose(paths), specimens={"wide*": "P9"})
 
 
 @pytest.mark.parametrize(

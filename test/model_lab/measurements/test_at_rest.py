@@ -10,9 +10,7 @@ from model_lab.measurements.at_rest import beginning, lowest
 def test_the_zero_of_a_noisy_course_is_not_its_first_frame(course):
     """A finger that rests for a second, and one that moves at once, seen by a camera of 30 Hz."""
     rng, time, sigma = np.random.default_rng(1), np.arange(0.0, 6.0, 1.0 / 30.0), 0.017
-    found = [
-        beginning(course(time) + sigma * rng.standard_normal(len(time))) for _ in range(100)
-    ]
+    found = [beginning(course(time) + sigma * rng.standard_normal(len(time))) for _ in range(100)]
     assert np.sqrt(np.mean(np.square(found))) < 0.5 * sigma
 
 

@@ -110,7 +110,7 @@ def _chosen(path: Path, sheets: Mapping[str, list[Row]], sheet: str) -> list[Row
         raise Ambiguous(
             f"{path}: expected one sheet with numbers, or sheets `run 1`, `run 2` or `half 1` "
             f"with the same columns, got {listed(filled)}; choose a sheet, as by "
-            f"--sheet {shlex.quote(next(iter(filled)))}"
+            f"--sheet {shlex.quote(max(filled, key=lambda name: len(filled[name])))}"
         )
     return next(iter(filled.values()), [])
 

@@ -25,7 +25,7 @@ from model_lab.importing.hand_courses import HandCourse
 from model_lab.importing.hand_motions import set_of_motions
 from model_lab.importing.hand_poses import held_poses, set_of_poses
 from model_lab.importing.hand_tables import HandFile, courses_of
-from model_lab.importing.importing import ImportedSet, Proposal, check_files
+from model_lab.importing.importing import ImportedSet, Proposal, of_files
 from model_lab.importing.runs import Source
 from model_lab.importing.tables import read_tables
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist, misfit
@@ -122,10 +122,10 @@ def set_of_hand(
     read = [HandFile(table, hand_meanings(table, described, given)) for table in tables]
     read = [one for one in read if one.parts.meanings] or read
     names = [one.table.path.name for one in read]
-    check_files("--shift", shifts or {}, names)
-    check_files("--wrist", wrist or {}, names)
+    shifts = of_files("--shift", shifts or {}, names)
+    wrist = of_files("--wrist", wrist or {}, names)
     proposal = Proposal(tuple(Source(one.table, one.meanings) for one in read), kind, {})
-    courses = courses_of(read, described, shifts or {}, wrist or {})
+    courses = courses_of(read, described, shifts, wrist)
     up = _about_up(courses, described)
     courses, said = _in_frame_of_wrist(courses, described)
     if said and kind == HAND_MOTION:

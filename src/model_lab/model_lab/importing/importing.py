@@ -4,6 +4,7 @@ open, and the set.
 
 from __future__ import annotations
 
+import fnmatch
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -199,7 +200,7 @@ def _tables(
 ) -> list[Table]:
     """The tables of the runs in the files, with derived columns."""
     names = told_apart(paths)
-    check_files("--sheet", sheets, [name.name for name in names])
+    sheets = of_files("--sheet", sheets, [name.name for name in names])
     tables: list[Table] = []
     for path, name in zip(paths, names, strict=True):
         before = name.name.removesuffix(path.name)
@@ -217,7 +218,7 @@ def _modes(sources: Sequence[Source], stated: Mapping[str, str]) -> dict[str, st
     neither says it.
     """
     names = [source.table.path.name for source in sources]
-    check_files("--mode", stated, names)
+    stated = of_files("--mode", stated, names)
     said = stated.get("", "")
     return {name: stated.get(name) or mode_in(Path(name).stem) or said for name in names}
 
@@ -237,14 +238,19 @@ def told_apart(paths: Sequence[Path]) -> list[Path]:
     ]
 
 
-def check_files(option: str, given: Mapping[str, object], files: Iterable[str]) -> None:
-    """Raise DocumentError where something is said of a file that is not there ("": of all)."""
-    known = dict.fromkeys(files)
-    unknown = [name for name in given if name and name not in known]
-    if unknown:
-        raise DocumentError(
-            f"{option}: expected one of the files {listed(known)}, got {shortened(unknown[0])}"
-        )
+def of_files(option: str, given: Mapping[str, T], files: Iterable[str]) -> dict[str, T]:
+    """What an option says of files, by their names; patterns such as `fast_*` stand for the files
+    that they match, and "" for all. Raises DocumentError for a file that is not there.
+    """
+    known, found = list(dict.fromkeys(files)), dict[str, T]()
+    for name, value in given.items():
+        meant = [name] if name in (*known, "") else fnmatch.filter(known, name)
+        if not meant:
+            raise DocumentError(
+                f"{option}: expected one of the files {listed(known)}, got {shortened(name)}"
+            )
+        found |= dict.fromkeys(meant, value)
+    return found
 
 
 def _check_maps(tables: Sequence[Table], maps: Maps) -> None:
@@ -286,8 +292,9 @@ def make_set(
         missing = "; ".join(f"{what} ({how})" for what, how in proposal.unsure.items())
         raise DocumentError(f"expected an answer to these questions: {missing}")
     needed = NEEDED[experiment]
-    check_files("--shift", shifts or {}, [one.table.path.name for one in proposal.sources])
-    sources = [_shifted(source, shifts or {}) for source in proposal.sources]
+    names = [one.table.path.name for one in proposal.sources]
+    shifted = of_files("--shift", shifts or {}, names)
+    sources = [_shifted(source, shifted) for source in proposal.sources]
     sources, converted = in_one_unit(sources)
     many = experiment in (VALVE_PULSE, BASE_TORQUE)
     runs = _with_own_names(
@@ -414,10 +421,10 @@ def _by_run(option: str, said: Mapping[str, T], runs: Sequence[ImportedRun]) -> 
     """What an option says of each run, by its name, from what it says of files ("": of all others).
     Raises DocumentError for a file of no run.
     """
-    files = {path.name: run.name for run in runs for path in run.files}
-    check_files(option, said, files)
-    every = {run.name: said[""] for run in runs} if "" in said else {}
-    return every | {files[name]: value for name, value in said.items() if name}
+    of_run = [(run.name, path.name) for run in runs for path in run.files]
+    known = of_files(option, said, [file for _, file in of_run])
+    every = {run.name: known[""] for run in runs} if "" in known else {}
+    return every | {run: known[file] for run, file in of_run if file in known}
 
 
 def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
@@ -440,7 +447,7 @@ def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
                 )
         for said in source.table.remarks:
             alike.setdefault(said, []).append(source.table.path.name)
-    yield from (f"{listed(files)}: {said}" for said, files in alike.items())
+    yield from (f"{listed(dict.fromkeys(files))}: {said}" for said, files in alike.items())
 
 
 def _remarks_on_specimens(

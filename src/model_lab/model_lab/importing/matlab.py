@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import scipy.io
 
 from model_lab.aliases import Array
-from model_lab.importing.tables import Column, Table
+from model_lab.importing.tables import Column, Table, labelled
 from model_lab.importing.units import unit_in_header
 from softhand_common.documents.yaml_document import DocumentError
 
@@ -20,7 +21,7 @@ FEWEST_ROWS = 3
 
 def read_matlab(path: Path) -> tuple[Table, ...]:
     """The tables of a MAT file up to version 7. Columns are vectors of equal length and columns of
-    matrices.
+    matrices. Structures with the same columns are runs, each with the name of its structure.
 
     Raises DocumentError for a file of another kind, or without two such vectors.
     """
@@ -36,8 +37,13 @@ def read_matlab(path: Path) -> tuple[Table, ...]:
         said = " ".join(str(reason).split())
         raise DocumentError(f"{path}: expected a MAT file, got {said}") from reason
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    tables = [_table(path, vectors) for vectors in _structures(variables)]
-    found = tuple(table for table in tables if table is not None)
+    tables = {name: _table(path, vectors) for name, vectors in _structures("", variables)}
+    named = {name: table for name, table in tables.items() if table is not None}
+    columns = {tuple(column.name for column in table.columns) for table in named.values()}
+    found = tuple(
+        replace(table, path=labelled(path, name)) if len(named) > len(columns) == 1 else table
+        for name, table in named.items()
+    )
     if not found:
         raise DocumentError(
             f"{path}: expected two vectors of equal length at least, got "
@@ -46,23 +52,27 @@ def read_matlab(path: Path) -> tuple[Table, ...]:
     return found
 
 
-def _structures(variables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Vectors and columns (rows,) by name, of the variables and of each structure among them."""
+def _structures(of: str, variables: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Names of the structure and of each structure within it, each with its vectors and columns
+    (rows,) by name.
+    """
     vectors: dict[str, Any] = {}
     labels = [names for value in variables.values() if (names := _names(value))]
     for name, value in variables.items():
         if _names(value):
             continue
         if hasattr(value, "_fieldnames"):
-            yield from _structures({key: getattr(value, key) for key in value._fieldnames})
+            yield from _structures(
+                f"{of} {name}".strip(), {key: getattr(value, key) for key in value._fieldnames}
+            )
         elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 1:
             vectors[name] = value
         elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 2:
             vectors |= _columns(name, value, labels)
         elif isinstance(value, np.ndarray) and value.dtype == object:
             inside = {f"{name} {place + 1}": one for place, one in enumerate(value.flat)}
-            yield from _structures(inside)
-    yield vectors
+            yield from _structures(name, inside)
+    yield of, vectors
 
 
 def _names(value: Any) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from model_lab.importing.cell_words import mode_in
 from model_lab.importing.clocks import pauses, restarts
+from model_lab.importing.meaning import quantity_of
 from model_lab.importing.runs import Source
 from model_lab.importing.tables import Table, labelled
 from softhand_common.documents.quoted import listed
@@ -20,6 +21,15 @@ REPEAT = re.compile(
     r"ensayo|prova)[\s_#]*(?P<number>\d+)(?=$|[\s_)-])",
     re.I,
 )  # in the name of a column: which repeat of a measurement it is
+
+SPECIMEN = re.compile(
+    r"(?:^|[\s_(-])(?P<kind>finger|actuator|aktor|specimen|probe|probekorper|prufling|eprouvette)"
+    r"[\s_#]+(?P<name>[A-Za-z]|\d+)(?=$|[\s_)-])",
+    re.I,
+)  # in the name of a column: which specimen it is of
+NUMBER_AT_END = re.compile(r"[\s_#]+(?P<number>\d+)$")
+NUMBERED = 3  # columns; two may be two sensors
+REPEATED_OUTPUTS = ("tip_angle", "tip_force", "stress")
 
 
 def parted_at_restarts(source: Source) -> tuple[Source, ...]:
@@ -61,7 +71,8 @@ def runs_apart(table: Table) -> Iterator[Table]:
     for run in _by_labels(table):
         for part in _side_by_side(run):
             for of_mode in _modes_apart(part):
-                yield from _repeats_apart(of_mode)
+                for of_specimen in _specimens_apart(of_mode):
+                    yield from _repeats_apart(of_specimen)
 
 
 def _by_labels(table: Table) -> tuple[Table, ...]:
@@ -115,12 +126,58 @@ def _modes_apart(table: Table) -> tuple[Table, ...]:
     )
 
 
+def _specimens_apart(table: Table) -> tuple[Table, ...]:
+    """The tables of the specimens that stand side by side, such as Pressure, Finger A, Finger B:
+    one for each, with the columns of none. With fewer than two, the table itself.
+    """
+    found = [SPECIMEN.search(column.name) for column in table.columns]
+    names = dict.fromkeys(one["name"] for one in found if one)
+    if len(names) < 2 or all(found):
+        return (table,)
+    return tuple(
+        replace(
+            table,
+            path=labelled(table.path, name),
+            columns=tuple(
+                replace(column, name=SPECIMEN.sub(r" \g<kind> ", column.name).strip(" _-()"))
+                if one
+                else column
+                for column, one in zip(table.columns, found, strict=True)
+                if one is None or one["name"] == name
+            ),
+        )
+        for name in names
+    )
+
+
+def _numbered(table: Table) -> list[re.Match[str] | None]:
+    """Where the names of columns tell a repeat: by a word such as trial, else by the numbers of
+    NUMBERED columns or more of the same output and unit, such as Force 1, Force 2, Force 3.
+    """
+    found = [REPEAT.search(column.name) for column in table.columns]
+    if any(found):
+        return found
+    ends = [NUMBER_AT_END.search(column.name) for column in table.columns]
+    kinds = [
+        (NUMBER_AT_END.sub("", column.name), column.unit) if end else None
+        for column, end in zip(table.columns, ends, strict=True)
+    ]
+    numbered = [kind for kind in kinds if kind]
+    most = max(numbered, key=numbered.count, default=None)
+    if most is None or numbered.count(most) < NUMBERED:
+        return found
+    first = table.columns[kinds.index(most)]
+    if quantity_of(replace(first, name=most[0])) not in REPEATED_OUTPUTS:
+        return found
+    return [end if kind == most else None for kind, end in zip(kinds, ends, strict=True)]
+
+
 def _repeats_apart(table: Table) -> tuple[Table, ...]:
     """The tables of the repeats that a file has side by side, such as Pressure, Trial 1, Trial 2:
     one for each number, with the columns that have no number. Without such columns, or with a
     single number, the table itself.
     """
-    found = [REPEAT.search(column.name) for column in table.columns]
+    found = _numbered(table)
     numbers = dict.fromkeys(one["number"] for one in found if one)
     if len(numbers) < 2:
         return (table,)
@@ -143,7 +200,8 @@ def _repeats_apart(table: Table) -> tuple[Table, ...]:
 def _without_repeat(name: str) -> str:
     """The name of a column without the number of the repeat.
 
-    >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2")
-    ('Angle', 'Trial')
+    >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2"), _without_repeat("Force 3")
+    ('Angle', 'Trial', 'Force')
     """
-    return REPEAT.sub("", name).strip(" _-()") or name.strip(" _-()0123456789#")
+    left = REPEAT.sub("", name).strip(" _-()")
+    return NUMBER_AT_END.sub("", left) or name.strip(" _-()0123456789#")

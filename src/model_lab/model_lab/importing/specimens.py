@@ -21,7 +21,7 @@ PROTOCOL_WORDS = (
     "uniaxial tensile chirp square triangle tri triangular sawtooth saegezahn zigzag dreieck "
     "stair stairs staircase treppe steps pulse pulses puls burst random peak level amplitude "
     "swing press release grip "
-    "spitze niveau day tag jour dia week woche session sitzung"
+    "spitze niveau day tag jour dia week woche session sitzung sideways roll updown twist"
 )  # that say what was done, not to which specimen
 SETTING_WORD = re.compile(
     r"[pvtf]?\d+(?:p\d+)?(?:kpa|mbar|bar|psi|hz|mm|s|ms|deg|grad|pct|n|(?:deg|grad|°)?c|k)?$"
@@ -29,6 +29,10 @@ SETTING_WORD = re.compile(
 LEVEL = re.compile(r"[1-9]\d+")
 NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
 SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
+OTHER_DAY = re.compile(
+    r"(?<![^\W_])(?:day|tag|jour|dia|week|woche|session|sitzung)[_\- ]*\d+(?![^\W_])[_\- ]*", re.I
+)  # on which the same may be done again
+SPECIMEN_WORD = re.compile(r"(?:specimen|finger|actuator|sample|strip|probe|prufling)\w+", re.I)
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 
@@ -63,6 +67,10 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
     ['thin', 'thick']
     >>> assigned(["ramp_1", "half_1"]).names, assigned(["A_stair", "A_tri", "B_stair"]).names
     ([''], ['A', 'B'])
+    >>> assigned(["A_ramp_1", "A_odd_2", "B_ramp_1"]).names
+    ['A', 'B']
+    >>> assigned(["finger1_odd", "finger1_even", "finger2_odd", "finger2_even"]).names
+    ['finger1', 'finger2']
     """
 
     def is_done(word: str) -> bool:
@@ -74,6 +82,7 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
         run: [word for word in found if word not in shared and not is_done(word)]
         for run, found in words.items()
     }
+    telling = _without_extra_words(telling)
     by_name = {run: protocol_of(run) for run in runs}
     some = tuple(dict.fromkeys(word for found in telling.values() for word in found))
     if len({tuple(found) for found in telling.values()}) < 2 or not all(telling.values()):
@@ -83,6 +92,21 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
         for run in runs
     }
     return Assigned({run: "_".join(found) for run, found in telling.items()}, protocols)
+
+
+def _without_extra_words(telling: Mapping[str, list[str]]) -> dict[str, list[str]]:
+    """Words that tell the specimen of each run: of `A` and `A_short` both have the specimen A, and
+    short says what was done; of `finger1_odd` and `finger2_even` finger1 and finger2.
+    """
+    named = {run: [w for w in found if SPECIMEN_WORD.match(w)] for run, found in telling.items()}
+    telling = named if all(named.values()) else dict(telling)
+    known = {tuple(found) for found in telling.values() if found}
+    return {
+        run: min(
+            (list(fewer) for fewer in known if set(fewer) <= set(found)), key=len, default=found
+        )
+        for run, found in telling.items()
+    }
 
 
 def protocols_by_drive(
@@ -142,7 +166,8 @@ def _is_protocol(word: str) -> bool:
 
 
 def _is_of_mode(word: str) -> bool:
-    return bool(mode_in(word)) or word.casefold() in ("pure", "shear", "reiner", "schub")
+    plain = word.casefold()
+    return bool(mode_in(word)) or plain in ("pure", "shear", "reiner", "schub", "scherung")
 
 
 def protocol_of(name: str) -> str:
@@ -156,7 +181,10 @@ def protocol_of(name: str) -> str:
     ('pull_slow', 'fast', '20kPa_slow')
     >>> protocol_of("hold30_1"), protocol_of("hold_40_2"), protocol_of("run3_2")
     ('hold30', 'hold_40', 'run')
+    >>> protocol_of("strip_day02_1"), protocol_of("day_2_ramp_3"), protocol_of("session 2")
+    ('strip', 'ramp', 'session')
     """
+    name = OTHER_DAY.sub("", name).strip("_- ") or name
     if SETTING_AND_REPEAT.search(name):
         return name.rstrip("0123456789").rstrip("_- ")
     unnumbered = NUMBERED_WORD.sub(

@@ -36,9 +36,7 @@ def sensor_step(readings: Sequence[Array], levels_at_least: int = RULES.sensor_l
     return step if whole.all() and np.ptp(levels) >= levels_at_least * step else 0.0
 
 
-def rounding_errors(
-    data: MeasurementSet, predicted: Array, of_input: bool = True
-) -> Array | None:
+def rounding_errors(data: MeasurementSet, predicted: Array, of_input: bool = True) -> Array | None:
     """Errors (draws, samples) in the output that coarse sensors may cause, for the outputs
     (samples,) that a model predicts; None if no steps are seen. of_input: whether the rounding of
     the input counts, too.

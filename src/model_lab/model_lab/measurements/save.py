@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,9 +17,11 @@ from model_lab.measurements.measurement_set import (
     Run,
     Specimen,
 )
-from model_lab.measurements.units import Display, display_of, unit_of
+from model_lab.measurements.units import Display, column_unit, display_of, unit_of
 from softhand_common.documents.output_file import write_files
 from softhand_model.model_file import FREE_VALUE
+
+NO_UNITS: Mapping[str, str] = {}
 
 
 def check_folder(folder: Path, force: bool = False) -> None:
@@ -76,9 +78,13 @@ def shown_as(name: str) -> Display:
     return display_of(unit_of(name) or "")
 
 
-def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Entries under `columns` of experiment.yaml, for CSV files with columns of these names."""
-    return {name: {"unit": shown_as(name).unit} for name in names}
+def column_entries(
+    names: Iterable[str], units: Mapping[str, str] = NO_UNITS
+) -> dict[str, dict[str, str]]:
+    """Entries under `columns` of experiment.yaml, for CSV files with columns of these names; units:
+    of columns that have others than usual.
+    """
+    return {name: {"unit": units.get(name, shown_as(name).unit)} for name in names}
 
 
 def specimen_entry(specimen: Specimen) -> dict:
@@ -112,23 +118,26 @@ def run_entry(run: Run) -> dict:
     )
 
 
-def csv_text(run: Run) -> str:
+def csv_text(run: Run, units: Mapping[str, str] = NO_UNITS) -> str:
     """The columns of a run as CSV, in the units of `column_entries`. Its lead comes first, with
     empty cells for outputs.
     """
     names, led = list(run.columns), len(next(iter(run.lead.values()), ()))
     empty = [""] * led
     columns = [
-        (_texts(name, run.lead[name]) if name in run.lead else empty)
-        + _texts(name, run.columns[name])
+        (_texts(name, run.lead[name], units) if name in run.lead else empty)
+        + _texts(name, run.columns[name], units)
         for name in names
     ]
     lines = [",".join(names), *(",".join(row) for row in zip(*columns, strict=True))]
     return "\n".join(lines) + "\n"
 
 
-def _texts(name: str, values: np.ndarray) -> list[str]:
+def _texts(name: str, values: np.ndarray, units: Mapping[str, str]) -> list[str]:
     if name == "direction":
         return ["deflate" if value == DEFLATE else "inflate" for value in values]
+    if name in units:
+        unit = column_unit(name, units[name])
+        return [f"{(value - unit.offset) / unit.scale:.8g}" for value in values]
     shown = shown_as(name)
     return [f"{shown.factor * value + shown.offset:.8g}" for value in values]

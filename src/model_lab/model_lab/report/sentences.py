@@ -293,8 +293,11 @@ def story_sentence(diagnosis: Diagnosis) -> str:
 
 def _left_over(diagnosis: Diagnosis) -> str:
     """What the named effects leave, where that is more than the floor itself."""
-    if diagnosis.rmse_after <= RULES.rest_error * diagnosis.noise_floor:
+    over = diagnosis.rmse_after / diagnosis.noise_floor
+    if over <= RULES.explained_error:
         return ""
+    if over <= RULES.rest_error:
+        return f"; that is still {over:.2g} times the floor: add it and diagnose again for the rest"
     rest = diagnosis.display.shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""

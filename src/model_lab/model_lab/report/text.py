@@ -251,7 +251,7 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
         wrist_rpy=tuple(planned.get("wrist_rpy", NOT_TURNED)),
     )
     outputs = data.outputs
-    entries = column_entries([*columns, *outputs])
+    entries = column_entries([*columns, *outputs], data.units)
     document: dict[str, Any] = {"columns": entries}
     if specimen.name not in data.specimens:
         document["specimens"] = {specimen.name: specimen_entry(specimen)}
@@ -264,7 +264,7 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
     ]
     text = "".join(f"# {line}\n" for line in comment)
     text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
-    files = {folder / COURSE: csv_text(run), folder / PART: text}
+    files = {folder / COURSE: csv_text(run, data.units), folder / PART: text}
     if specimen.hand is not None:
         files[folder / GESTURE] = _strategy(run, specimen.hand, data)
     write_files(files)
