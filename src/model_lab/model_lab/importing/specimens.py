@@ -32,7 +32,9 @@ SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 OTHER_DAY = re.compile(
     r"(?<![^\W_])(?:day|tag|jour|dia|week|woche|session|sitzung)[_\- ]*\d+(?![^\W_])[_\- ]*", re.I
 )  # on which the same may be done again
-SPECIMEN_WORD = re.compile(r"(?:specimen|finger|actuator|sample|strip|probe|prufling)\w+", re.I)
+SPECIMENS = "specimen|finger|actuator|sample|strip|dogbone|probe|prüfling|prufling|muster|éprouvette"
+SPECIMEN_WORD = re.compile(rf"(?:{SPECIMENS})\w+", re.I)
+NUMBERED_SPECIMEN = re.compile(rf"({SPECIMENS})[_\- ]*(\d+)(?=[_\- ]+\w)", re.I)
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 
@@ -71,6 +73,8 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
     ['A', 'B']
     >>> assigned(["finger1_odd", "finger1_even", "finger2_odd", "finger2_even"]).names
     ['finger1', 'finger2']
+    >>> assigned(["Probe_1_1", "Probe_1_2", "Probe_2_1"]).names
+    ['Probe1', 'Probe2']
     """
 
     def is_done(word: str) -> bool:
@@ -152,7 +156,10 @@ def _name_levels(run: str, other: str, drive: Drive, of_other: Drive) -> bool:
 
 
 def _words(run: str) -> list[str]:
-    """The words of a name without the number of its repeat."""
+    """The words of a name without the number of its repeat; a number after a word such as finger,
+    before another number, belongs to it.
+    """
+    run = NUMBERED_SPECIMEN.sub(r"\1\2", run)
     return [word for word in re.split(r"[^0-9A-Za-z\u00c0-\u024f]+", protocol_of(run)) if word]
 
 
