@@ -42,6 +42,7 @@ VALUES = {
     "sensor_drift": {"rate": 0.1, "settling_time": 100.0, "per_run": 0.0},
     "yeoh_third_order": {"c3": 0.05},
     "mullins_softening": {"softening": 0.3, "stretch_scale": 0.2},
+    "permanent_set": {"share": 0.2},
     "pressure_gain": {"gain": 1.2},
     "pressure_offset": {"offset": 3e3},
     "section_rounding": {"gain": 0.5, "pressure_scale": 15e3},

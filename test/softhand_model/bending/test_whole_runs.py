@@ -40,6 +40,7 @@ IN_LANES = {
         "relative_pressure": np.linspace(0.0, 0.4, LANES),
         "stretch_scale": np.geomspace(0.02, 0.5, LANES),
     },
+    "permanent_set": {"share": np.linspace(0.0, 0.3, LANES)},
     "side_wall_integral": {},
 }
 ALL = tuple(name for name in IN_LANES if name != "creep")

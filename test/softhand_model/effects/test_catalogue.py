@@ -42,6 +42,7 @@ BY_STAGE = {
         "arruda_boyce",
         "ogden",
         "creep",
+        "permanent_set",
     },
     "structure": {
         "side_wall_integral",
