@@ -30,6 +30,18 @@ def test_base_is_neo_hookean():
     assert stresses(pulled(STRETCH)) == pytest.approx(NEO_HOOKEAN)
 
 
+@pytest.mark.parametrize(("strips", "accuracy"), [(4.0, 2e-5), (1.0, 1e-3)])
+@pytest.mark.parametrize("lasting", [(), ("viscoelasticity",)])
+def test_grips_that_yield_add_to_the_stretch_that_is_read(strips, accuracy, lasting):
+    """lambda_read = lambda + stress/stiffness; strips: stiffness of the grips over the modulus."""
+    effects = [EFFECTS[name](relative_modulus=0.3, relaxation_time=1.0) for name in lasting]
+    free = stresses(pulled(STRETCH), *effects)
+    stiffness = 67e3 * strips
+    read = pulled(STRETCH + free / stiffness)
+    found = stresses(read, *effects, EFFECTS["machine_compliance"](stiffness=stiffness))
+    assert np.abs(found - free).max() <= accuracy * free.max()
+
+
 def test_modulus_and_temperature_scale_the_stress():
     warm = pulled(STRETCH, temperature=313.15)
     stiffer = EFFECTS["temperature_modulus"](coefficient=0.005)

@@ -52,6 +52,7 @@ BY_STAGE = {
         "gauge_compliance",
         "tip_friction",
         "finite_rotation",
+        "machine_compliance",
     },
     "output": {
         "angle_offset",

@@ -6,7 +6,7 @@ bending.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
+SECANTS = 3  # then 1e-5 of the stress, where grips are four times as stiff as the rubber
 SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 
 
@@ -57,9 +58,32 @@ class Uniaxial:
         staged = StagedEffects(effects)
         scale = modulus_of_runs(self._data, calibration)
         modulus = self._modulus * scale * self._rows.modulus_factor(staged)
-        strain = staged.imposed_stretch(self._stretch) - 1.0
-        stress = modulus[:, self._rows.run] * imposed(staged, self._mode, self._memory, strain)
+        modulus = modulus[:, self._rows.run]
+
+        def stress_at(stretch: Array) -> Array:
+            return modulus * imposed(staged, self._mode, self._memory, stretch - 1.0)
+
+        read, yields = staged.imposed_stretch(self._stretch), staged.grip_compliance()
+        stress = _in_grips(stress_at, read, yields) if np.any(yields) else stress_at(read)
         return self._rows.reading(staged, "stress", stress)
+
+
+def _in_grips(stress_at: Callable[[Array], Array], read: Array, compliance: Array | float) -> Array:
+    """Stress (lanes, rows, 1) [Pa] of strips in grips that yield by `compliance` [1/Pa] times the
+    stress, from the stretch with the grips: secants for lambda = read - compliance*stress(lambda).
+    """
+    stretch, stress = read, stress_at(read)
+    strain = read - 1.0
+    slope = np.maximum(stress / np.where(strain != 0.0, strain, 1.0), 0.0)
+    for _ in range(SECANTS):
+        ahead = read - compliance * (stress - slope * stretch)
+        ahead = ahead / (1.0 + compliance * slope)
+        found = stress_at(ahead)
+        moved = ahead - stretch
+        rises = (found - stress) / np.where(moved != 0.0, moved, 1.0)
+        slope = np.where(moved != 0.0, np.maximum(rises, 0.0), slope)
+        stretch, stress = ahead, found
+    return stress
 
 
 def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Array) -> Array:

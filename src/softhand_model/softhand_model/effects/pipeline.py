@@ -153,6 +153,13 @@ class StagedEffects:
             compliance = compliance + effect.tip_compliance()
         return compliance
 
+    def grip_compliance(self) -> Array | float:
+        """Stretch by which grips and load cell of a testing machine yield per stress [1/Pa]."""
+        compliance: Array | float = 0.0
+        for effect in self.structure:
+            compliance = compliance + effect.grip_compliance()
+        return compliance
+
     @property
     def bulges(self) -> bool:
         """Whether a blocked finger bulges between its base and the gauge."""

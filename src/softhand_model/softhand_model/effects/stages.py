@@ -229,6 +229,10 @@ class StructureEffect(Effect):
         """Displacement of a blocked tip per force [m/N]."""
         return 0.0
 
+    def grip_compliance(self) -> Array | float:
+        """Stretch by which grips and load cell of a testing machine yield per stress [1/Pa]."""
+        return 0.0
+
     def tip_force(self, force: Array, memory: Memory, dt: Array | float) -> Array:
         """Force [N] of a blocked tip that reaches the force gauge; called once per sample, may
         change memory.

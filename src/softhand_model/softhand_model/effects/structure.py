@@ -208,6 +208,39 @@ class GaugeCompliance(StructureEffect):
         return 1.0 / self.values["stiffness"]
 
 
+class MachineCompliance(StructureEffect):
+    """Grips and load cell of a testing machine yield, so that the stretch by its crosshead is too
+    large: lambda_read = lambda + stress/stiffness.
+
+    An extensometer on the strip does not see it.
+    """
+
+    name = "machine_compliance"
+    experiments = frozenset({"uniaxial"})
+    parameters = (
+        Parameter(
+            "stiffness",
+            "Pa",
+            1e3,
+            1e10,
+            "nominal stress over the stretch by which grips and load cell yield",
+            (2e5, 1e7),
+            logarithmic=True,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(sorted(BENDING), "no testing machine pulls"),
+        "rubber": "each mode is tested in grips of its own",
+    }
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "alike at large stretches, where the stress grows in proportion"
+    }
+
+    def grip_compliance(self) -> Array | float:
+        """Stretch by which grips and load cell yield per stress [1/Pa]."""
+        return 1.0 / self.values["stiffness"]
+
+
 class FiniteRotation(StructureEffect):
     """A blocked finger bulges between base and gauge: the deflection is int(sin(theta)) dx and the
     force acts on the lever int_x^L(cos(theta)) dx, where the base has theta and L - x.
