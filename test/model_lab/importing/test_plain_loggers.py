@@ -60,6 +60,17 @@ def test_columns_of_specimens_are_runs_of_each(tmp_path, header):
         np.testing.assert_allclose(run.columns["tip_force"], slope * PRESSURE)
 
 
+def test_runs_with_dates_are_in_the_order_of_their_dates(tmp_path):
+    for name, hour in (("again", 11), ("first", 9), ("middle", 10)):
+        rows = "\n".join(
+            f"2026-11-02T{hour:02}:00:{second:02},{second},{2 * second}" for second in range(20)
+        )
+        (tmp_path / f"{name}.csv").write_text(f"stamp,p [kPa],angle [deg]\n{rows}\n")
+    found = make_set(propose(sorted(tmp_path.iterdir())))
+    assert [*found.document["runs"]] == ["first", "middle", "again"]
+    assert any("taken as recorded in this order" in remark for remark in found.remarks)
+
+
 def test_an_option_may_stand_for_many_files(tmp_path):
     paths = [
         table(tmp_path / f"{name}.csv", "p [kPa],angle [deg]", PRESSURE, ANGLE)

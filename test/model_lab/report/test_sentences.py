@@ -69,8 +69,18 @@ def test_a_wrong_scale_of_the_angle_may_be_a_wrong_size():
 def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
     assert said.endswith(
-        "at a noise floor of 0.573 deg; no known effect explains 5.16 deg of the remaining error."
+        "at a noise floor of 0.573 deg; 5.16 deg remains: add what is named and diagnose again for "
+        "the rest."
     )
+
+
+def test_a_scale_of_the_pressure_of_a_blocked_tip_may_be_a_wrong_size():
+    """F = 1.5*h**2*z*p/(2*L)."""
+    gain = NamedEffect("pressure_gain", {"gain": Estimate(0.81, 0.003, (0.80, 0.82), "")})
+    blocked = replace(diagnosis("effects_missing", (gain,)), experiment="blocked_tip")
+    said = verdict_sentence(blocked)
+    assert "A finger 1.23 times as long looks the same, and one 0.9 times as high nearly" in said
+    assert "a force gauge that reads 0.81 times the force" in said
 
 
 def test_how_sure_a_verdict_is_stands_behind_it():

@@ -37,7 +37,7 @@ from model_lab.importing.meaning import (
     meanings,
 )
 from model_lab.importing.open_questions import open_questions
-from model_lab.importing.order import as_recorded
+from model_lab.importing.order import as_recorded, by_dates
 from model_lab.importing.runs import ImportedRun, Source, joined, paired, remarks_on_clocks
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
@@ -158,7 +158,7 @@ def propose(
             f"experiment: expected one of {listed(NEEDED)}, got {shortened(experiment)}"
         )
     given = maps or {}
-    tables = _tables(as_recorded(paths), given, messages, decimal, sheets or {})
+    tables = by_dates(_tables(as_recorded(paths), given, messages, decimal, sheets or {}))
     _check_maps(tables, given)
     given = {quantity: as_derived(name, unit) for quantity, (name, unit) in given.items()}
     many = experiment if experiment in (VALVE_PULSE, BASE_TORQUE) else None

@@ -1,4 +1,5 @@
-"""The order in which runs were recorded, as the numbers in the names of their files tell it.
+"""The order in which runs were recorded, as their dates or the numbers in the names of their files
+tell it.
 
 The largest stretch so far, ageing and drifts depend on it; a shell lists `run_10` before `run_2`,
 and `fast_3` before `slow_1`.
@@ -10,6 +11,11 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from model_lab.importing.tables import CLOCK, Table
+
+YEAR = 3.2e7  # [s]; a time of a day is less, a date more
 LAST_NUMBER = re.compile(r"(\d+)\D*$")
 
 
@@ -34,6 +40,19 @@ def as_recorded(paths: Sequence[Path]) -> list[Path]:
     if len(paths) == len(set(numbers)) == span:
         return [path for _, path in sorted(zip(numbers, paths, strict=True))]
     return sorted(paths, key=_by_numbers)
+
+
+def by_dates(tables: Sequence[Table]) -> list[Table]:
+    """Tables by the first date and time that each holds; as they are, if one holds none."""
+    begun = [
+        float(np.nanmin(column.values))
+        for table in tables
+        for column in [next((one for one in table.columns if one.unit == CLOCK), None)]
+        if column is not None and np.nanmin(column.values) > YEAR
+    ]
+    if len(begun) < len(tables):
+        return list(tables)
+    return [tables[place] for place in np.argsort(begun, kind="stable")]
 
 
 def _by_numbers(path: Path) -> list[tuple[int, str]]:

@@ -296,23 +296,27 @@ def _left_over(diagnosis: Diagnosis) -> str:
     over = diagnosis.rmse_after / diagnosis.noise_floor
     if over <= RULES.explained_error:
         return ""
-    if over <= RULES.rest_error:
-        return f"; that is still {over:.2g} times the floor: add it and diagnose again for the rest"
     rest = diagnosis.display.shown(diagnosis.unexplained.rms)
     names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
     varies = f", which varies with {listed(names)}" if names else ""
-    return f"; no known effect explains {rest} of the remaining error{varies}"
+    return f"; {rest} remains{varies}: add what is named and diagnose again for the rest"
 
 
 def _or_a_size(diagnosis: Diagnosis) -> str:
-    """That a wrong size of the finger looks like a wrong scale of its angle (eq. 3.12)."""
-    gains = [one for one in diagnosis.effects if one.name == "angle_gain"]
+    """That a wrong size of the finger looks like a wrong scale of its angle (eq. 3.12), or of the
+    pressure behind its blocked tip, whose force is in proportion to h**2*p/L.
+    """
+    blocked = diagnosis.experiment == "blocked_tip"
+    name = "pressure_gain" if blocked else "angle_gain"
+    gains = [one for one in diagnosis.effects if one.name == name]
     if not gains:
         return ""
     gain = gains[0].parameters["gain"].value
+    longer, higher = (1.0 / gain, gain**0.5) if blocked else (gain, 1.0 / gain)
+    gauge = f", and so does a force gauge that reads {gain:.3g} times the force" if blocked else ""
     return (
-        f" A finger {gain:.3g} times as long looks the same, and one {1.0 / gain:.3g} times as "
-        "high nearly so."
+        f" A finger {longer:.3g} times as long looks the same, and one {higher:.3g} times as "
+        f"high nearly so{gauge}."
     )
 
 
