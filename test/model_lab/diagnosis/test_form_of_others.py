@@ -67,3 +67,38 @@ def test_what_only_mends_the_form_of_creep_is_a_guess(per_decade, seed, tmp_path
     assert found.guess and found.confidence is None
     assert "only make up for the equation of creep" in verdict_sentence(found)
     assert found.as_json()["effects"][0]["form_of"] == list(found.effects[0].form_of)
+
+
+def test_one_finer_form_is_named_where_two_plain_effects_would_do(tmp_path):
+    """A strip of rubber of Arruda and Boyce, with chains of five links and Cohen's approximation of
+    the inverse of Langevin's function; Gent with another law on top fits it as well.
+    """
+    random, runs, links = np.random.default_rng(15), {}, 5.0
+
+    def chain(root):
+        return (3.0 - root**2) / (1.0 - root**2)
+
+    for number in range(3):
+        stretch = np.linspace(1.0, 2.9, 190)
+        mean = np.sqrt((stretch**2 + 2.0 / stretch) / (3.0 * links))
+        stress = 55.0 * (stretch - stretch**-2) * chain(mean) / chain(np.sqrt(1.0 / links))
+        read = stress * (1.0 + random.normal(0.0, 0.008)) + random.normal(0.0, 0.3, len(stretch))
+        table = np.column_stack([0.2 * np.arange(len(stretch)), stretch, read])
+        header = "time,stretch,stress"
+        np.savetxt(tmp_path / f"r{number}.csv", table, delimiter=",", header=header, comments="")
+        runs[f"r{number}"] = {"specimen": "strip", "protocol": "pull", "file": f"r{number}.csv"}
+        runs[f"r{number}"]["temperature"] = 293.15
+    document = {
+        "format": "softhand-measurement/1",
+        "experiment": "uniaxial",
+        "title": "pulls",
+        "specimens": {"strip": {"shear_modulus": 60e3}},
+        "columns": {"time": {"unit": "s"}, "stretch": {"unit": ""}, "stress": {"unit": "kPa"}},
+        "calibration": {"modulus": "free"},
+        "runs": runs,
+    }
+    (tmp_path / "experiment.yaml").write_text(yaml.safe_dump(document))
+    found = diagnose(load_measurements(tmp_path), load_model("base")).diagnosis
+    (named,) = found.effects
+    assert named.name == "arruda_boyce" and not found.guess
+    assert named.parameters["links"].value == pytest.approx(links, rel=0.03)

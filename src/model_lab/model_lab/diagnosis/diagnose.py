@@ -273,7 +273,8 @@ def searched(
 
     The first search leaves out effects that are finer forms of others (whose `Effect.refines` names
     those). If the first search explains nothing, or leaves an error above the noise floor
-    (`Rules.material_error`), a second search is among all candidates. The judgement is that of the
+    (`Rules.material_error`), or names several effects where a finer form of one explains the data
+    alone, a second search is among all candidates. The judgement is that of the
     second search if only that explains the data, or does so with a clearly smaller error or fewer
     effects. Otherwise it is that of the first, with finer forms that explain as much as a named
     effect tied with it.
@@ -282,11 +283,11 @@ def searched(
     first = _judged_search(problem, plain, search, tell)
     if len(plain) == len(candidates):
         return first
-    if _falls_short(first):
+    refined = [name for name in candidates if name not in plain]
+    if _falls_short(first) or _is_one_finer(first, refined):
         finer = _judged_search(problem, candidates, search, tell)
         if _is_better(finer, first):
             return finer
-    refined = [name for name in candidates if name not in plain]
     return replace(first, selection=with_finer_ties(first.problem, first.selection, refined))
 
 
@@ -294,6 +295,19 @@ def _falls_short(judged: Judgement) -> bool:
     """Whether plain effects leave so much that their refined forms are worth a try."""
     much = material(judged.problem, judged.named)
     return judged.verdict == UNEXPLAINED or (judged.verdict == EFFECTS_MISSING and much)
+
+
+def _is_one_finer(judged: Judgement, refined: Sequence[str]) -> bool:
+    """Whether a finer form of one of several named effects explains the data alone."""
+    if len(judged.added) < 2:
+        return False
+    problem, base = judged.problem, judged.selection.base
+    finer = [name for name in refined if set(problem.classes[name].refines) & set(judged.added)]
+    tried = (score_with(problem, base, name) for name in finer)
+    return any(
+        isinstance(scored, Scored) and scored.plausible and not material(problem, scored)
+        for scored in tried
+    )
 
 
 def _is_better(finer: Judgement, plain: Judgement) -> bool:
