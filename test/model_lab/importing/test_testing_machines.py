@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model_lab.cli.main import main
-from model_lab.importing.importing import propose
+from model_lab.importing.importing import make_set, propose
 from model_lab.importing.told import asked
 from model_lab.measurements.load import load_measurements
 from softhand_common.documents.yaml_document import DocumentError
@@ -137,3 +137,14 @@ def test_a_force_without_a_unit_asks_for_one(tmp_path):
         "stretch": ("elongation(Displacement,5cm)", "mm"),
     }
     assert not propose([path], maps=maps).unsure
+
+
+@pytest.mark.parametrize(("name", "new"), [("DS10_specimen", True), ("pull", False)])
+def test_files_that_number_their_specimens_are_of_new_ones(tmp_path, name, new):
+    time, moved, force = pull()
+    header = "Time (s),stretch,stress (kPa)"
+    columns = time, 1.0 + moved / GAUGE, 1e3 * force / AREA
+    paths = [written(tmp_path / f"{name}_{n}.csv", header, columns) for n in (1, 2)]
+    found = make_set(propose(paths))
+    assert [run.get("virgin", False) for run in found.document["runs"].values()] == [new, new]
+    assert any("each a new specimen" in remark for remark in found.remarks) == new

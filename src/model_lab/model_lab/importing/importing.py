@@ -48,7 +48,13 @@ from model_lab.importing.set_columns import (
     temperatures_in_names,
     temperatures_of,
 )
-from model_lab.importing.specimens import Assigned, assigned, protocol_of, protocols_by_drive
+from model_lab.importing.specimens import (
+    Assigned,
+    assigned,
+    new_specimens,
+    protocol_of,
+    protocols_by_drive,
+)
 from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Table, read_tables
@@ -322,9 +328,11 @@ def make_set(
         protocols = protocols_by_drive(found, drives, modes)
         found = replace(found, protocols=protocols)
     pulled = _pulled(runs, stretched_to or {}, experiment)
+    stretched = INPUT.get(experiment) == "stretch"
+    new = new_specimens(names) if stretched and not said and not pulled else []
     columns = columns_of(sources, runs)
     noise = _noise(sources, needed, experiment)
-    strips = INPUT.get(experiment) == "stretch" and not hand
+    strips = stretched and not hand
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
@@ -344,6 +352,7 @@ def make_set(
         ),
         "runs": {
             run.name: _run_entry(run.name, found, pulled)
+            | ({"virgin": True} if run.name in new else {})
             | ({"temperature": temperatures[run.name]} if run.name in temperatures else {})
             | ({"mode": modes[run.name]} if modes else {})
             for run in runs
@@ -357,6 +366,11 @@ def make_set(
         *_remarks_on_specimens(found, entry, experiment, bool(said)),
         *_remarks_on_repeats(found, by_name, modes),
     ]
+    if new:
+        remarks.append(
+            f"each a new specimen (virgin: true), as their names number it: {listed(new)}; if one "
+            "was pulled again and again, take virgin out of experiment.yaml"
+        )
     if names != sorted(names) and len({path for run in runs for path in run.files}) > 1:
         remarks.append(
             f"taken as recorded in this order: {listed(names)}; the largest stretch so far, ageing "

@@ -36,6 +36,10 @@ SPECIMENS = (
     "specimen|finger|actuator|sample|strip|dogbone|probe|prüfling|prufling|muster|éprouvette"
 )
 SPECIMEN_WORD = re.compile(rf"(?:{SPECIMENS})\w+", re.I)
+SPECIMEN_AT_END = re.compile(
+    r"(?<![^\W_])(?:specimen|spec|dogbone|probe|prüfling|éprouvette|probeta|provino)[_\- ]*(\d+)$",
+    re.I,
+)
 NUMBERED_SPECIMEN = re.compile(rf"({SPECIMENS})[_\- ]*(\d+)(?=[_\- ]+\w)", re.I)
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
@@ -140,6 +144,18 @@ def protocols_by_drive(
         letters = [*ascii_lowercase, str(number + 1)]
         protocols[run] = f"{name}_{letters[min(number, len(ascii_lowercase))]}" if number else name
     return protocols
+
+
+def new_specimens(runs: Sequence[str]) -> list[str]:
+    """Runs whose names end with the number of their specimen; empty unless all do, each with a
+    number of its own, as in tests of rubber each is pulled once.
+
+    >>> new_specimens(["DS10_specimen_1", "DS10_specimen_2"]), new_specimens(["pull_1", "pull_2"])
+    (['DS10_specimen_1', 'DS10_specimen_2'], [])
+    """
+    ends = [SPECIMEN_AT_END.search(run) for run in runs]
+    numbers = {end[1] for end in ends if end}
+    return list(runs) if len(numbers) == len(runs) > 1 else []
 
 
 def _name_levels(run: str, other: str, drive: Drive, of_other: Drive) -> bool:
