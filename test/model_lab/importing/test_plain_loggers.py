@@ -48,14 +48,14 @@ def test_columns_of_repeats_are_runs(tmp_path, header):
 @pytest.mark.parametrize(
     "header",
     [
-        "Pressure (kPa),Finger A (N),Finger B (N)",
-        "Druck [kPa],Kraft Finger A [N],Kraft Finger B [N]",
+        "Pressure (kPa),Finger 1 (N),Finger 2 (N)",
+        "Druck [kPa],Kraft Finger 1 [N],Kraft Finger 2 [N]",
     ],
 )
 def test_columns_of_specimens_are_runs_of_each(tmp_path, header):
     path = table(tmp_path / "blocked.csv", header, PRESSURE, 0.02 * PRESSURE, 0.03 * PRESSURE)
     found = make_set(propose([path]))
-    assert [run["specimen"] for run in found.document["runs"].values()] == ["A", "B"]
+    assert [run["specimen"] for run in found.document["runs"].values()] == ["Finger1", "Finger2"]
     for run, slope in zip(found.runs, (0.02, 0.03), strict=True):
         np.testing.assert_allclose(run.columns["tip_force"], slope * PRESSURE)
 

@@ -28,6 +28,7 @@ SPECIMEN = re.compile(
     re.I,
 )  # in the name of a column: which specimen it is of
 NUMBER_AT_END = re.compile(r"[\s_#]+(?P<number>\d+)$")
+_FIRST = "_1"  # run of a numbered finger, which a number alone at the end would not be
 NUMBERED = 3  # columns; two may be two sensors
 REPEATED_OUTPUTS = ("tip_angle", "tip_force", "stress")
 
@@ -131,13 +132,13 @@ def _specimens_apart(table: Table) -> tuple[Table, ...]:
     one for each, with the columns of none. With fewer than two, the table itself.
     """
     found = [SPECIMEN.search(column.name) for column in table.columns]
-    names = dict.fromkeys(one["name"] for one in found if one)
+    names = {one["name"]: one["kind"].capitalize() for one in found if one}
     if len(names) < 2 or all(found):
         return (table,)
     return tuple(
         replace(
             table,
-            path=labelled(table.path, name),
+            path=labelled(table.path, f"{kind}{name}{_FIRST if _is_of_finger(kind, name) else ''}"),
             columns=tuple(
                 replace(column, name=SPECIMEN.sub(r" \g<kind> ", column.name).strip(" _-()"))
                 if one
@@ -146,8 +147,13 @@ def _specimens_apart(table: Table) -> tuple[Table, ...]:
                 if one is None or one["name"] == name
             ),
         )
-        for name in names
+        for name, kind in names.items()
     )
+
+
+def _is_of_finger(kind: str, number: str) -> bool:
+    """Whether a number stands for a finger, and not for one of equal strips."""
+    return number.isdecimal() and kind.casefold() in ("finger", "actuator", "aktor")
 
 
 def _numbered(table: Table) -> list[re.Match[str] | None]:
