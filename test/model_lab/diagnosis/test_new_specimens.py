@@ -1,12 +1,14 @@
 """Softening in runs of new specimens: what a diagnosis says if the set does not say so."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from lab_sets import measured, run
 
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.new_specimens import as_new
 from model_lab.experiments.forward import Forward
 from model_lab.report.sentences import verdict_sentence
 from softhand_model.effects import effect_classes
@@ -58,3 +60,14 @@ def test_new_specimens_are_told_where_the_set_does_not_say_so(new):
     if new:
         said = verdict_sentence(found)
         assert "virgin is true in each run" in said and "rising_1: {virgin: true}" in said
+
+
+def test_sets_without_time_have_no_memory_that_new_specimens_could_lack():
+    """The crash of every static set that nothing explained."""
+    stated = softened(False)
+    static = [
+        replace(one, columns={k: v for k, v in one.columns.items() if k != "time"})
+        for one in stated.runs
+    ]
+    found = SimpleNamespace(verdict="unexplained", verdict_mended="")
+    assert as_new(replace(stated, runs=tuple(static)), found, Model("pneuflex"), CLASSES) is None

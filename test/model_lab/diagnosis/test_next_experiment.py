@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from lab_sets import measured, run
 
 from bench.hidden.design import ExtraRun
 from bench.hidden.sets.writing import append_runs
@@ -215,3 +216,21 @@ def test_a_folder_with_files_is_not_written_into(one_rate, tmp_path, capsys):
     (tmp_path / "mine").write_text("mine")
     assert main(["plan", str(one_rate[0]), "--out", str(tmp_path)]) == 2
     assert "--force" in capsys.readouterr().err
+
+
+def test_a_set_of_inflations_alone_gets_a_proposal():
+    """The model of a trial that deflates has a coefficient that such a set does not show."""
+    random = np.random.default_rng(78)
+    duration = np.tile(np.linspace(0.03, 0.4, 15), 2)
+    supply = np.where(np.arange(30) % 2, 350e3, 250e3)
+    mass = 6e-10 * supply * (duration - 0.014) + 2e-7 * random.standard_normal(30)
+    columns = {
+        "direction": np.ones(30),
+        "duration": duration,
+        "p_in": supply,
+        "p_out": np.full(30, 105e3),
+        "mass": mass,
+    }
+    data = measured("valve_pulse", [run("r1", **columns)])
+    found = diagnose(replace(data, noise={"mass": 2e-7}), load_model("base")).diagnosis
+    assert found.effects[0].name == "valve_delay"

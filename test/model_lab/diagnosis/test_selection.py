@@ -27,11 +27,15 @@ from model_lab.diagnosis.error_by_step import path
 from model_lab.diagnosis.search import Signature
 from model_lab.diagnosis.selection import (
     detectable_effects,
+    finer_forms,
     null_maxima,
     p_value,
     select,
 )
 from model_lab.fitting.noise_floor import make_spectrum
+from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import at_places
+from softhand_model.hand.hand import load_hand
 
 EXCESS = 5.0  # of the model as it is
 
@@ -689,3 +693,11 @@ def test_other_parameters_are_taken_at_their_middle_value(choose):
         choose, 2.0, values=np.array(grid), change=change, size=np.full(8, 10.0)
     )
     assert smallest == pytest.approx(2.5)  # strengths 1/2 at 1 and 2 at 4
+
+
+def test_finer_forms_are_found_at_any_place_of_a_hand():
+    classes = at_places(load_hand("rbo_hand_2"), effect_classes())
+    problem = SimpleNamespace(classes=classes)
+    refined = ["channel_gain[a]", "channel_gain[b]", "ogden"]
+    assert finer_forms(problem, refined, ["actuator_scatter[ring]"]) == refined[:2]
+    assert finer_forms(problem, refined, ["mount_tilt[ring]", "mooney_rivlin"]) == ["ogden"]

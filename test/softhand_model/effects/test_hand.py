@@ -8,6 +8,7 @@ from softhand_common.numerics.rotations import rotate
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import (
     ActuatorScatter,
+    ChannelGain,
     Crosstalk,
     MountTilt,
     altered,
@@ -42,6 +43,12 @@ def test_pressure_of_a_channel_acts_in_another():
     acting = dict(zip(HAND.actuator_names, shares @ [8.0, 1.0, 2.0, 3.0], strict=True))
     assert (acting["thumb"], acting["palm_inner"], acting["palm_outer"]) == (4.0, 4.0, 3.0)
     assert acting["index"] == 1.0
+
+
+def test_less_pressure_acts_than_a_sensor_with_a_large_gain_reads():
+    shares = pressure_shares(HAND, [ChannelGain.at(channel="c")(gain=1.25)])
+    acting = dict(zip(HAND.actuator_names, shares @ [8.0, 1.0, 2.0, 3.0], strict=True))
+    assert (acting["thumb"], acting["palm_inner"], acting["palm_outer"]) == (1.6, 1.6, 3.0)
 
 
 def test_a_tilt_turns_the_chain_about_its_own_axes():

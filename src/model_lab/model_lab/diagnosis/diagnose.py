@@ -57,6 +57,7 @@ from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.diagnosis.selection import (
     Selection,
     detectable_effects,
+    finer_forms,
     select,
     with_final,
     with_finer_ties,
@@ -302,7 +303,7 @@ def _is_one_finer(judged: Judgement, refined: Sequence[str]) -> bool:
     if len(judged.added) < 2:
         return False
     problem, base = judged.problem, judged.selection.base
-    finer = [name for name in refined if set(problem.classes[name].refines) & set(judged.added)]
+    finer = finer_forms(problem, refined, judged.added)
     tried = (score_with(problem, base, name) for name in finer)
     return any(
         isinstance(scored, Scored) and scored.plausible and not material(problem, scored)

@@ -34,6 +34,7 @@ def as_new(
         (found.verdict_mended or found.verdict) != UNEXPLAINED
         or len(set(specimens)) == len(specimens)
         or any(run.virgin for run in data.runs)
+        or not data.has_time
     ):
         return None
     new = replace(data, runs=tuple(replace(run, virgin=True) for run in data.runs))

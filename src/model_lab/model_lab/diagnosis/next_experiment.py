@@ -263,15 +263,20 @@ class _Planned:
         return self._known[scored.effects]
 
     def _predicted(self, scored: Scored) -> Array:
-        """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
+        """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance. What a
+        trial needs and the set does not show, as the other direction of pulses, is at its start.
+        """
         forward = replace(self._problem, data=self.data).likelihood(scored.effects).forward
         fit = scored.fit
         scales = fit.likelihood.scales
         center, step = scales.inward(fit.values), fit.likelihood.slope_step * scales.width
         values = scales.outward(np.vstack([center, center + np.diag(step)]))
         order = [p.name for p in fit.likelihood.parameters]
-        values = values[:, [order.index(p.name) for p in forward.parameters]]
-        rows = forward.predict(values)
+        columns = [
+            values[:, order.index(p.name)] if p.name in order else np.full(len(values), p.start)
+            for p in forward.parameters
+        ]
+        rows = forward.predict(np.stack(columns, axis=1))
         jacobian = (rows[1:] - rows[:1]) / step[:, None]
         level, vectors = np.linalg.eigh(fit.covariance)
         root = vectors * np.sqrt(np.maximum(level, 0.0))

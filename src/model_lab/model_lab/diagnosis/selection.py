@@ -134,17 +134,23 @@ def with_finer_ties(problem: FitProblem, selection: Selection, refined: Sequence
     """
     base, final = selection.base, selection.final
     added = [name for name in final.effects if name not in base.effects]
-    finer = [name for name in refined if set(problem.classes[name].refines) & set(added)]
+    finer = finer_forms(problem, refined, added)
     if not finer:
         return selection
     tried = [s for s in score_all(problem, base, finer) if isinstance(s, Scored)]
     ties = []
     every = _ties(problem, final, base, (*selection.singles, *tried), score_all)
     for effect, plain, group in zip(added, selection.ties, every, strict=True):
-        more = [s.added for s in group if effect in problem.classes[s.added].refines]
+        more = finer_forms(problem, [s.added for s in group], [effect])
         free = max(0, problem.rules.most_unusual_ties - len(plain))
         ties.append((*plain, *more[:free]))
     return replace(selection, ties=tuple(ties))
+
+
+def finer_forms(problem: FitProblem, refined: Sequence[str], named: Sequence[str]) -> list[str]:
+    """Those of the `refined` effects that are finer forms of a named one, wherever it is."""
+    kinds = {getattr(problem.classes[name], "kind", name) for name in named}
+    return [name for name in refined if kinds & set(problem.classes[name].refines)]
 
 
 def _better_member(

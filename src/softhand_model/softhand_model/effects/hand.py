@@ -17,7 +17,7 @@ import numpy as np
 from softhand_common.documents.quoted import listed, shortened
 from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import compose, from_rpy, to_rpy
-from softhand_model.effects.effect import Effect, Parameter
+from softhand_model.effects.effect import POSED, Effect, Parameter
 from softhand_model.hand.hand import HandDescription
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
 
@@ -269,6 +269,40 @@ class Crosstalk(HandEffect):
         """
         here = (source, target) == (self.where["from"], self.where["to"])
         return float(self.values["share"]) if here else 0.0
+
+
+class ChannelGain(HandEffect):
+    """The pressure sensor of one channel has a wrong scale: where it reads p, p/gain acts."""
+
+    name = "channel_gain"
+    experiments = POSED
+    place_keys = ("channel",)
+    parameters = (
+        Parameter(
+            "gain",
+            "",
+            0.2,
+            5.0,
+            "reading of the sensor over the pressure",
+            (0.8, 1.25),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+    refines = ("actuator_scatter",)  # of all actuators of the channel
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "actuator_scatter": "nearly alike where the channel feeds one actuator",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every channel."""
+        return [{"channel": name} for name in hand.channels]
+
+    def share_between(self, source: str, target: str) -> float:
+        """Share [-] of the pressure that is read in the channel by which another one acts in it."""
+        here = source == target == self.where["channel"]
+        return 1.0 / float(self.values["gain"]) - 1.0 if here else 0.0
 
 
 # ---------------------------------------------------------------------- on a hand
