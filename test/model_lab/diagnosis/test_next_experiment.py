@@ -220,17 +220,15 @@ def test_a_folder_with_files_is_not_written_into(one_rate, tmp_path, capsys):
 
 def test_a_set_of_inflations_alone_gets_a_proposal():
     """The model of a trial that deflates has a coefficient that such a set does not show."""
-    random = np.random.default_rng(78)
-    duration = np.tile(np.linspace(0.03, 0.4, 15), 2)
-    supply = np.where(np.arange(30) % 2, 350e3, 250e3)
-    mass = 6e-10 * supply * (duration - 0.014) + 2e-7 * random.standard_normal(30)
+    durations = [287, 56, 29, 252, 243, 47, 187, 79, 35, 41, 69, 138, 37, 61, 28]  # [ms]
+    masses = [7.1, 0.9, 0.8, 6.4, 6.4, 1.0, 4.6, 1.9, 0.4, 0.5, 1.5, 3.2, 0.4, 1.5, 0.4]  # [mg]
     columns = {
-        "direction": np.ones(30),
-        "duration": duration,
-        "p_in": supply,
-        "p_out": np.full(30, 105e3),
-        "mass": mass,
+        "direction": np.ones(15),
+        "duration": 1e-3 * np.array(durations),
+        "p_in": np.full(15, 350e3),
+        "p_out": np.linspace(106e3, 112e3, 15),
+        "mass": 1e-6 * np.array(masses),
     }
     data = measured("valve_pulse", [run("r1", **columns)])
     found = diagnose(replace(data, noise={"mass": 2e-7}), load_model("base")).diagnosis
-    assert found.effects[0].name == "valve_delay"
+    assert "valve_delay" in names_of(found) and found.next_experiment is not None
