@@ -224,7 +224,8 @@ class Rules:
     )
     repeat_course: float = _rule(
         0.05,
-        "mean difference over range up to which inputs are the same until one ends",
+        "mean difference over range up to which inputs are the same until one ends; of pulses over "
+        "their mean duration",
         BY_HAND,
         neutral=inf,
     )
