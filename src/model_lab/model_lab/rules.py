@@ -208,6 +208,12 @@ class Rules:
     help_error: float = _rule(
         0.5, "error after over before at which an effect helps", CONTRACT, neutral=1.0
     )
+    greater_part: float = _rule(
+        0.5,
+        "share of the excess mean square error from which an effect removes most of it, though "
+        "nothing explains it all; no verdict reads it",
+        BY_HAND,
+    )
     together_error: float = _rule(1 / 3, "the same for several effects together", BY_HAND, 1.0)
     missed_error: float = _rule(
         1.25, "error without one of these over that with all", BY_HAND, neutral=0.0

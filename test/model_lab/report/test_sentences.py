@@ -2,7 +2,15 @@ from dataclasses import replace
 
 import pytest
 
-from model_lab.diagnosis.result import Diagnosis, Estimate, Help, NamedEffect, Step, Unexplained
+from model_lab.diagnosis.result import (
+    Diagnosis,
+    Estimate,
+    GreaterPart,
+    Help,
+    NamedEffect,
+    Step,
+    Unexplained,
+)
 from model_lab.report.sentences import (
     notice_sentence,
     story_sentence,
@@ -71,6 +79,18 @@ def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     assert said.endswith(
         "at a noise floor of 0.573 deg; no known effect explains 5.16 deg of the remaining error."
     )
+
+
+def test_an_effect_that_explains_most_is_told_where_nothing_explains_all():
+    lags = {"tube_lag": "tube", "angle_sensor_lag": "sensor"}
+    lag = replace(LAG, cause="lag", members=lags)
+    part = GreaterPart(lag, ("hysteresis",), rmse_after=0.05, share=0.757)
+    said = verdict_sentence(replace(diagnosis("unexplained"), greater_part=part))
+    assert said.startswith("The model fails and no known effect explains all of it: its error is")
+    assert (
+        "Most of it (76 % of the mean square above the floor) may be a lag of 0.25 ± 0.012 s (tube "
+        "or sensor) or hysteresis, which leaves 2.86 deg; the remaining"
+    ) in said
 
 
 def test_how_sure_a_verdict_is_stands_behind_it():
