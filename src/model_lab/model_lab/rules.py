@@ -347,6 +347,9 @@ class Rules:
     other_mix: float = _rule(
         2.0, "factor up to which the modulus of another mix or cure may differ", BY_HAND
     )
+    casting_spread: float = _rule(
+        0.03, "relative difference of the moduli of castings of no stated batch, no slip", BY_HAND
+    )
     vacuum: float = _rule(
         -5e3, "pressure above that at rest, below which a chamber is sucked", BY_HAND, unit="Pa"
     )

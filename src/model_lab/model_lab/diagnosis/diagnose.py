@@ -35,6 +35,7 @@ from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.new_specimens import as_new, with_new_specimens
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
+from model_lab.diagnosis.own_sizes import other_sizes, with_other_size
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -141,6 +142,12 @@ def diagnose(
         told = with_own_moduli(data, outcome.diagnosis, batches, parted.diagnosis)
         if told is not None:
             return replace(parted, diagnosis=told)
+    sizes = other_sizes(data, outcome.diagnosis, model)
+    if sizes:
+        resized = _diagnosed(sizes[0].mended, model, options, tell_no_first)
+        told = with_other_size(outcome.diagnosis, sizes, resized.diagnosis)
+        if told is not None:
+            return replace(resized, diagnosis=told)
     new = as_new(data, outcome.diagnosis, model, known)
     if new is None:
         return outcome

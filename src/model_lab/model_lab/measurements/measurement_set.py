@@ -88,6 +88,7 @@ INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
 MODE_HOLDOUT = "modes"
 SAME_TEMPERATURE = 1.0  # [K] within which runs are repeats
 ROOM_TEMPERATURE = 293.15
+UNSTATED_BATCH = "all"  # of specimens of which a set states none
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Specimen:
     name: str
     values: Mapping[str, float | Array] = field(default_factory=dict)
     mount: str = "bending_plane_level"
-    batch: str = "all"
+    batch: str = UNSTATED_BATCH
     notes: Mapping[str, object] = field(default_factory=dict)
     hand: HandSpecimen | None = None
 

@@ -253,7 +253,7 @@ def _freed(diagnosis: Diagnosis) -> str:
     most = 100.0 * (USUAL_MODULUS_SCALES[1] - 1.0)
     return (
         f". If the moduli of the castings may differ by more than {most:.0f} %, --free-modulus "
-        "fits one for each"
+        "tries one for each"
     )
 
 

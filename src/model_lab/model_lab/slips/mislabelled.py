@@ -53,10 +53,10 @@ def _errors(data: MeasurementSet, model: Model, names: list[str]) -> Array:
         replace(data, runs=tuple(replace(run, specimen=name) for run in data.runs))
         for name in names
     )
-    return np.stack([_errors_of_runs(other, model) for other in relabelled], axis=1)
+    return np.stack([errors_of_runs(other, model) for other in relabelled], axis=1)
 
 
-def _errors_of_runs(data: MeasurementSet, model: Model) -> Array:
+def errors_of_runs(data: MeasurementSet, model: Model) -> Array:
     """Sum of squared errors (runs,) of a model that is not fitted; infinite where it refuses."""
     made = made_of(data, model)
     try:
@@ -83,7 +83,7 @@ def exchanged_inputs(data: MeasurementSet, model: Model) -> list[Candidate]:
         replace(few, runs=tuple(_driven_as(run, other, driving) for run in few.runs))
         for other in data.runs
     )
-    errors = np.stack([_errors_of_runs(one, model) for one in driven], axis=1)
+    errors = np.stack([errors_of_runs(one, model) for one in driven], axis=1)
     own = np.diag(errors)
     pairs = list(combinations(range(len(own)), 2))
     gains = [min(own[i] - errors[i, j], own[j] - errors[j, i]) for i, j in pairs]
