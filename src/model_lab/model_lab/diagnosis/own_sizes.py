@@ -56,7 +56,10 @@ def _sizes_of(
 ) -> list[tuple[float, Candidate]]:
     """(sum of squared errors, size) for each size of a casting; few: the set in few samples."""
     others = tuple(run for run in few.runs if run.specimen not in names)
-    problem, given = pose_problem(replace(few, runs=others), model, {})
+    try:
+        problem, given = pose_problem(replace(few, runs=others), model, {})
+    except ValueError:  # short runs without repeats show no noise
+        return []
     likelihood = problem.likelihood([effect.name for effect in given])
     values = fit(likelihood, base_starts(likelihood.parameters)).values
     scales = [
