@@ -187,7 +187,7 @@ def _as_near(
     """Models, nearest first, that explain as much as the final one beyond the one without an
     effect; and few that would with unusual parameters, or but for the form of an equation. Models
     that are unlikely a priori, or whose error is far larger, are left out; so are other forms whose
-    fit is off by more than noise where the final model's is not.
+    fit is off by more than noise and explains too little, where the final model's is within noise.
 
     Few are names or, where what explains the data happens between their samples, causes: how well
     each of them fits then depends on an input that was not recorded.
@@ -222,7 +222,8 @@ def _as_near(
         if of_another_form and not near:
             near = excess(problem, scored) <= rules.left_share * excess(problem, without)
         elif near and not (of_another_form or unseen or scored.added in forms):
-            near = not leaves_more_than_noise(problem, scored)
+            most = rules.explained_error * problem.floor.total
+            near = scored.fit.rmse <= most or not leaves_more_than_noise(problem, scored)
         if near and scored.possible and scored.added not in tied and is_free():
             tied.append(scored.added)
     return tuple(scored for scored in likely if scored.added in tied)
