@@ -42,7 +42,7 @@ def stretches(
 
 def stepwise(plant: Plant, blocked: bool) -> bool:
     """Whether the solution has to follow time: sections that share a load soften together."""
-    coupled = blocked or bool(plant.mass_scale)
+    coupled = blocked or bool(plant.mass_scale or plant.tip_mass)
     return plant.remembers or (plant.softening is not None and coupled)
 
 
@@ -124,7 +124,7 @@ def _solve(
         stress = _stress(plant, body, stretch, dt)
         slope = (_stress(plant, body, stretch + 1e-6, dt) - stress) / 1e-6
         rest = load - stress
-        if plant.mass_scale:
+        if plant.mass_scale or plant.tip_mass:
             rest = rest - unit * _weight_moment(plant, body, stretch)
         if blocked:
             force = _tip_force(plant, body, stretch, rest, slope, unit, force)
@@ -163,6 +163,8 @@ def _weight_moment(plant: Plant, body: Body, stretch: Array) -> Array:
     per_length = body.mass * plant.mass_scale * GRAVITY / body.length
     weight = per_length * (1 + plant.mass_tilt * place) * body.weights
     beyond = _tail(lateral * weight) - lateral * _tail(weight)
+    tip = lateral_dx.sum(axis=1, keepdims=True)
+    beyond = beyond + plant.tip_mass * GRAVITY * (tip - lateral)
     return body.uphill * beyond
 
 

@@ -37,13 +37,14 @@ DESIGN = {
     "arrhenius": "temperatures",
     "gravity": "mounts",
     "tip_heavy": "mounts",
+    "tip_load": "mounts",
     "thick_wall": "walls",
     "rational_thick_wall": "walls",
 }
 CATALOGUE = {
     "free_bending": "gent_stiffening yeoh_stiffening viscoelasticity tube_lag hysteresis "
     "mullins_softening pressure_offset dead_zone section_rounding temperature_modulus gravity "
-    "thick_wall actuation_nonlinearity angle_offset angle_sensor_lag clock_offset "
+    "tip_load thick_wall actuation_nonlinearity angle_offset angle_sensor_lag clock_offset "
     "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation angle_gain",
     "blocked_tip": "pressure_offset pressure_gain tube_lag dead_zone section_rounding "
     "gauge_compliance tip_friction force_offset clock_offset chamber_contact ballooning "
@@ -106,7 +107,7 @@ FORMS = {  # law: its family
     "curved_zero": "pressure_offset",
     "arrhenius": "temperature_modulus",
     "rational_rounding": "section_rounding",
-    "tip_heavy": "gravity",
+    "tip_heavy": "gravity tip_load",
     "rational_thick_wall": "thick_wall",
     "cascaded_sensor": "angle_sensor_lag",
     "hardening_gauge": "gauge_compliance",

@@ -65,6 +65,7 @@ class Plant:
     modes: Modes | None = None
     loop: Loop | None = None
     mass_scale: float = 0.0
+    tip_mass: float = 0.0  # [kg]
     mass_tilt: float = 0.0  # 1: mass per length grows from zero at the base to twice the mean
     side_walls: bool = False
     printed: tuple[float, float] | None = None

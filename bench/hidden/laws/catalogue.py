@@ -59,6 +59,12 @@ def gravity(plant: Plant, mass_scale: float) -> None:
     plant.mass_scale = mass_scale
 
 
+@law("tip_load", ("mass", 5e-4, 0.2))
+def tip_load(plant: Plant, mass: float) -> None:
+    """Something hangs at the tip."""
+    plant.tip_mass = mass
+
+
 @law("gent_stiffening", ("jm", 400.0, 1.8))
 def gent_stiffening(plant: Plant, jm: float) -> None:
     """Chains of limited length."""

@@ -208,6 +208,12 @@ class Rules:
     help_error: float = _rule(
         0.5, "error after over before at which an effect helps", CONTRACT, neutral=1.0
     )
+    greater_part: float = _rule(
+        0.5,
+        "share of the excess mean square error from which an effect removes most of it, though "
+        "nothing explains it all; no verdict reads it",
+        BY_HAND,
+    )
     together_error: float = _rule(1 / 3, "the same for several effects together", BY_HAND, 1.0)
     missed_error: float = _rule(
         1.25, "error without one of these over that with all", BY_HAND, neutral=0.0
@@ -224,7 +230,8 @@ class Rules:
     )
     repeat_course: float = _rule(
         0.05,
-        "mean difference over range up to which inputs are the same until one ends",
+        "mean difference over range up to which inputs are the same until one ends; of pulses over "
+        "their mean duration",
         BY_HAND,
         neutral=inf,
     )
@@ -345,6 +352,9 @@ class Rules:
     )
     other_mix: float = _rule(
         2.0, "factor up to which the modulus of another mix or cure may differ", BY_HAND
+    )
+    casting_spread: float = _rule(
+        0.03, "relative difference of the moduli of castings of no stated batch, no slip", BY_HAND
     )
     vacuum: float = _rule(
         -5e3, "pressure above that at rest, below which a chamber is sucked", BY_HAND, unit="Pa"

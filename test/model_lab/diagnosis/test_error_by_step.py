@@ -7,7 +7,7 @@ import pytest
 from made_up_fits import Said, made_up_model, made_up_problem
 
 from model_lab.diagnosis import error_by_step as module
-from model_lab.diagnosis.error_by_step import helping, is_missed
+from model_lab.diagnosis.error_by_step import greater_part, helping, is_missed, share_removed
 from model_lab.diagnosis.forward_selection import ForwardSelection
 from model_lab.fitting.held_out import HeldOut
 
@@ -43,6 +43,33 @@ def test_a_second_effect_helps_if_it_halves_what_the_first_leaves():
 
 def test_nothing_helps_where_nothing_is_proven():
     assert helped() == [] == helped([])
+
+
+# ---------------------------------------------------------------- the greater part
+def parts(*errors, floor=0.9):
+    """(names of what explains the greater part, its share), given held-out errors by effects."""
+    problem = made_up_problem()
+    problem = replace(problem, floor=replace(problem.floor, total=floor))
+    base = model(problem, (), [1.2] * 6)
+    proven = [model(problem, (name,), [error] * 6) for name, error in errors]
+    found = greater_part(problem, base, proven)
+    share = share_removed(problem, found[0], base) if found else None
+    return [one.added for one in found], share
+
+
+def test_an_effect_may_explain_most_of_an_error_near_the_floor_without_halving_it():
+    assert parts(("tube_lag", 1.0), (MEMORY, 1.15)) == (
+        ["tube_lag"],
+        pytest.approx((1.2**2 - 1.0) / (1.2**2 - 0.9**2)),
+    )
+    assert parts(("tube_lag", 1.1)) == ([], None)  # it removes 36 %
+
+
+def test_effects_of_one_cause_are_one_and_many_causes_are_none():
+    lags = [("tube_lag", 1.0), ("angle_sensor_lag", 1.0)]
+    others = [(STIFFENING, 1.0), (MEMORY, 1.0)]
+    assert parts(*lags, *others)[0] == [name for name, _ in (*lags, *others)]
+    assert parts(*lags, *others, ("dead_zone", 1.0))[0] == []
 
 
 # ---------------------------------------------------------------- several that help together

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from bench.hidden.design import ExtraRun
 from bench.hidden.sets.writing import append_runs
 from bench.hidden.ties import tied
 from model_lab.cli.main import main
+from model_lab.diagnosis import next_experiment as module
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import (
     _separation,
@@ -100,6 +102,24 @@ def test_done_and_added_it_breaks_the_tie(one_rate, outcome, planned, tmp_path):
     after = names_of(diagnose(data, load_model("base")).diagnosis)
     assert "tube_lag" in after
     assert len(after) < len(names_of(outcome.diagnosis))
+
+
+@pytest.mark.parametrize(
+    ("behind", "noise", "told"),
+    [(7.0, False, [3.0, 9.0]), (9.0, True, [3.0, 6.0]), (9.0, False, [0.0, 0.0])],
+)
+def test_no_run_is_promised_to_part_what_the_diagnosis_would_leave_tied(
+    monkeypatch, behind, noise, told
+):
+    """As other forms of one equation, which the fit has told apart, and ties nevertheless."""
+    monkeypatch.setattr(module, "leaves_more_than_noise", lambda problem, scored: not noise)
+    pair = [
+        SimpleNamespace(fit=SimpleNamespace(deviance=one, values=()), unusual=0.0, rules=RULES)
+        for one in (behind, 0.0)
+    ]
+    apart = np.array([3.0, 9.0]), np.array([2.0, 1.5])  # sigma and floors, of two trials
+    found = module._telling(SimpleNamespace(rules=RULES), pair, *apart)
+    assert found.tolist() == told
 
 
 def test_nothing_is_proposed_where_nothing_is_tied(outcome):

@@ -452,6 +452,16 @@ def test_two_are_tied_that_another_form_of_their_equation_would_bring_near(choos
     assert choose(models | {"b": implausible})[0].ties == ((),)
 
 
+@pytest.mark.parametrize(("left_by_b", "tied"), [(0.0, ("b",)), (0.3, ())])
+def test_another_form_that_misses_the_noise_is_not_tied_with_one_that_meets_it(
+    choose, left_by_b, tied
+):
+    """Gent's stiffening fits to the noise, Yeoh's is off by far more than repeats scatter."""
+    base = Said(beyond(EXCESS), 1503.0)
+    models = {"": base, "a": leaves(0.0), "b": leaves(left_by_b, 530.0)}
+    assert choose(models, problem=made_up_problem(dof=1e6))[0].ties == (tied,)
+
+
 @pytest.mark.parametrize(
     ("left", "left_by_b", "tied"),
     [(0.2, 0.34, ("b",)), (0.2, 0.36, ()), (0.0, 0.34, ())],

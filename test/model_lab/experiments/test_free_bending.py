@@ -263,6 +263,23 @@ def test_gravity_needs_the_mass():
         angles(data, "gravity", mass_scale=1.0)
 
 
+@pytest.mark.parametrize("mount", SIGN_OF_WEIGHT)
+def test_a_load_at_the_tip_acts_by_the_mount_and_more_than_the_same_mass_of_the_finger(mount):
+    values = {key: value for key, value in specimen().values.items() if key != "mass"}
+    light = type(specimen())("d2.5", values, mount)  # whose own mass is not needed
+    hung = measured("free_bending", [run("r", TIME, pressure=PRESSURE)], light)
+    own = measured(
+        "free_bending", [run("r", TIME, pressure=PRESSURE)], specimen(mount=mount, mass=0.02)
+    )
+    free = angles(bending(PRESSURE))
+    at_tip = (angles(hung, "tip_load", mass=0.02) - free)[5:25]
+    spread = (angles(own, "gravity", mass_scale=1.0) - free)[5:25]
+    assert np.sign(at_tip).tolist() == [SIGN_OF_WEIGHT[mount]] * 20
+    assert np.all(np.abs(at_tip) >= 1.5 * np.abs(spread))
+    nothing = angles(hung, "tip_load", mass=0.0)
+    assert nothing == pytest.approx(free, rel=1e-9, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     "name", [name for name, one in EFFECTS.items() if "free_bending" in one.experiments]
 )

@@ -18,14 +18,18 @@ def choked(ratio):
     return np.where(ratio > 0.5283, open_, 0.484)
 
 
-def pulses(seed, count=120):
-    """Pulses of a choke in random order, each with durations and pressures of its own."""
+def pulses(seed, count=120, delay=0.0):
+    """Pulses of a choke in random order, each with durations and pressures of its own.
+
+    delay [s]: by which the choke opens late.
+    """
     random = np.random.default_rng(seed)
     inflates = np.arange(count) % 2 == 0
     duration = 0.04 + random.exponential(0.1, count)
     chamber = random.uniform(130e3, 400e3, count)
     p_in, p_out = np.where(inflates, SUPPLY, chamber), np.where(inflates, chamber, AIR)
-    mass = 3e-9 * p_in * choked(p_out / p_in) * duration + random.normal(0.0, NOISE, count)
+    flow = 3e-9 * p_in * choked(p_out / p_in)
+    mass = flow * (duration - delay) + random.normal(0.0, NOISE, count)
     columns = {
         "direction": np.where(inflates, 1.0, -1.0),
         "duration": duration,
@@ -36,16 +40,20 @@ def pulses(seed, count=120):
     return columns
 
 
-def written(folder, columns):
-    rows = zip(*columns.values(), strict=True)
-    text = "\n".join([",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)])
-    (folder / "p.csv").write_text(text + "\n")
+def written(folder, columns, *repeats):
+    """A set of these pulses; repeats: of runs that are stated as repeats."""
+    runs = []
+    for number, run in enumerate([columns, *repeats]):
+        rows = zip(*run.values(), strict=True)
+        text = "\n".join([",".join(run), *(",".join(f"{x:.9g}" for x in row) for row in rows)])
+        (folder / f"p{number}.csv").write_text(text + "\n")
+        runs.append(f"p{number}: {{specimen: channel, protocol: pulses, file: p{number}.csv}}")
     units = {"direction": "''", "duration": "s", "p_in": "Pa", "p_out": "Pa", "mass": "kg"}
     stated = ", ".join(f"{name}: {{unit: {unit}}}" for name, unit in units.items())
     (folder / "experiment.yaml").write_text(
         "format: softhand-measurement/1\nexperiment: valve_pulse\ntitle: choke\n"
         f"specimens: {{channel: {{}}}}\ncolumns: {{{stated}}}\n"
-        "runs: {p: {specimen: channel, protocol: pulses, file: p.csv}}\n"
+        f"runs: {{{', '.join(runs)}}}\n"
     )
     return load_measurements(folder)
 
@@ -62,6 +70,16 @@ def test_a_choke_is_named_though_no_pulse_is_repeated(tmp_path):
     assert [effect.name for effect in found.effects] == ["injector_flow"]
     assert found.effects[0].parameters["c2_inflate"].value == pytest.approx(3e-9, rel=0.01)
     assert found.noise_floor == pytest.approx(NOISE, rel=0.3)
+
+
+def test_other_pulses_are_no_repeats_whose_scatter_hides_a_delay(tmp_path):
+    data = written(tmp_path, pulses(3, 120, 0.01), pulses(4, 120, 0.01))
+    assert data.groups() == [[0], [1]]
+    found = diagnose(data, load_model("base")).diagnosis
+    assert [effect.name for effect in found.effects] == ["injector_flow", "valve_delay"]
+    assert found.effects[1].parameters["delay"].value == pytest.approx(0.01, rel=0.1)
+    assert found.noise_floor == pytest.approx(NOISE, rel=0.3)
+    assert "p1 of p0" in next(n["text"] for n in found.notices if n["kind"] == "driven")
 
 
 def test_few_pulses_show_no_noise(tmp_path):

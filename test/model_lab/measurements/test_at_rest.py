@@ -14,6 +14,17 @@ def test_the_zero_of_a_noisy_course_is_not_its_first_frame(course):
     assert np.sqrt(np.mean(np.square(found))) < 0.5 * sigma
 
 
+def test_the_zero_of_a_ramp_that_bends_is_not_too_low():
+    """A finger of rubber bends ever faster on an even ramp of pressure; a straight line through it
+    begins 0.8 sigma too low.
+    """
+    rng, time, sigma = np.random.default_rng(3), np.arange(0.0, 6.0, 1.0 / 40.0), 0.007
+    course = 0.2 * time + 0.03 * time**2
+    found = [beginning(course + sigma * rng.standard_normal(len(time))) for _ in range(100)]
+    assert abs(np.mean(found)) < 0.25 * sigma
+    assert np.sqrt(np.mean(np.square(found))) < 0.8 * sigma
+
+
 def test_a_course_without_noise_begins_with_its_first_sample():
     for course in (np.linspace(1.0, 2.0, 50) ** 3, np.repeat([0.0, 1.0], 20), np.zeros(1)):
         assert beginning(course) == pytest.approx(course[0], abs=2e-3)

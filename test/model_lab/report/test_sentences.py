@@ -2,7 +2,15 @@ from dataclasses import replace
 
 import pytest
 
-from model_lab.diagnosis.result import Diagnosis, Estimate, Help, NamedEffect, Step, Unexplained
+from model_lab.diagnosis.result import (
+    Diagnosis,
+    Estimate,
+    GreaterPart,
+    Help,
+    NamedEffect,
+    Step,
+    Unexplained,
+)
 from model_lab.report.sentences import (
     notice_sentence,
     story_sentence,
@@ -81,6 +89,18 @@ def test_a_scale_of_the_pressure_of_a_blocked_tip_may_be_a_wrong_size():
     said = verdict_sentence(blocked)
     assert "A finger 1.23 times as long looks the same, and one 0.9 times as high nearly" in said
     assert "a force gauge that reads 0.81 times the force" in said
+
+
+def test_an_effect_that_explains_most_is_told_where_nothing_explains_all():
+    lags = {"tube_lag": "tube", "angle_sensor_lag": "sensor"}
+    lag = replace(LAG, cause="lag", members=lags)
+    part = GreaterPart(lag, ("hysteresis",), rmse_after=0.05, share=0.757)
+    said = verdict_sentence(replace(diagnosis("unexplained"), greater_part=part))
+    assert said.startswith("The model fails and no known effect explains all of it: its error is")
+    assert (
+        "Most of it (76 % of the mean square above the floor) may be a lag of 0.25 ± 0.012 s (tube "
+        "or sensor) or hysteresis, which leaves 2.86 deg; the remaining"
+    ) in said
 
 
 def test_how_sure_a_verdict_is_stands_behind_it():

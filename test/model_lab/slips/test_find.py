@@ -204,6 +204,31 @@ def test_each_kind_is_found_and_its_mend_mends(stated, column, request, tmp_path
     assert floor.held_out.rmse < 1.2 * floor.floor.total
 
 
+def with_pressures_of(data, others):
+    """The set with the pressures of other runs, by name; both are sampled at other times."""
+    runs = {run.name: run for run in data.runs}
+    changed = []
+    for run in data.runs:
+        other = runs[others.get(run.name, run.name)].columns
+        pressure = np.interp(run.columns["time"], other["time"], other["pressure"])
+        changed.append(replace(run, columns={**run.columns, "pressure": pressure}))
+    return replace(data, runs=tuple(changed))
+
+
+def test_two_runs_whose_pressures_are_exchanged_are_found():
+    """Angles and pressures are in files of their own; no run is a repeat of another then."""
+    data = load_measurements(EXAMPLE)
+    others = {"thin_1": "thin_half_2", "thin_half_2": "thin_1"}
+    data = with_pressures_of(data, others)
+    checked = find_slips(data, BASE)
+    (slip,) = checked.slips
+    assert (slip.name, slip.column) == ("exchanged", "the pressure of thin_1 and thin_half_2")
+    assert slip.rmse_before > 4.0 * slip.rmse_after
+    before = {run.name: run.columns["pressure"] for run in load_measurements(EXAMPLE).runs}
+    for run in checked.data.runs:
+        assert np.allclose(run.columns["pressure"], before[run.name], atol=200.0)  # [Pa]
+
+
 def test_an_effect_is_not_called_a_slip(tmp_path):
     for hidden in ("ballooning", "gent_stiffening", "pressure_offset"):
         folder = tmp_path / hidden

@@ -12,8 +12,10 @@ LENGTH, WALL, MODULUS = 0.09, 0.0025, 67e3
 POINTS = 8
 
 
-def finger(per_length, taper=0.0, tilt=0.0):
-    """Gauss points, shape and weight of one finger; height falls in a straight line by `taper`."""
+def finger(per_length, taper=0.0, tilt=0.0, at_tip=0.0):
+    """Gauss points, shape and weight of one finger, and the load at its tip [N]; height falls in a
+    straight line by `taper`.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     x, weights = LENGTH / 2 * (nodes + 1), LENGTH / 2 * weights
     height = height_at(x, taper)[None, None]
@@ -21,9 +23,8 @@ def finger(per_length, taper=0.0, tilt=0.0):
     ratio = side_wall_ratio(height, width, WALL, WALL)
     shape = SectionShape(height, width, WALL, WALL, ratio, MODULUS)
     weight = Weight(
-        np.full((1, 1, 1), per_length),
+        (per_length * (LENGTH - x) + at_tip)[None, None],
         np.full((1, 1, 1), tilt),
-        (LENGTH - x)[None, None],
         weights[None, None],
         running_integral(np.array([0.0, LENGTH]), POINTS)[None],
     )
@@ -38,16 +39,16 @@ def side(stretch):
     return stretch - stretch**-3
 
 
-def tip_angle(per_length, pressure, taper=0.0, tilt=0.0):
-    weight, shape = finger(per_length, taper, tilt)
+def tip_angle(per_length, pressure, taper=0.0, tilt=0.0, at_tip=0.0):
+    weight, shape = finger(per_length, taper, tilt, at_tip)
     load = pressure * shape.ratio * shape.height / (4 * MODULUS * WALL)
     found = weight.solver(shape)(side, load, None)
     assert found.settled
     return float(np.sum(weight.weights * (found.stretch - 1) / shape.height))
 
 
-def exact_tip_angle(per_length, pressure, taper=0.0, tilt=0.0):
-    """theta' = kappa, M' = -w*(L - x)*sin(theta + tilt), theta(0) = 0, M(L) = 0."""
+def exact_tip_angle(per_length, pressure, taper=0.0, tilt=0.0, at_tip=0.0):
+    """theta' = kappa, M' = -(w*(L - x) + W)*sin(theta + tilt), theta(0) = 0, M(L) = 0."""
 
     def slopes(x, state):
         height = height_at(x, taper)
@@ -55,7 +56,8 @@ def exact_tip_angle(per_length, pressure, taper=0.0, tilt=0.0):
         load = pressure * ratio * height / (4 * MODULUS * WALL)
         moment = ratio * state[1] / (2 * MODULUS * height * WALL * 0.02)
         kappa = (free_stretch(load - moment) - 1) / height
-        return np.stack([kappa, -per_length * (LENGTH - x) * np.sin(state[0] + tilt)])
+        pull = per_length * (LENGTH - x) + at_tip
+        return np.stack([kappa, -pull * np.sin(state[0] + tilt)])
 
     x = np.linspace(0.0, LENGTH, 30)
     guess = np.stack([20.0 * x, 0.0 * x])
@@ -71,6 +73,14 @@ def test_running_integral_is_exact_for_polynomials_on_each_piece():
     assert matrix @ x**3 == pytest.approx(x**4 / 4, rel=1e-12)
     bent = np.maximum(x - 0.02, 0.0)
     assert matrix @ bent == pytest.approx(bent**2 / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("at_tip", "tilt"), [(0.3, 0.0), (-0.1, 0.0), (0.3, np.pi / 2)])
+def test_a_load_at_the_tip_bends_as_the_boundary_value_problem_says(at_tip, tilt):
+    for pressure in (5e3, 25e3, 50e3):
+        exact = exact_tip_angle(3.8, pressure, 0.4, tilt, at_tip)
+        assert tip_angle(3.8, pressure, 0.4, tilt, at_tip) == pytest.approx(exact, rel=1e-6)
+        assert abs(exact / exact_tip_angle(3.8, pressure, 0.4, tilt) - 1) > 1e-2
 
 
 @pytest.mark.parametrize("tilt", [0.0, np.pi / 2])

@@ -25,6 +25,7 @@ BY_STAGE = {
         "temperature_modulus",
         "section_rounding",
         "gravity",
+        "tip_load",
         "chamber_contact",
         "ballooning",
         "ageing",

@@ -149,6 +149,16 @@ def is_noise(problem: FitProblem, scored: Scored) -> bool:
     return shape_error(problem, scored) <= rules.explained_shape_error * floor.total
 
 
+def leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model's fit is off by more than repeats scatter, or without any, by more than the
+    floor: then its equation is not the one that is hidden, and what would be named in its absence
+    may be as right.
+    """
+    if not problem.floor.gain_known:
+        return not is_noise(problem, scored)
+    return beyond_repeats(problem, scored.fit.residual) < problem.rules.misfit_p_value
+
+
 def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
     """Whether the error of the model `after`, with or without the gains of runs, is clearly below
     that of `before`.

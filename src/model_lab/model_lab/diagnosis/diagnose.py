@@ -21,7 +21,12 @@ from model_lab.diagnosis.criteria import (
     material,
     verdict_of,
 )
-from model_lab.diagnosis.error_by_step import error_by_step, helping
+from model_lab.diagnosis.error_by_step import (
+    error_by_step,
+    greater_part,
+    helping,
+    share_removed,
+)
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
 from model_lab.diagnosis.form_of_others import only_mending
@@ -30,6 +35,7 @@ from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.new_specimens import as_new, with_new_specimens
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
+from model_lab.diagnosis.own_sizes import other_sizes, with_other_size
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -42,6 +48,7 @@ from model_lab.diagnosis.result import (
     WITHOUT_EVENTS,
     Diagnosis,
     Failure,
+    GreaterPart,
     Help,
     NamedEffect,
     NotVisible,
@@ -136,6 +143,12 @@ def diagnose(
         told = with_own_moduli(data, outcome.diagnosis, batches, parted.diagnosis)
         if told is not None:
             return replace(parted, diagnosis=told)
+    sizes = other_sizes(data, outcome.diagnosis, model)
+    if sizes:
+        resized = _diagnosed(sizes[0].mended, model, options, tell_no_first)
+        told = with_other_size(outcome.diagnosis, sizes, resized.diagnosis)
+        if told is not None:
+            return replace(resized, diagnosis=told)
     new = as_new(data, outcome.diagnosis, model, known)
     if new is None:
         return outcome
@@ -344,7 +357,9 @@ def _judged_search(
         verdict, final, helped = EFFECTS_MISSING, selection.final, ()
         black_boxes = _black_boxes(problem, base, final)
     named = final if verdict == EFFECTS_MISSING else base
-    return Judgement(problem, selection, black_boxes, verdict, named, helped)
+    greater = verdict == UNEXPLAINED and not helped
+    most = greater_part(problem, base, selection.proven) if greater else ()
+    return Judgement(problem, selection, black_boxes, verdict, named, helped, most)
 
 
 def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
@@ -418,6 +433,7 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
         story=error_by_step(problem, base, selection.forward) if added else (),
         notices=tuple(notice.as_json() for notice in odd),
         helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in judged.helping),
+        greater_part=_greater_part(judged),
         confidence=sure.value,
         guess=sure.guess,
         beyond=sure.beyond,
@@ -451,6 +467,21 @@ def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEf
     return tuple(found)
 
 
+def _greater_part(judged: Judgement) -> GreaterPart | None:
+    """The effect that explains the greater part, where no effect is named."""
+    if not judged.greater:
+        return None
+    best, problem = judged.greater[0], judged.problem
+    share = share_removed(problem, best, judged.selection.base)
+    cause = problem.classes[best.added].cause
+    every = [one.added for one in judged.greater]
+    members = [name for name in every if cause and problem.classes[name].cause == cause]
+    known = {name: problem.classes[name].member for name in members} if len(members) > 1 else {}
+    effect = replace(named_effect(best, best.added), cause=cause, members=known)
+    others = tuple(name for name in every[1:] if name not in known)
+    return GreaterPart(effect, others, best.held_out.rmse, share)
+
+
 def _failing(
     judged: Judgement,
     localised: Localisation,
@@ -482,8 +513,8 @@ def _rest_against(judged: Judgement, of_base: Localisation, seed: int) -> tuple[
     leaves; empty if that is little. of_base: localisation of the error of the base.
     """
     problem, selection, black_boxes = judged.problem, judged.selection, judged.black_boxes
-    if judged.helping:
-        scored = judged.helping[-1]
+    if judged.helping or judged.greater:
+        scored = (*judged.greater[:1], *judged.helping)[-1]
         black_boxes = _black_boxes(problem, selection.base, scored)
     elif judged.verdict == UNEXPLAINED:
         return depends_on(problem.data, selection.final, black_boxes, of_base)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -57,6 +58,32 @@ def helping(problem: FitProblem, base: Scored, forward: ForwardSelection) -> tup
     if halving and halving[-1].held_out.rmse <= problem.rules.together_error * base.held_out.rmse:
         return halving
     return _together(problem, base, forward) or halving
+
+
+def greater_part(problem: FitProblem, base: Scored, proven: Sequence[Scored]) -> tuple[Scored, ...]:
+    """Models with one effect that remove the greater part of the held-out mean square error above
+    the floor (`Rules.greater_part`), the best first; empty if none does, or if so many do
+    (`Rules.most_unusual_ties`) that the data cannot tell which.
+
+    proven: models with one effect each, the best first.
+    """
+    rules = problem.rules
+    found = [one for one in proven if share_removed(problem, one, base) > rules.greater_part]
+    if not found:
+        return ()
+    largest = rules.material_error * found[0].held_out.rmse
+    alike = [one for one in found if one.held_out.rmse <= largest]
+    causes = {problem.classes[one.added].cause or one.added for one in alike}
+    return tuple(alike) if len(causes) <= 1 + rules.most_unusual_ties else ()
+
+
+def share_removed(problem: FitProblem, after: Scored, before: Scored) -> float:
+    """Share of the held-out mean square error above the floor that the model `after` removes; 0
+    where the model `before` leaves none.
+    """
+    fall = before.held_out.rmse**2 - after.held_out.rmse**2
+    whole = before.held_out.rmse**2 - problem.floor.total**2
+    return min(fall / whole, 1.0) if whole > 0.0 else 0.0
 
 
 def _halving(base: Scored, forward: ForwardSelection) -> tuple[Scored, ...]:

@@ -16,8 +16,9 @@ class Judgement:
     """The verdict on a search, and the models it is about.
 
     named: the model with the effects that the verdict names; the base if it names none. helping:
-    models with effects that explain a part, if nothing explains the whole error. black_boxes:
-    fitted to what the final model of the search leaves, the best first.
+    models with effects that explain a part, if nothing explains the whole error. greater: models
+    with one effect that explain the greater part, if none helps. black_boxes: fitted to what the
+    final model of the search leaves, the best first.
     """
 
     problem: FitProblem
@@ -26,6 +27,7 @@ class Judgement:
     verdict: str
     named: Scored
     helping: tuple[Scored, ...]
+    greater: tuple[Scored, ...] = ()
 
     @property
     def added(self) -> list[str]:

@@ -9,6 +9,10 @@ with the difference D of their predictions, the noise C of a run, and how far ea
 still adapt: its Jacobian J and the covariance S of its parameters. The experiment whose worst pair
 is furthest apart is proposed; where several are far enough, the one with the fewest changes.
 
+Explanations between which the fit has decided are tied where their equations may be of another form
+(`Rules.tie_share_other_form`). No run parts them while even the better one leaves more than noise;
+else one that shows an error as large as the floor does.
+
 Every run begins with the chamber open to the air. The reading of the pressure sensor at that moment
 separates explanations that predict different ones, if no earlier run began so.
 """
@@ -24,6 +28,8 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
+from model_lab.diagnosis.criteria import leaves_more_than_noise
+from model_lab.diagnosis.forward_selection import criterion
 from model_lab.diagnosis.priors import read_at_rest
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
@@ -41,7 +47,8 @@ class Experiment:
     """A proposed run.
 
     separation: of the tied pair that it separates least, in standard deviations of the noise.
-    floors: root mean square difference of such a pair over the noise floor. separates: groups of
+    floors: root mean square difference of such a pair over the noise floor. breaks: whether the
+    diagnosis with this run will tell all of them apart. separates: groups of
     names that the run separates. at_rest: by name, what the pressure sensor reads [Pa] on an open
     chamber; empty if that does not differ.
     """
@@ -49,6 +56,7 @@ class Experiment:
     trial: TrialRun
     separation: float
     floors: float
+    breaks: bool
     separates: tuple[tuple[str, ...], ...]
     at_rest: Mapping[str, float]
 
@@ -74,7 +82,7 @@ class Experiment:
             "peak": _furthest(trial.columns[driving]) if driving else None,
             "separation": self.separation,
             "floors": self.floors,
-            "breaks": self.separation >= RULES.separation_breaks,
+            "breaks": self.breaks,
             "separates": [list(group) for group in self.separates],
             "at_rest": dict(self.at_rest),
             "inputs": {name: values.tolist() for name, values in trial.columns.items()},
@@ -124,17 +132,33 @@ def next_experiment(
     bank = _Bank(problem, trials)
     pairs = [pair for group in groups for pair in combinations(group.values(), 2)]
     apart = np.array([bank.apart(*pair) for pair in pairs])
-    worst = np.min(apart[:, 0], axis=0)
+    telling = [_telling(problem, pair, *both) for pair, both in zip(pairs, apart, strict=True)]
+    worst, told = np.min(apart[:, 0], axis=0), np.min(telling, axis=0)
     cost = np.array([len(trial.changes) for trial in trials])
-    reached = np.minimum(worst, RULES.separation_enough)
+    reached = np.minimum(told, RULES.separation_enough)
     best = np.lexsort([-worst, cost, -np.round(reached / RULES.separation_enough, 1)])[0]
     return Experiment(
         _named_anew(trials[best], problem.data),
         float(worst[best]),
         float(np.min(apart[:, 1, best])),
+        bool(told[best] >= RULES.separation_breaks),
         tuple(tuple(group) for group in groups),
         bank.readings_at_rest(groups),
     )
+
+
+def _telling(
+    problem: FitProblem, pair: Sequence[Scored], separation: Array, floors: Array
+) -> Array:
+    """How far each trial (trials,) takes a pair apart, in standard deviations of the noise as far
+    as the diagnosis will heed it.
+    """
+    better, worse = sorted(pair, key=criterion)
+    if criterion(worse) - criterion(better) < problem.rules.tie_deviance:
+        return separation
+    if leaves_more_than_noise(problem, better):
+        return np.zeros_like(separation)
+    return np.minimum(separation, RULES.separation_breaks * floors)
 
 
 class _Bank:

@@ -15,12 +15,13 @@ import numpy as np
 
 from model_lab.diagnosis.result import SLIP, UNEXPLAINED, Diagnosis
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
-from model_lab.measurements.measurement_set import MeasurementSet, Specimen
+from model_lab.measurements.measurement_set import UNSTATED_BATCH, MeasurementSet, Specimen
 from model_lab.rules import RULES
 from model_lab.slips.columns import one_line
 from model_lab.slips.slip import Slip
 
 OWN_MODULI = "batch"  # name of the slip
+CASTINGS = "castings"  # kind of the notice
 OF_SPECIMENS = {"specimen", "wall"}  # axes along which castings differ
 
 
@@ -30,17 +31,27 @@ def may_differ(data: MeasurementSet, found: Diagnosis) -> dict[str, str]:
     Empty unless the error that a diagnosis leaves is more than noise and depends on the specimen.
     Specimens that differ only in how they are mounted count as one casting, with one batch.
     """
-    if not varies_with_castings(found) or _explains(found):
+    if not varies_with_castings(found) or explains(found):
         return {}
-    castings: dict[str, list[Specimen]] = {}
-    for name in dict.fromkeys(run.specimen for run in data.runs):
-        one = data.specimens[name]
-        mounted = (batch for batch, others in castings.items() if _is_mounted_anew(one, others))
-        castings.setdefault(next(mounted, name), []).append(one)
-    batches = {one.batch for group in castings.values() for one in group}
+    castings = castings_of(data)
+    batches = {one.batch for group in castings for one in group}
     if len(castings) <= len(batches):
         return {}
-    return {one.name: batch for batch, group in castings.items() for one in group}
+    return {one.name: group[0].name for group in castings for one in group}
+
+
+def castings_of(data: MeasurementSet) -> list[list[Specimen]]:
+    """The specimens that have runs, those together that are one casting in several mounts."""
+    castings: list[list[Specimen]] = []
+    for name in dict.fromkeys(run.specimen for run in data.runs):
+        one = data.specimens[name]
+        mounted = (others for others in castings if _is_mounted_anew(one, others))
+        same = next(mounted, None)
+        if same is None:
+            castings.append([one])
+        else:
+            same.append(one)
+    return castings
 
 
 def varies_with_castings(found: Diagnosis) -> bool:
@@ -59,15 +70,23 @@ def with_batches(data: MeasurementSet, batches: Mapping[str, str]) -> Measuremen
 def with_own_moduli(
     data: MeasurementSet, found: Diagnosis, batches: Mapping[str, str], parted: Diagnosis
 ) -> Diagnosis | None:
-    """The diagnosis of the set with own moduli, with the slip that says so; None if they do not
-    explain the set within the usual range. found, parted: diagnoses of the set as stated and of
+    """The diagnosis of the set with own moduli, with the slip that says so, or a mere notice where
+    no batch was stated and they hardly differ (`Rules.casting_spread`); None if they do not explain
+    the set within the usual range. found, parted: diagnoses of the set as stated and of
     `with_batches`.
     """
     scales = parted.calibration["modulus_scale"]
     at_bound = np.isclose([[scales[batch]] for batch in batches.values()], USUAL_MODULUS_SCALES)
-    if not _explains(parted) or (at_bound.any() and not data.free_modulus):
+    if not explains(parted) or (at_bound.any() and not data.free_modulus):
         return None
     own = ", ".join(f"{batch} {scales[batch]:.3g}" for batch in dict.fromkeys(batches.values()))
+    mend = one_line({"specimens": {name: {"batch": batch} for name, batch in batches.items()}})
+    spread = max(scales.values()) / min(scales.values()) - 1.0
+    stated = any(data.specimens[name].batch != UNSTATED_BATCH for name in batches)
+    if spread <= RULES.casting_spread and not stated:
+        text = f"castings differ, as usual: their moduli are {own} times the stated one ({mend})"
+        notice = {"kind": CASTINGS, "value": spread, "size": 0.0, "text": text}
+        return replace(parted, notices=(notice, *parted.notices))
     slip = Slip(
         OWN_MODULI,
         "shear_modulus",
@@ -75,7 +94,7 @@ def with_own_moduli(
         f"{own} times the stated one",
         found.rmse_before,
         parted.rmse_before,
-        one_line({"specimens": {name: {"batch": batch} for name, batch in batches.items()}}),
+        mend,
     )
     slips, mended = (slip, *parted.slips), parted.verdict_mended or parted.verdict
     return replace(parted, verdict=SLIP, slips=slips, verdict_mended=mended)
@@ -85,7 +104,7 @@ def _unexplained(found: Diagnosis) -> bool:
     return (found.verdict_mended or found.verdict) == UNEXPLAINED
 
 
-def _explains(found: Diagnosis) -> bool:
+def explains(found: Diagnosis) -> bool:
     """Whether the error that is left is about the noise floor."""
     return not _unexplained(found) and (
         found.rmse_after <= RULES.explained_error * found.noise_floor

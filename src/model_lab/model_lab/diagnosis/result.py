@@ -161,16 +161,31 @@ class Help:
 
 
 @dataclass(frozen=True)
+class GreaterPart:
+    """The single effect that explains the greater part of an error that no effect explains.
+
+    alike: names of effects of other causes that explain about as much. rmse_after: held-out error
+    with it. share: of the mean square error above the noise floor that it removes.
+    """
+
+    effect: NamedEffect
+    alike: tuple[str, ...]
+    rmse_after: float
+    share: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The verdict on a model and a measurement set, in SI units.
 
     story: the named effects in the order in which they were found. helps: if nothing known explains
-    the error, effects that each remove half of the error or more, in order. notices: anomalies of
-    the set that do not depend on the model, see `fitting.notices`. confidence: share (0 to 1) of
-    such verdicts that are right; None if this is not known. guess: whether the confidence is so low
-    that the verdict counts as a guess. evidence: numbers from which the confidence follows, see
-    `diagnosis.confidence`. beyond: names of evidence beyond the range of the sets by which the
-    confidence was calibrated, so that the confidence is not known.
+    the error, effects that each remove half of the error or more, in order. greater_part: if there
+    are none, the effect that removes most of the error above the floor, if one does. notices:
+    anomalies of the set that do not depend on the model, see `fitting.notices`. confidence: share
+    (0 to 1) of such verdicts that are right; None if this is not known. guess: whether the
+    confidence is so low that the verdict counts as a guess. evidence: numbers from which the
+    confidence follows, see `diagnosis.confidence`. beyond: names of evidence beyond the range of
+    the sets by which the confidence was calibrated, so that the confidence is not known.
 
     slips: mistakes in how the data are stated. events: what happened in the series of runs, see
     `series.events`. If there are slips or events, the other results are about the corrected data,
@@ -205,6 +220,7 @@ class Diagnosis:
     correlation: Mapping[str, Mapping[str, float]] | None = None
     story: tuple[Step, ...] = ()
     helps: tuple[Help, ...] = ()
+    greater_part: GreaterPart | None = None
     notices: tuple[Mapping[str, Any], ...] = ()
     modulus: Mapping[str, Estimate] | None = None
     confidence: float | None = None

@@ -15,12 +15,11 @@ import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.criteria import (
-    beyond_repeats,
     error_of,
     excess,
     has_few_folds,
     is_far,
-    is_noise,
+    leaves_more_than_noise,
     lowers,
 )
 from model_lab.diagnosis.forward_selection import (
@@ -193,7 +192,8 @@ def _as_near(
 ) -> tuple[Scored, ...]:
     """Models, nearest first, that explain as much as the final one beyond the one without an
     effect; and few that would with unusual parameters, or but for the form of an equation. Models
-    that are unlikely a priori, or whose error is far larger, are left out.
+    that are unlikely a priori, or whose error is far larger, are left out; so are other forms whose
+    fit is off by more than noise and explains too little, where the final model's is within noise.
 
     Few are names or, where what explains the data happens between their samples, causes: how well
     each of them fits then depends on an input that was not recorded.
@@ -221,12 +221,15 @@ def _as_near(
     for scored in equal:
         if scored.added not in tied and is_free():
             tied.append(scored.added)
-    of_another_form = _leaves_more_than_noise(problem, final)
+    of_another_form = leaves_more_than_noise(problem, final)
     share = rules.tie_share_unresolved if unseen else rules.tie_share_other_form
     for scored in sorted(likely, key=lambda scored: scored.added not in forms):
         near = behind[scored.added] < share * gained or scored.added in forms
         if of_another_form and not near:
             near = excess(problem, scored) <= rules.left_share * excess(problem, without)
+        elif near and not (of_another_form or unseen or scored.added in forms):
+            most = rules.explained_error * problem.floor.total
+            near = scored.fit.rmse <= most or not leaves_more_than_noise(problem, scored)
         if near and scored.possible and scored.added not in tied and is_free():
             tied.append(scored.added)
     return tuple(scored for scored in likely if scored.added in tied)
@@ -242,16 +245,6 @@ def _up_to_form(problem: FitProblem, scored: Scored, without: Scored) -> bool:
     """Whether an effect, if no other came nearer, would explain up to the form of its equation."""
     most = problem.rules.left_share_always * excess(problem, without)
     return excess(problem, scored) <= most and not is_far(problem, scored)
-
-
-def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model's fit is off by more than repeats scatter, or without any, by more than the
-    floor: then its equation is not the one that is hidden, and what would be named in its absence
-    may be as right.
-    """
-    if not problem.floor.gain_known:
-        return not is_noise(problem, scored)
-    return beyond_repeats(problem, scored.fit.residual) < problem.rules.misfit_p_value
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:

@@ -261,7 +261,8 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
         return f"does not act in {data.experiment}"
     if effect.has_memory and not data.has_time:
         return "the set has no time column, and it depends on what was before"
-    if effect.name == "gravity" and data.experiment == "free_bending" and _is_level(data):
+    weighs = effect.name in ("gravity", "tip_load")
+    if weighs and data.experiment == "free_bending" and _is_level(data):
         return "no weight acts in the plane of bending, as the mount of all specimens says"
     if len(data.runs) < effect.fewest_runs:
         return "in a single run its time is one with what the input does"

@@ -58,8 +58,6 @@ class FreeBending:
     @cached_property
     def _fine(self) -> SpecimenSections:
         """Sections for a curvature that varies along uniform specimens too."""
-        for specimen in self._specimens:
-            require_keys(self._data, specimen, ["mass"], "gravity")
         return SpecimenSections(self._data, uniform=False)
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
@@ -98,23 +96,23 @@ class FreeBending:
         )
 
     def _finger(self, staged: StagedEffects, modulus: Array) -> _Fingers:
-        """The fingers of the runs, with their weight if `gravity` acts on any of them."""
-        scales = [effect.values["mass_scale"] for effect in staged.load if effect.name == "gravity"]
-        if not scales or not self._shares.any():
+        """The fingers of the runs, with their weight and what hangs at their tips, if `gravity` or
+        `tip_load` acts on any of them.
+        """
+        scales = [one.values["mass_scale"] for one in staged.load if one.name == "gravity"]
+        tips = [one.values["mass"] for one in staged.load if one.name == "tip_load"]
+        if not (scales or tips) or not self._shares.any():
             shape = at_modulus(self._uniform.shape, modulus)
             return _Fingers(shape, self._uniform.weight, None)
         fine = self._fine
-        weight = Weight(
-            self._shares
-            * np.sum(scales, axis=0)
-            * STANDARD_GRAVITY
-            * numbers(self._specimens, "mass")
-            / fine.length,
-            self._tilts,
-            fine.length - fine.x,
-            fine.weight,
-            fine.running,
-        )
+        beyond = np.sum(tips, axis=0) + 0.0 * fine.x
+        if scales:
+            for specimen in self._specimens:
+                require_keys(self._data, specimen, ["mass"], "gravity")
+            own = np.sum(scales, axis=0) * numbers(self._specimens, "mass")
+            beyond = beyond + own * (fine.length - fine.x) / fine.length
+        pull = self._shares * STANDARD_GRAVITY * beyond
+        weight = Weight(pull, self._tilts, fine.weight, fine.running)
         return _Fingers(at_modulus(fine.shape, modulus), fine.weight, weight)
 
 

@@ -15,7 +15,8 @@ class Notice:
     """An anomaly of a set.
 
     kind: `repeats`, `line`, `wild_samples`, `drift`, `apart`, `zero`, `driven`, `held_input`,
-    `clipped`, `gaps`, `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`.
+    `clipped`, `gaps`, `size`, `absolute`, `duration`, `pulses`, `single_sample` or `left_out`;
+    in a diagnosis also `castings` (`diagnosis.own_moduli`), without points.
     value: by kind, in this order: ratio to the stated noise; frequency [Hz]; number of samples;
     change over the session, largest and rms difference of repeats, all in the SI unit of the
     outputs; number of runs; number of jumps; number of runs; longest gap [s]; ratio to the

@@ -39,9 +39,11 @@ def _driven_otherwise(data: MeasurementSet) -> Notice | None:
         return None
     pairs = [f"{run} of {first}" for run, first in list(found.items())[:NAMED_RUNS]]
     more = f" and {len(found) - NAMED_RUNS} more" if len(found) > NAMED_RUNS else ""
+    pulses = data.experiment == "valve_pulse"
+    other = "command other pulses" if pulses else "have another range or pace of the input"
     text = (
-        f"runs are stated as repeats but have another range or pace of the input, so that they do "
-        f"not count as such: {', '.join(pairs)}{more}"
+        f"runs are stated as repeats but {other}, so that they do not count as such: "
+        f"{', '.join(pairs)}{more}"
     )
     order = np.arange(len(data.runs), dtype=float)
     ranges = np.array([np.ptp(data.driving(run)) for run in data.runs])

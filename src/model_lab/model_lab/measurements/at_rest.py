@@ -7,6 +7,7 @@ import numpy as np
 from model_lab.aliases import Array
 
 FEWEST_ON_LINE = 8  # first samples that tell where a course begins; by hand, as all here
+BENT = 2.0  # standard deviations of a bend that is none of the noise
 SIGMA_OF_MEDIAN = 1.4826  # standard deviation over the median of the size, of white noise
 REACH_OF_NOISE = 6.0  # standard deviations by which noise lowers the lowest of many readings
 
@@ -14,19 +15,20 @@ REACH_OF_NOISE = 6.0  # standard deviations by which noise lowers the lowest of 
 def beginning(course: Array) -> float:
     """Value of a course (samples,) at its first sample, without most of its noise.
 
-    It is the start of a straight line through as many first samples as lie on one within the noise,
-    or their mean if the line is level: a camera's first frame alone would give each run a zero of
-    its own. Without noise it is the first sample.
+    It is the start of a parabola through as many first samples as lie on one within the noise; of a
+    straight line if it hardly bends, or their mean if that is level: a camera's first frame alone
+    would give each run a zero of its own, and a line through a ramp that bends one that is too low.
+    Without noise it is the first sample.
     """
     noise, found, count = white_noise(course), float(course[0]), FEWEST_ON_LINE
     while count <= len(course) // 2:
-        place, part = np.arange(count) - (count - 1) / 2, course[:count]
-        slope, mean = place @ part / (place @ place), float(np.mean(part))
-        left = part - mean - slope * place
-        if np.sqrt(left @ left / (count - 2)) > noise * (1.0 + 2.0 / np.sqrt(count)):
+        shapes = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, count), 3, increasing=True))[0]
+        size = shapes.T @ course[:count]  # of mean, slope and bend, each with the noise's sigma
+        left = course[:count] - shapes @ size
+        if np.sqrt(left @ left / (count - 3)) > noise * (1.0 + 2.0 / np.sqrt(count)):
             break
-        level = abs(slope) * np.sqrt(place @ place) < noise
-        found, count = mean + (0.0 if level else float(slope * place[0])), 2 * count
+        kept = 3 if abs(size[2]) > BENT * noise else 2 if abs(size[1]) > noise else 1
+        found, count = float(shapes[0, :kept] @ size[:kept]), 2 * count
     return found
 
 

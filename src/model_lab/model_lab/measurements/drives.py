@@ -72,6 +72,21 @@ def driven_alike(one: Drive, other: Drive) -> bool:
     ) or _same_course(one, other)
 
 
+def pulsed_alike(one: Mapping[str, Array], other: Mapping[str, Array]) -> bool:
+    """Whether two runs of valve pulses command the same pulses, until one run ends. Otherwise they
+    are no repeats: what a model leaves of one pulse is compared with what it leaves of another.
+
+    >>> day = {"direction": np.array([1.0, -1.0]), "duration": np.array([0.1, 0.2])}
+    >>> pulsed_alike(day, day), pulsed_alike(day, {**day, "duration": day["duration"][::-1]})
+    (True, False)
+    """
+    first, second = (run["direction"] * run["duration"] for run in (one, other))
+    common = min(len(first), len(second))
+    size = float(np.mean(np.abs(first[:common])))
+    apart = float(np.mean(np.abs(first[:common] - second[:common])))
+    return apart <= RULES.repeat_course * size
+
+
 def _alike(one: float, other: float, most: float, other_unit: float) -> bool:
     low, high = sorted((one, other))
     return not most * low < high < other_unit * low

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.drives import Drive, drive_of, driven_alike
+from model_lab.measurements.drives import Drive, drive_of, driven_alike, pulsed_alike
 from model_lab.measurements.hands import (
     GAUGE_AREA,
     GRASP,
@@ -88,6 +88,7 @@ INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
 MODE_HOLDOUT = "modes"
 SAME_TEMPERATURE = 1.0  # [K] within which runs are repeats
 ROOM_TEMPERATURE = 293.15
+UNSTATED_BATCH = "all"  # of specimens of which a set states none
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Specimen:
     name: str
     values: Mapping[str, float | Array] = field(default_factory=dict)
     mount: str = "bending_plane_level"
-    batch: str = "all"
+    batch: str = UNSTATED_BATCH
     notes: Mapping[str, object] = field(default_factory=dict)
     hand: HandSpecimen | None = None
 
@@ -375,7 +376,7 @@ class MeasurementSet:
 
     def groups(self) -> list[list[int]]:
         """Groups of indices of runs that repeat each other: with the same specimen, protocol, mode
-        and temperature, and driven alike where an experiment has one input.
+        and temperature, and driven alike where an experiment has one input or commands pulses.
         """
         groups: list[list[int]] = []
         for index, run in enumerate(self.runs):
@@ -400,13 +401,15 @@ class MeasurementSet:
         return found
 
     def _driven_alike(self, first: int, second: int) -> bool:
+        if self.experiment == "valve_pulse":
+            return pulsed_alike(self.runs[first].columns, self.runs[second].columns)
         if self._drives is None:
             return True
         return driven_alike(self._drives[first], self._drives[second])
 
     @cached_property
     def _drives(self) -> list[Drive] | None:
-        if self.of_hand or self.experiment in ("valve_pulse", "base_torque"):
+        if self.of_hand or self.experiment == "base_torque":
             return None
         name = "stretch" if self.stretched else "pressure"
         return [drive_of(run.columns, run.lead, name) for run in self.runs]

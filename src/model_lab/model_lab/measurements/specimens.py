@@ -10,7 +10,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.hands import read_hand
-from model_lab.measurements.measurement_set import MeasurementSet, Specimen
+from model_lab.measurements.measurement_set import UNSTATED_BATCH, MeasurementSet, Specimen
 from model_lab.measurements.units import largest
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError, Node, open_fields
@@ -121,7 +121,7 @@ def known_fields(
 
 def _hand(name: str, node: Node) -> Specimen:
     fields = known_fields(node, ["hand"], ["segments", "frame", "batch", "description"])
-    batch = fields["batch"].text() if "batch" in fields else "all"
+    batch = fields["batch"].text() if "batch" in fields else UNSTATED_BATCH
     more = fields.get("segments"), fields.get("frame")
     hand = read_hand(fields["hand"], Path(node.file).parent, *more)
     return Specimen(name, batch=batch, hand=hand)
@@ -139,7 +139,7 @@ def _specimen(name: str, node: Node) -> Specimen:
         elif key not in ("mount", "batch"):
             notes[key] = entry.value
     mount = entries["mount"].choice(MOUNTS) if "mount" in entries else MOUNTS[0]
-    batch = entries["batch"].text() if "batch" in entries else "all"
+    batch = entries["batch"].text() if "batch" in entries else UNSTATED_BATCH
     return Specimen(name, values, mount, batch, notes)
 
 

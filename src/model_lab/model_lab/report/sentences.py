@@ -228,11 +228,12 @@ def _verdict(diagnosis: Diagnosis) -> str:
             f"The model is not adequate, though its error of {before} lies within the noise floor "
             f"of {floor}: {_depends(diagnosis)}, beyond chance."
         )
+    whole = " all of" if diagnosis.greater_part else ""
     fails = (
-        f"The model fails and no known effect explains it: its error is {before} at a noise floor "
-        f"of {floor}"
+        f"The model fails and no known effect explains{whole} it: its error is {before} at a noise "
+        f"floor of {floor}"
     )
-    helped = f". {_helps(diagnosis)}" if diagnosis.helps else ""
+    helped = f". {_helps(diagnosis)}" if diagnosis.helps else _greater_part(diagnosis)
     return f"{fails}{helped}; {_depends(diagnosis)}{_freed(diagnosis)}."
 
 
@@ -252,7 +253,7 @@ def _freed(diagnosis: Diagnosis) -> str:
     most = 100.0 * (USUAL_MODULUS_SCALES[1] - 1.0)
     return (
         f". If the moduli of the castings may differ by more than {most:.0f} %, --free-modulus "
-        "fits one for each"
+        "tries one for each"
     )
 
 
@@ -270,6 +271,20 @@ def _helps(diagnosis: Diagnosis) -> str:
         proven = "it is" if one else "they are"
         return f"{listed(falls)}, which explains the whole error, but {proven} not proven"
     return f"{listed(falls)}, but {'does' if one else 'they do'} not explain all of it"
+
+
+def _greater_part(diagnosis: Diagnosis) -> str:
+    """The effect that explains the greater part of the error above the floor, as a possibility."""
+    part = diagnosis.greater_part
+    if part is None:
+        return ""
+    one = part.effect
+    named = f"{_of_cause(one, diagnosis)})" if one.members else effect_words(one)
+    share, after = 100.0 * part.share, diagnosis.display.shown(part.rmse_after)
+    return (
+        f". Most of it ({share:.0f} % of the mean square above the floor) may be "
+        f"{listed([named, *part.alike], 'or')}, which leaves {after}"
+    )
 
 
 def story_sentence(diagnosis: Diagnosis) -> str:
@@ -357,11 +372,14 @@ def class_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:
     planned = diagnosis.next_experiment
     can = planned is not None and planned["breaks"]
     apart = "; `model-lab plan` can" if can else ", nor can a run within what the set has seen"
+    return f"{_of_cause(effect, diagnosis)}: these data cannot tell{apart})"
+
+
+def _of_cause(effect: NamedEffect, diagnosis: Diagnosis) -> str:
+    """A class of causes with its size, and its members in a bracket that stays open."""
     article = "an" if effect.cause[0] in "aeiou" else "a"
-    return (
-        f"{article} {effect.cause}{_size_words(effect, diagnosis)} "
-        f"({listed(list(effect.members.values()), 'or')}: these data cannot tell{apart})"
-    )
+    members = listed(list(effect.members.values()), "or")
+    return f"{article} {effect.cause}{_size_words(effect, diagnosis)} ({members}"
 
 
 def _size_words(effect: NamedEffect, diagnosis: Diagnosis) -> str:

@@ -333,6 +333,11 @@ def _promise(planned: Mapping[str, Any]) -> str:
     apart += f" ({planned['floors']:.2g} noise floors)"
     if planned["breaks"]:
         return f"{apart}, and so tells them apart. Repeat this run once."
+    if planned["separation"] >= RULES.separation_breaks:
+        return (
+            f"{apart}. Yet they may stay tied: the true equation may be of a form near to all "
+            "of them."
+        )
     return (
         f"{apart}, which is too little to tell them apart reliably ({RULES.separation_breaks:g} "
         "break a tie): within these limits they do not differ more."

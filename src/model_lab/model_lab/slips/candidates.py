@@ -264,7 +264,7 @@ def _moduli(data: MeasurementSet) -> Iterator[Candidate]:
         if "shear_modulus" in entry.values
     }
     if changes:
-        yield _of_specimens(
+        yield of_specimens(
             data, "youngs_modulus", "shear_modulus", ("shear modulus", "Young's modulus"), changes
         )
 
@@ -311,7 +311,7 @@ def _resized(
         }
         for specimen in _used(data).values()
     }
-    return _of_specimens(data, name, ", ".join(keys), words, changes)
+    return of_specimens(data, name, ", ".join(keys), words, changes)
 
 
 def _resized_value(key: str, value: float | Array, factor: float) -> float | Array:
@@ -330,7 +330,7 @@ def _exchanged_specimens(data: MeasurementSet) -> Iterator[Candidate]:
             key for key in one if key in other and not np.array_equal(one[key], other[key])
         ]
         if differing:
-            yield _of_specimens(
+            yield of_specimens(
                 data,
                 "exchanged",
                 f"{first}, {second}",
@@ -342,7 +342,7 @@ def _exchanged_specimens(data: MeasurementSet) -> Iterator[Candidate]:
             )
 
 
-def _of_specimens(
+def of_specimens(
     data: MeasurementSet,
     name: str,
     column: str,

@@ -28,7 +28,7 @@ from model_lab.rules import RULES
 from model_lab.slips.candidates import candidates
 from model_lab.slips.columns import Candidate
 from model_lab.slips.factor import factor_left, is_mere_factor, is_other_factor
-from model_lab.slips.mislabelled import mislabelled
+from model_lab.slips.mislabelled import exchanged_inputs, mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.pulses import agreeing_units, contradict
 from model_lab.slips.slip import Slip
@@ -233,10 +233,11 @@ def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple
 
 
 def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Candidate, Score]]:
-    """Runs that belong to other specimens than stated, where that lowers the error enough. Whether
-    the error is then about the floor tells little: the floor depends on which runs are repeats.
+    """Runs that belong to other specimens, or to inputs of other runs, than stated, where that
+    lowers the error enough. Whether the error is then about the floor tells little: the floor
+    depends on which runs are repeats.
     """
-    tried = _scores(mislabelled(data, model), model)
+    tried = _scores([*mislabelled(data, model), *exchanged_inputs(data, model)], model)
     return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
 
 

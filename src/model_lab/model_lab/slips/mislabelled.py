@@ -1,4 +1,6 @@
-"""Runs that belong to another specimen than the set states: one run, or two that are exchanged."""
+"""Runs that belong to another specimen than the set states, one run or two that are exchanged; and
+two runs whose inputs are exchanged, as where pressures are logged in files of their own.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +12,15 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.held_input import DRIVING_COLUMN
+from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import made_of
 from model_lab.slips.columns import Candidate, one_line
 from softhand_model.model_file import Model
 
 PREDICTED_SAMPLES = 15  # of a run
+MOST_RUNS = 40  # of which any two may have exchanged inputs
 
 
 def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
@@ -45,20 +49,71 @@ def _errors(data: MeasurementSet, model: Model, names: list[str]) -> Array:
     unit of the outputs; the model is not fitted. Infinite where the model refuses.
     """
     data = thinned(data, 1, PREDICTED_SAMPLES)
-    errors = np.full((len(data.runs), len(names)), np.inf)
-    for column, name in enumerate(names):
-        relabelled = replace(data, runs=tuple(replace(run, specimen=name) for run in data.runs))
-        made = made_of(relabelled, model)
-        try:
-            forward = Forward(
-                made, model.base, (), model.effects, model.calibration, joints=model.springs
-            )
-        except ValueError:  # such data the model refuses
-            continue
-        with np.errstate(all="ignore"):
-            square = (forward.measured - forward.predict(forward.start()[None])[0]) ** 2
-        errors[:, column] = np.bincount(made.table.run, square, len(data.runs))
+    relabelled = (
+        replace(data, runs=tuple(replace(run, specimen=name) for run in data.runs))
+        for name in names
+    )
+    return np.stack([errors_of_runs(other, model) for other in relabelled], axis=1)
+
+
+def errors_of_runs(data: MeasurementSet, model: Model) -> Array:
+    """Sum of squared errors (runs,) of a model that is not fitted; infinite where it refuses."""
+    made = made_of(data, model)
+    try:
+        forward = Forward(
+            made, model.base, (), model.effects, model.calibration, joints=model.springs
+        )
+    except ValueError:  # such data the model refuses
+        return np.full(len(data.runs), np.inf)
+    with np.errstate(all="ignore"):
+        square = (forward.measured - forward.predict(forward.start()[None])[0]) ** 2
+    errors = np.bincount(made.table.run, square, len(data.runs))
     return np.where(np.isfinite(errors), errors, np.inf)
+
+
+def exchanged_inputs(data: MeasurementSet, model: Model) -> list[Candidate]:
+    """The two runs that gain most if each has the input of the other, if the error of both falls:
+    one slip at most, and none in sets without time.
+    """
+    driving = DRIVING_COLUMN.get(data.experiment)
+    if driving is None or not data.has_time or len(data.runs) > MOST_RUNS:
+        return []
+    few = thinned(data, 1, PREDICTED_SAMPLES)
+    driven = (
+        replace(few, runs=tuple(_driven_as(run, other, driving) for run in few.runs))
+        for other in data.runs
+    )
+    errors = np.stack([errors_of_runs(one, model) for one in driven], axis=1)
+    own = np.diag(errors)
+    pairs = list(combinations(range(len(own)), 2))
+    gains = [min(own[i] - errors[i, j], own[j] - errors[j, i]) for i, j in pairs]
+    if not max(gains, default=0.0) > 0.0:
+        return []
+    i, j = pairs[int(np.argmax(gains))]
+    one, other = data.runs[i], data.runs[j]
+    runs = list(data.runs)
+    runs[i], runs[j] = _driven_as(one, other, driving), _driven_as(other, one, driving)
+    return [
+        Candidate(
+            "exchanged",
+            f"the {driving} of {one.name} and {other.name}",
+            "their own",
+            f"that of {other.name} and {one.name}, exchanged",
+            f"runs: exchange the {driving} (the logs) of {one.name} and {other.name}",
+            replace(data, runs=tuple(runs)),
+        )
+    ]
+
+
+def _driven_as(run: Run, other: Run, driving: str) -> Run:
+    """A run with the input of another one, from where both begin."""
+    parts = [part for part in (other.lead, other.columns) if driving in part]
+    time, value = (np.concatenate([part[name] for part in parts]) for name in ("time", driving))
+    columns, lead = (
+        {**part, driving: np.interp(part["time"], time, value)} if driving in part else part
+        for part in (run.columns, run.lead)
+    )
+    return replace(run, columns=columns, lead=lead)
 
 
 def _stated_anew(data: MeasurementSet, specimens: Mapping[int, str]) -> Candidate:

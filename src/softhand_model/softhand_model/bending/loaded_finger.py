@@ -1,11 +1,11 @@
 """A finger under load: bent by its own weight, or with its tip blocked.
 
 A finger bends in a vertical plane. With the angle theta(x) against its base, theta' = kappa, the
-tilt of the base phi (0 if the finger hangs from it) and a weight w per length [N/m], the part
-beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta + phi), M(L) = 0: positive, so
-that it straightens, when the finger hangs. Where the base is level and the finger curls up, phi is
-pi/2. A finger that stands (phi = pi), or curls down from a level base (-pi/2), is one with the
-negative weight that hangs, or curls up.
+tilt of the base phi (0 if the finger hangs from it), a weight w per length [N/m] and a load W at
+the tip [N], what lies beyond x pulls at x with the moment M, M' = -(w*(L - x) + W)*sin(theta +
+phi), M(L) = 0: positive, so that it straightens, when the finger hangs. Where the base is level and
+the finger curls up, phi is pi/2. A finger that stands (phi = pi), or curls down from a level base
+(-pi/2), is one with the negative weight that hangs, or curls up.
 
 A blocked tip is held against a force gauge: the finger is straight at rest, and its tip may not
 deflect. The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the
@@ -62,27 +62,26 @@ def running_integral(edges: Array, points: int) -> Array:
 
 @dataclass(frozen=True)
 class Weight:
-    """The weight of fingers and its effect on the balance of their sections.
+    """The weight of fingers, and of what hangs at them, and its effect on the balance of their
+    sections.
 
-    per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base or curls up
-    from a level one, negative where it stands or curls down. tilt (1, rows, 1) [rad]: of the base,
-    0 where it is upright, pi/2 where it is level. reach (1, rows, sections) [m]: distance from each
-    section to the tip. weights (1, rows, sections) [m]: Gauss weights of the sections. running
-    (rows, sections, sections) [m]: `running_integral` of each row.
+    pull (lanes, rows, sections) [N]: weight of what lies beyond each section, w*(L - x) + W;
+    positive where the finger hangs from its base or curls up from a level one, negative where it
+    stands or curls down. tilt (1, rows, 1) [rad]: of the base, 0 where it is upright, pi/2 where it
+    is level. weights (1, rows, sections) [m]: Gauss weights of the sections. running (rows,
+    sections, sections) [m]: `running_integral` of each row.
     """
 
-    per_length: Array
+    pull: Array
     tilt: Array
-    reach: Array
     weights: Array
     running: Array
 
     def of_rows(self, rows: Indices) -> Weight:
         """The same for a selection of the rows, in which rows may repeat."""
         return Weight(
-            self.per_length[:, rows],
+            self.pull[:, rows],
             self.tilt[:, rows],
-            self.reach[:, rows],
             self.weights[:, rows],
             self.running[rows],
         )
@@ -103,11 +102,10 @@ class WeightSolver:
     """
 
     def __init__(self, weight: Weight, shape: SectionShape, alike: int) -> None:
-        beyond = weight.weights[0][:, None, :] - weight.running
-        self._lever = beyond * weight.reach[0][:, None, :]
-        height = np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
+        self._beyond = weight.weights[0][:, None, :] - weight.running
+        height = np.broadcast_to(shape.height, weight.weights.shape)[0][:, None]
         self._to_angle = weight.running / height
-        self._scale = weight.per_length * shape.ratio / _stiffness(shape)
+        self._scale, self._pull = shape.ratio / _stiffness(shape), weight.pull
         self._tilt = weight.tilt
         self._alike = alike
         self._inverse: Array | None = None
@@ -120,7 +118,7 @@ class WeightSolver:
             """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             nonlocal steps
             angle = self._tilt + _same_in_lanes(self._to_angle, stretch - 1.0)
-            moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
+            moment = self._scale * _same_in_lanes(self._beyond, self._pull * np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
             elif steps % MATRIX_STEPS == MATRIX_STEPS - 1:
@@ -129,14 +127,16 @@ class WeightSolver:
             return np.matmul(self._inverse, (load - moment - stress)[..., None])[..., 0]
 
         if start is None:
-            start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale))
+            start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale * self._pull))
         return iterate(elastic, correction, start, LOADED_STEP)
 
     def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
         """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
         some = np.arange(0, angle.shape[-2], alike)
-        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._to_angle[some]
-        matrix = self._scale[..., some, :, None] * bent
+        turned = (self._pull * np.cos(angle))[..., some, None, :]
+        bent = (self._beyond[some] * turned) @ self._to_angle[some]
+        scale = np.broadcast_to(self._scale, angle.shape)[..., some, :, None]
+        matrix = scale * bent
         matrix += slope[..., some, :, None] * np.eye(matrix.shape[-1])
         inverse = np.linalg.inv(matrix)
         return inverse if alike == 1 else inverse[..., np.arange(angle.shape[-2]) // alike, :, :]

@@ -253,3 +253,19 @@ class Gravity(LoadEffect):
         "blocked_tip": "a blocked finger stays straight: its weight has no lever",
         **unseen_when_stretched("the weight of a strip is nothing against its stress"),
     }
+
+
+class TipLoad(LoadEffect):
+    """Something hangs at the tip, such as a marker, a sensor or a magnet.
+
+    On a finger that bends freely on a stand its weight W straightens or bends as the finger's own
+    does (`loaded_finger.Weight`): M' = -W*sin(theta + tilt). The simulator does not hang it.
+    """
+
+    name = "tip_load"
+    experiments = frozenset({"free_bending"})
+    bases = frozenset({"pneuflex"})
+    parameters = (Parameter("mass", "kg", 0.0, 1.0, "mass at the tip", (2e-3, 0.05), neutral=0.0),)
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "gravity": "alike: a load at the tip straightens more of the finger"
+    }
