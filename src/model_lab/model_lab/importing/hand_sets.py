@@ -155,20 +155,29 @@ def _check_contacts(
 def _in_frame_of_wrist(
     courses: list[HandCourse], hand: HandDescription
 ) -> tuple[list[HandCourse], list[str]]:
-    """The courses with places and attitude in the frame of the model's wrist, and what was turned,
-    if anything.
+    """The courses with places, and the attitude if it was measured, in the frame of the model's
+    wrist, and what was turned, if anything. Raises DocumentError if the attitude is stated for some
+    courses and measured in others whose frame is turned.
     """
     held = _held(courses)
     if held is None:
         return courses, []
     pressures, down, places = held
-    frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places)
+    stated = {course.stated for course in courses}
+    measured = None if len(stated) > 1 else not stated.pop()
+    frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places, measured)
     if frame is None:
         return courses, []
+    if measured is None:
+        raise DocumentError(
+            "--wrist: expected the orientation of the wrist of all files or of none, as the places "
+            f"are in a frame that is {frame.said} against the wrist, got it of some"
+        )
+    beside = "and so is the measured orientation" if measured else "the stated orientation stays"
     said = (
         f"the places were in a frame that is {frame.said} against the wrist of the model, as that "
-        "of a tracked body usually is; by the shape of the hand they are turned back, and "
-        f"`frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
+        f"of a tracked body usually is; by the shape of the hand they are turned back, {beside}, "
+        f"and `frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
     )
     return [_turned_back(course, frame) for course in courses], [said]
 
@@ -210,7 +219,9 @@ def _turned_back(course: HandCourse, frame: WristFrame) -> HandCourse:
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
     places = {name: (place - frame.shift) @ frame.turn for name, place in course.places.items()}
-    attitude = compose(course.wrist, Rotation.from_matrix(frame.turn).as_quat())
+    attitude = course.wrist
+    if frame.of_weight:
+        attitude = compose(attitude, Rotation.from_matrix(frame.turn).as_quat())
     return replace(course, places=places, wrist=attitude)
 
 
