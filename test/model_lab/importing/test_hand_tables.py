@@ -216,6 +216,14 @@ def test_positions_of_which_none_is_a_fingertip_are_told(tmp_path):
     check_numbers(import_files(files, None, maps, HAND, wrist=HELD))
 
 
+def test_a_marker_with_two_axes_is_told_to_lack_one(tmp_path):
+    header = ["time [s]", *(f"pressure.{c} [kPa]" for c in CHANNELS)]
+    header += ["index_tip.x [mm]", "index_tip.z [mm]"]
+    path = table(tmp_path / "photos.csv", header, np.ones((4, len(header))))
+    with pytest.raises(DocumentError, match="index_tip: expected x, y and z, got x, z.*:index"):
+        set_of_hand([path], HAND)
+
+
 def test_repeats_that_lack_poses_are_those_of_one_protocol_without_these(tmp_path):
     def file(name, lost):
         (first, *_) = one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3))
