@@ -402,7 +402,7 @@ class Rules:
     upright_gain: float = _rule(
         0.7,
         "distance that a found frame may leave if the weight is known in the wrist's frame, over "
-        "that if it is known in the frame of the positions",
+        "that if it is known in the frame of the positions; of a mirrored one over a turned",
         BY_HAND,
     )
     frame_error: float = _rule(0.03, "distance that a found frame may leave [m]", BY_HAND)

@@ -131,6 +131,17 @@ def test_a_stated_orientation_is_that_of_the_wrist_wherever_the_places_were_trac
     check_numbers(import_files(read, hand=HAND, wrist=HELD), place=2e-3)
 
 
+def test_a_mirrored_hand_is_not_turned(tmp_path):
+    read = one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3))
+    for path in read:
+        head, *rows = path.read_text().splitlines()
+        values = np.array([row.split(",") for row in rows], float)
+        values[:, 6::3] *= -1.0  # y
+        table(path, head.split(","), values)
+    found, _ = set_of_hand(read, HAND, wrist=HELD)
+    assert "frame" not in found.document["specimens"]["hand"]
+
+
 def test_a_file_that_states_one_length_unit_for_all_positions_needs_no_map(tmp_path):
     files = motion_capture(tmp_path, shift=(0.0, 0.0, 3.0))  # too far to guess the unit
     for path in files[::2]:

@@ -68,7 +68,12 @@ from model_lab.experiments.grasp_rollouts import use_processes
 from model_lab.fitting.noise_floor import REPEATS
 from model_lab.fitting.notice import Notice
 from model_lab.fitting.notices import notices
-from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
+from model_lab.fitting.problem import (
+    INTERPOLATED,
+    FitProblem,
+    pose_problem,
+    with_lower_floor,
+)
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -410,9 +415,22 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
         residual_tests=None if within is None else within.as_json(),
         at_bound=calibration_at_bound(base),
         calibration_as_is=calibration_of(base),
+        freed=_freed(problem, base),
         units=problem.data.units,
     )
     return Outcome(diagnosis, problem, selection, judged.black_boxes, odd)
+
+
+def _freed(problem: FitProblem, base: Scored) -> dict[str, Any] | None:
+    """Calibration and held-out error of the base with a free modulus, if its modulus lies on a
+    bound beyond which models are computed.
+    """
+    bound = any(name.startswith("modulus_scale") for name in calibration_at_bound(base))
+    if not bound or problem.data.experiment in INTERPOLATED:
+        return None
+    data = replace(problem.data, free_modulus=True)
+    found = score_base(replace(problem, data=data, known=None), base.effects)
+    return {**calibration_of(found), "rmse_heldout": found.held_out.rmse}
 
 
 def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEffect, ...]:

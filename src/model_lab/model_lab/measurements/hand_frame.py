@@ -17,6 +17,7 @@ from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
+MIRROR = np.array([1.0, -1.0, 1.0])
 FRAME_SEGMENTS, FRAME_POSES, FRAME_LOOKS = 10, 40, 3  # of an actuator; compared; at where down is
 
 
@@ -52,7 +53,8 @@ def frame_against_wrist(
     of_weight: bool | None = None,
 ) -> WristFrame | None:
     """The frame in which positions (k, 3) [m] of markers, by name, were measured, found from the
-    shape of the described hand; None if it is about the wrist frame, or if the shape does not tell.
+    shape of the described hand; None if it is about the wrist frame, if the shape does not tell, or
+    if it is rather that of a mirrored hand.
 
     Motion capture measures in a frame whose origin and axes nobody has aligned with the wrist.
 
@@ -70,6 +72,7 @@ def frame_against_wrist(
         first = _left(upright, seen, turn, shift)
         frame = WristFrame(*frame_of(upright, seen), of_weight=False)
         left = _left(upright, seen, frame.turn, frame.shift)
+        mirrored = _left(upright, MIRROR * seen, *frame_of(upright, MIRROR * seen))
         for _ in range(FRAME_LOOKS if of_weight is not False else 0):
             predicted = _predicted(hand, markers, names, blown, pull @ turn)
             turn, shift = frame_of(predicted, seen)
@@ -78,6 +81,8 @@ def frame_against_wrist(
         return None
     if of_weight or (of_weight is None and left > RULES.upright_gain * turned):
         frame, left = WristFrame(turn, shift), turned
+    if mirrored < RULES.upright_gain * left:
+        return None
     far = frame.angle > RULES.frame_turn or float(np.linalg.norm(frame.shift)) > RULES.frame_shift
     return frame if far and left <= min(RULES.frame_gain * first, RULES.frame_error) else None
 

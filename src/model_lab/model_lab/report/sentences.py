@@ -49,7 +49,17 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """
     without = " without them" if diagnosis.effects else ""
     bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration_as_is, without)
+    bound = _with_freed(bound, diagnosis)
     return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis), bound]))
+
+
+def _with_freed(bound: str, diagnosis: Diagnosis) -> str:
+    """The sentence on the bound, with what a free modulus alone leaves."""
+    if not bound or diagnosis.freed is None:
+        return bound
+    scales = listed([f"{scale:.3g}" for scale in diagnosis.freed["modulus_scale"].values()])
+    left = diagnosis.display.shown(diagnosis.freed["rmse_heldout"])
+    return f"{bound[:-1]}, and {scales} times the stated one alone leaves {left}."
 
 
 def sure_sentence(diagnosis: Diagnosis) -> str:
