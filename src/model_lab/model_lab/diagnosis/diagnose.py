@@ -86,7 +86,7 @@ from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
-from softhand_model.effects.hand import HandEffect
+from softhand_model.effects.hand import ActuatorScatter, HandEffect
 from softhand_model.model_file import Model, load_model
 
 
@@ -416,9 +416,23 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
         at_bound=calibration_at_bound(base),
         calibration_as_is=calibration_of(base),
         freed=_freed(problem, base),
+        channel=_channel_of(problem, effects),
         units=problem.data.units,
     )
     return Outcome(diagnosis, problem, selection, judged.black_boxes, odd)
+
+
+def _channel_of(problem: FitProblem, effects: Sequence[NamedEffect]) -> str | None:
+    """The channel of a hand that feeds just the actuators that are named as stiffer or softer."""
+    kinds = [problem.classes[effect.name] for effect in effects]
+    scattered = [kind for kind in kinds if issubclass(kind, ActuatorScatter)]
+    if not effects or len(scattered) < len(kinds):
+        return None
+    hand, found = problem.data.hand, {kind.where["actuator"] for kind in scattered}
+    fed: dict[str, set[str]] = {}
+    for name in hand.actuator_names:
+        fed.setdefault(hand.channels[hand.channel_of(name)], set()).add(name)
+    return next((channel for channel, actuators in fed.items() if actuators == found), None)
 
 
 def _freed(problem: FitProblem, base: Scored) -> dict[str, Any] | None:

@@ -231,7 +231,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
-            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}"
+            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_sensor(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -320,6 +320,16 @@ def _or_a_size(diagnosis: Diagnosis) -> str:
     return (
         f" A finger {gain:.3g} times as long looks the same, and one {1.0 / gain:.3g} times as "
         "high nearly so."
+    )
+
+
+def _or_a_sensor(diagnosis: Diagnosis) -> str:
+    """That a wrong pressure of a channel looks like a wrong modulus of all that it feeds."""
+    if diagnosis.channel is None:
+        return ""
+    what = "these are" if len(diagnosis.effects) > 1 else "this is"
+    return (
+        f" As {what} all that channel {diagnosis.channel} feeds, its pressure may be wrong instead."
     )
 
 
