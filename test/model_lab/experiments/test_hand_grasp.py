@@ -155,7 +155,7 @@ def test_a_value_between_simulated_ones_is_found_by_simulating_it(monkeypatch):
     posed, _ = pose_problem(data, load_model("gravity"), {"strut_stiffness": StrutStiffness})
     between = score_with(posed, score_base(posed), "strut_stiffness")
     exact = closer(posed, between)
-    assert between.fit.values[1] > 1.05 * truth  # interpolated, as the change is like 1/factor
+    assert between.fit.values[1] > 1.15 * truth  # interpolated, as the change is like 1/factor
     assert exact.fit.values == pytest.approx([1.05, truth], rel=0.02)
     assert exact.held_out.rmse == pytest.approx(0.01, rel=0.1)
 

@@ -181,9 +181,9 @@ class HandGrasp:
             for _ in range(HALVINGS if parameter.logarithmic else 0):
                 course = _Course(np.array(sorted(firsts)), changes, usable[:, self._run])
                 tried = self._halfway_in_one(parameter, firsts, changes, usable)
-                firsts |= tried
-                changes, usable = self._at_values(effects, kind, parameter, firsts)
-                firsts |= dict.fromkeys(self._far_from(course, firsts, tried, changes), every)
+                more = firsts | tried  # not kept unless in all protocols, whose courses are alike
+                probed, _ = self._at_values(effects, kind, parameter, more)
+                firsts |= dict.fromkeys(self._far_from(course, more, tried, probed), every)
                 changes, usable = self._at_values(effects, kind, parameter, firsts)
             self._courses[key] = _Course(np.array(sorted(firsts)), changes, usable[:, self._run])
         return self._courses[key]
