@@ -415,6 +415,12 @@ class Rules:
     frame_gain: float = _rule(
         0.5, "distance that a found frame may leave, over that before", BY_HAND
     )
+    upright_gain: float = _rule(
+        0.7,
+        "distance that a found frame may leave if the weight is known in the wrist's frame, over "
+        "that if it is known in the frame of the positions; of a mirrored one over a turned",
+        BY_HAND,
+    )
     frame_error: float = _rule(0.03, "distance that a found frame may leave [m]", BY_HAND)
     frame_markers: int = _rule(3, "markers of a hand whose shape tells a frame", BY_HAND)
     motion_clock: float = _rule(5e-4, "clocks of pressures and markers of a hand [s]", BY_HAND)
@@ -426,6 +432,12 @@ class Rules:
     )
     border_runs: float = _rule(
         1 / 3, "share of grasps that may end otherwise, and are left out as near a border", BY_HAND
+    )
+    bent_share: float = _rule(
+        0.3,
+        "error of an interpolated change of a grasp, over the change on the way, above which more "
+        "is simulated",
+        BY_HAND,
     )
     grasp_phase: float = _rule(
         0.5, "time over which errors of predicted grasps are averaged [s]", BY_HAND

@@ -7,12 +7,15 @@ import pytest
 from lab_sets import measured, run
 
 from bench.hidden import make_set
+from model_lab.bench.synthesize import synthesize
 from model_lab.cli.main import main
 from model_lab.comparison.add import add_effect, write_model
 from model_lab.experiments.forward import Forward
+from model_lab.experiments.hand_pose import HandPose
 from model_lab.measurements.load import load_measurements
 from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes, effects_in_file
+from softhand_model.effects.load import Gravity
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import Model, load_model
@@ -113,6 +116,25 @@ def test_a_model_comes_back_equal(tmp_path, model):
     path = tmp_path / "models" / "m.yaml"
     write_model(path, model, "made by a test\nsecond line")
     assert _said(load_model(path)) == _said(model)
+
+
+def test_the_weight_that_every_model_of_a_hand_has_is_fitted():
+    data = synthesize("hand_pose", 3, False, noise=0.0005).data
+    model = load_model("gravity")
+    predicted = HandPose(data).predict({}, [Gravity(mass_scale=1.4)])[0]
+    random, runs = np.random.default_rng(0), []
+    for number, one in enumerate(data.runs):
+        parts = data.table.of_run(predicted, number)
+        noise = 5e-4 * random.standard_normal(parts.shape)
+        columns = dict(zip(data.outputs, parts + noise, strict=True))
+        runs.append(replace(one, columns={**one.columns, **columns}))
+    heavy = replace(data, runs=tuple(runs))
+    added = add_effect("gravity", heavy, model, effect_classes())
+    assert added.effect.parameters["mass_scale"].value == pytest.approx(1.4, abs=0.02)
+    assert [effect.name for effect in added.model.effects] == ["gravity"]
+    assert added.after.held_out.rmse < 0.7 * added.before.held_out.rmse
+    with pytest.raises(ValueError, match="does not have yet, got gravity"):
+        add_effect("gravity", heavy, added.model, effect_classes())
 
 
 def test_a_user_effect_is_found_beside_the_model_wherever_both_move(tmp_path):

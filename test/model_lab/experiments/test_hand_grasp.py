@@ -12,7 +12,7 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.search import score_base, score_with
 from model_lab.diagnosis.selection import select
-from model_lab.experiments import grasp_rollouts
+from model_lab.experiments import grasp_rollouts, hand_grasp
 from model_lab.experiments.forward import Forward
 from model_lab.experiments.grasp_rollouts import USUAL_ENGINE, Engine
 from model_lab.experiments.hand_grasp import (
@@ -189,7 +189,8 @@ def test_a_run_is_simulated_once_for_each_model():
     forward = Forward(data, effects=[Friction], fixed=[WEIGHT])
     forward.predict(np.array([[1.0, 0.8]]))
     first = grasp_rollouts.rollouts_done()
-    assert first == 4 + 2 * (2 + 2)  # all runs, and of each protocol two moduli and two factors
+    # all runs, of each protocol two moduli and two factors, and of one a factor between two
+    assert first == 4 + 2 * (2 + 2) + 2
     forward.predict(np.random.default_rng(0).uniform(0.9, 1.1, (20, 2)))
     assert grasp_rollouts.rollouts_done() == first
 
@@ -224,6 +225,30 @@ def test_few_grasps_that_end_otherwise_are_left_out_and_many_are_not(monkeypatch
     problem, _ = pose_problem(exact(data, 1), load_model("gravity"), {})
     assert problem.data.left_out == {data.runs[1].name: "the object was lost, and not as predicted"}
     assert len(problem.data.runs) == len(data.runs) - 1
+
+
+@pytest.mark.usefixtures("by_analytic")
+def test_more_is_simulated_where_the_change_by_a_factor_is_bent(monkeypatch):
+    def sticking(time, wrist, masses, *_, model, **config):
+        """Contacts slide in one protocol, and stick with more than 0.75 of the friction."""
+        friction = np.prod([effect.friction_factor() for effect in model.effects[:-1]])
+        slide = np.tanh(8.0 * (0.75 - friction)) * (masses.max() > 6e-5)
+        return np.outer(time, np.full(13 + masses.shape[1], 5.0 + slide + 0.2 * friction))
+
+    monkeypatch.setattr(grasp_rollouts, "_replay", lambda: sticking)
+    data, factors = planned("usual", "little_air"), np.array([0.5, 0.64, 0.8, 0.9, 1.5])
+    lanes = Friction.in_lanes({"factor": factors})
+    expected = [
+        simulated(data, [Friction(factor=factor), WEIGHT], 1.0, USUAL_ENGINE) for factor in factors
+    ]
+
+    def errors():
+        left = HandGrasp(data).predict({}, [lanes, WEIGHT]) - expected
+        return np.sqrt(np.mean(left**2, axis=1))
+
+    close = errors()
+    monkeypatch.setattr(hand_grasp, "RULES", replace(RULES, bent_share=np.inf))
+    assert np.max(close) < 0.5 * np.max(errors())
 
 
 @pytest.mark.usefixtures("by_analytic")

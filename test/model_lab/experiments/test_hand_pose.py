@@ -20,6 +20,7 @@ from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.hands import HandSpecimen, Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
+from model_lab.report.sentences import verdict_sentence
 from model_lab.rules import RULES
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import ActuatorScatter
@@ -201,6 +202,20 @@ def test_how_the_wrist_was_held_must_be_stated(tmp_path):
     path.write_text(yaml.safe_dump(document))
     with pytest.raises(ValueError, match=f"runs.{first}: expected the key wrist_rpy, .* got none"):
         load_measurements(tmp_path / "set")
+
+
+def test_all_actuators_of_one_channel_may_be_a_wrong_sensor(coarse_hands):
+    data = synthesize("hand_pose", 4, False, noise=0.0005).data
+    runs = (
+        replace(run, columns={**run.columns, "pressure.b": 1.25 * run.columns["pressure.b"]})
+        for run in data.runs
+    )
+    found = diagnose(replace(data, runs=tuple(runs)), load_model("gravity"), SCATTER).diagnosis
+    assert [effect.name for effect in found.effects] == ["actuator_scatter[index]"]
+    assert found.channel == "b"
+    assert "all that channel b feeds, its pressure may be wrong" in verdict_sentence(found)
+    apart = replace(found, channel=None)
+    assert "channel b" not in verdict_sentence(apart)
 
 
 def test_models_that_statics_of_hands_do_not_have_are_refused():

@@ -5,7 +5,16 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hand_csvs import CHANNELS, HAND, TIPS, WRISTS, motion_capture, one_row_a_pose, poses
+from hand_csvs import (
+    CHANNELS,
+    HAND,
+    TIPS,
+    WRISTS,
+    motion_capture,
+    one_row_a_pose,
+    poses,
+    table,
+)
 from scipy.spatial.transform import Rotation
 
 from model_lab.api.data import import_files
@@ -106,6 +115,43 @@ def test_a_frame_is_freed_only_where_the_body_was_not_aligned(tmp_path):
     assert not any(map(TURNED.search, found.remarks))
 
 
+def test_a_stated_orientation_is_that_of_the_wrist_wherever_the_places_were_tracked(tmp_path):
+    own = Rotation.from_euler("xyz", (0.4, -1.1, 1.6))
+    read = one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3))
+    for path in read:
+        head, *rows = path.read_text().splitlines()
+        values = np.array([row.split(",") for row in rows], float)
+        places = own.apply(values[:, 5:].reshape(-1, 3)) + [400.0, -200.0, 900.0]  # [mm]
+        table(path, head.split(","), np.hstack([values[:, :5], places.reshape(len(rows), -1)]))
+    found, _ = set_of_hand(read, HAND, wrist=HELD)
+    held = [run["wrist_rpy"] for run in found.document["runs"].values()]
+    assert np.array(held) == pytest.approx(np.array(WRISTS), abs=1e-6)
+    assert found.document["specimens"]["hand"]["frame"] == "free"
+    assert any("the stated orientation stays" in remark for remark in found.remarks)
+    check_numbers(import_files(read, hand=HAND, wrist=HELD), place=2e-3)
+
+
+def test_a_mirrored_hand_is_not_turned(tmp_path):
+    read = one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3))
+    for path in read:
+        head, *rows = path.read_text().splitlines()
+        values = np.array([row.split(",") for row in rows], float)
+        values[:, 6::3] *= -1.0  # y
+        table(path, head.split(","), values)
+    found, _ = set_of_hand(read, HAND, wrist=HELD)
+    assert "frame" not in found.document["specimens"]["hand"]
+
+
+def test_a_file_that_states_one_length_unit_for_all_positions_needs_no_map(tmp_path):
+    files = motion_capture(tmp_path, shift=(0.0, 0.0, 3.0))  # too far to guess the unit
+    for path in files[::2]:
+        text = path.read_text()
+        path.write_text(
+            text.replace("Format Version,1.23", "Format Version,1.23,Length Units,Meters")
+        )
+    check_numbers(import_files(files, hand=HAND), place=2e-3)
+
+
 def test_a_world_whose_y_points_up_is_told(tmp_path):
     for name, room in (("z", 0.0), ("y", -np.pi / 2)):
         (tmp_path / name).mkdir()
@@ -179,6 +225,14 @@ def test_positions_of_which_none_is_a_fingertip_are_told(tmp_path):
         set_of_hand(files, HAND)
     maps = {f"{tip}_tip": (f"M{index}", "") for index, tip in enumerate(TIPS)}
     check_numbers(import_files(files, None, maps, HAND, wrist=HELD))
+
+
+def test_a_marker_with_two_axes_is_told_to_lack_one(tmp_path):
+    header = ["time [s]", *(f"pressure.{c} [kPa]" for c in CHANNELS)]
+    header += ["index_tip.x [mm]", "index_tip.z [mm]"]
+    path = table(tmp_path / "photos.csv", header, np.ones((4, len(header))))
+    with pytest.raises(DocumentError, match="index_tip: expected x, y and z, got x, z.*:index"):
+        set_of_hand([path], HAND)
 
 
 def test_repeats_that_lack_poses_are_those_of_one_protocol_without_these(tmp_path):

@@ -289,6 +289,10 @@ def test_a_modulus_at_its_bound_is_told_with_what_frees_it():
     assert "at its bound without them, 0.85 times" in first and "--free-modulus" in first
     free = diagnose(replace(soft, free_modulus=True), BASE).diagnosis
     assert free.at_bound == () and "--free-modulus" not in verdict_sentence(free)
+    scale = free.calibration_as_is["modulus_scale"]["A"]
+    assert diagnosis.freed["modulus_scale"]["A"] == pytest.approx(scale, rel=0.01)
+    assert diagnosis.freed["rmse_heldout"] == pytest.approx(free.rmse_before, rel=0.05)
+    assert f"and {scale:.1g}" in first and "times the stated one alone leaves" in first
 
 
 @pytest.mark.parametrize(

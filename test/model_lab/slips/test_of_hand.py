@@ -62,6 +62,11 @@ SLIPS = {
         "unit",
         "all markers",
     ),
+    "mm_for_m": (
+        scaled({k: v for axis in MARKER_AXES for k, v in of_markers(axis, 1e3).items()}),
+        "unit",
+        "all markers",
+    ),
     "psi_for_kPa": (scaled(dict.fromkeys(HAND.inputs, 1.0 / 6.894757)), "unit", "all pressures"),
 }
 

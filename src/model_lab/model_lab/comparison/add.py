@@ -43,6 +43,7 @@ from softhand_model.effects.hand import HandEffect, at_places
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 
+WEIGHT = "gravity"
 NOT_PHYSICS = "a generic term, not physics"
 
 
@@ -71,7 +72,7 @@ def add_effect(
 ) -> Addition:
     """Add an effect to a model: calibration, effects that an earlier fit added, and the new effect
     are fitted together. For a hand, the name of an effect without a place adds it where it leaves
-    the smallest held-out error.
+    the smallest held-out error. The `gravity` that every model of a hand has is fitted instead.
 
     Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
     """
@@ -82,15 +83,22 @@ def add_effect(
     if name not in classes:
         known = ", ".join(sorted(classes))
         raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
-    if any(effect.name == name for effect in model.effects):
+    there = any(effect.name == name for effect in model.effects)
+    fixed_weight = there and data.of_hand and name == WEIGHT and name not in model.std
+    if there and not fixed_weight:
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
-    reason = inapplicable(classes[name], data, model.base)
+    reason = None if fixed_weight else inapplicable(classes[name], data, model.base)
     if reason is not None:
         raise ValueError(f"effect: expected one that can act in these data, got {name}: {reason}")
     tell("fitting the model as it is", 1, 2)
     problem, given = pose_problem(data, model, classes)
     tell(f"fitting {name}", 2, 2)
-    problem, before, after = _before_and_after(problem, [effect.name for effect in given], name)
+    names = [effect.name for effect in given]
+    if fixed_weight:
+        before = score_base(problem, names)
+        problem, after = _with_freed(problem, before, name)
+    else:
+        problem, before, after = _before_and_after(problem, names, name)
     named = [named_effect(after, effect) for effect in after.effects]
     kept = tuple(effect for effect in model.effects if effect.name not in after.effects)
     fitted = tuple(_instance(problem, entry) for entry in named)
@@ -102,6 +110,21 @@ def add_effect(
     calibration = _written(calibration_of(after), modulus_of(after, problem.data))
     new = Model(model.base, calibration, (*kept, *fitted), std, springs=model.springs)
     return Addition(problem, before, after, named[-1], new)
+
+
+def _with_freed(problem: FitProblem, before: Scored, name: str) -> tuple[FitProblem, Scored]:
+    """The problem, and the model `before`, in which a fixed effect is free."""
+    stated = {
+        f"{name}.{key}": value
+        for effect in problem.fixed
+        if effect.name == name
+        for key, value in effect.values.items()
+    }
+    stated |= dict(zip(before.fit.likelihood.names, before.fit.values.tolist(), strict=True))
+    fixed = tuple(effect for effect in problem.fixed if effect.name != name)
+    problem, names = replace(problem, fixed=fixed), (*before.effects, name)
+    start = np.array([stated[p.name] for p in problem.likelihood(names).parameters], float)
+    return problem, _predicting(problem, closer(problem, score_base(problem, names, start)))
 
 
 def _at_best_place(

@@ -76,7 +76,12 @@ from model_lab.experiments.grasp_rollouts import use_processes
 from model_lab.fitting.noise_floor import REPEATS
 from model_lab.fitting.notice import Notice
 from model_lab.fitting.notices import notices
-from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
+from model_lab.fitting.problem import (
+    INTERPOLATED,
+    FitProblem,
+    pose_problem,
+    with_lower_floor,
+)
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -89,7 +94,7 @@ from model_lab.slips.find import SLIP_SAMPLES, Checked
 from model_lab.slips.outside import outside
 from model_lab.slips.slip import Slip
 from softhand_model.effects import Effect, effect_classes
-from softhand_model.effects.hand import HandEffect
+from softhand_model.effects.hand import ActuatorScatter, HandEffect
 from softhand_model.model_file import Model, load_model
 
 
@@ -441,9 +446,36 @@ def _described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: 
         residual_tests=None if within is None else within.as_json(),
         at_bound=calibration_at_bound(base),
         calibration_as_is=calibration_of(base),
+        freed=_freed(problem, base),
+        channel=_channel_of(problem, effects),
         units=problem.data.units,
     )
     return Outcome(diagnosis, problem, selection, judged.black_boxes, odd)
+
+
+def _channel_of(problem: FitProblem, effects: Sequence[NamedEffect]) -> str | None:
+    """The channel of a hand that feeds just the actuators that are named as stiffer or softer."""
+    kinds = [problem.classes[effect.name] for effect in effects]
+    scattered = [kind for kind in kinds if issubclass(kind, ActuatorScatter)]
+    if not effects or len(scattered) < len(kinds):
+        return None
+    hand, found = problem.data.hand, {kind.where["actuator"] for kind in scattered}
+    fed: dict[str, set[str]] = {}
+    for name in hand.actuator_names:
+        fed.setdefault(hand.channels[hand.channel_of(name)], set()).add(name)
+    return next((channel for channel, actuators in fed.items() if actuators == found), None)
+
+
+def _freed(problem: FitProblem, base: Scored) -> dict[str, Any] | None:
+    """Calibration and held-out error of the base with a free modulus, if its modulus lies on a
+    bound beyond which models are computed.
+    """
+    bound = any(name.startswith("modulus_scale") for name in calibration_at_bound(base))
+    if not bound or problem.data.experiment in INTERPOLATED:
+        return None
+    data = replace(problem.data, free_modulus=True)
+    found = score_base(replace(problem, data=data, known=None), base.effects)
+    return {**calibration_of(found), "rmse_heldout": found.held_out.rmse}
 
 
 def _named_effects(judged: Judgement, confidence: float | None) -> tuple[NamedEffect, ...]:

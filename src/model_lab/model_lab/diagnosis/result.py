@@ -193,7 +193,9 @@ class Diagnosis:
     data as stated as well as the slips do.
 
     at_bound: parameters of the calibration that lie on a bound in the model without added effects;
-    calibration_as_is has their values, noise_floor_as_is the noise floor estimated with this model.
+    calibration_as_is has their values. freed: calibration and held-out error of that model if the
+    modulus is free; None if it lies on no bound. noise_floor_as_is: noise floor estimated with it.
+    channel: that of a hand which feeds just the actuators that were named, as stiffer or softer.
     floor_reasons: why `compare` prints another floor than noise_floor, as words of FLOOR_REASONS;
     empty if it prints the same. residual_tests: whether the residual within runs is white, see
     `series.within_runs`. units: units of the columns as stated.
@@ -234,6 +236,8 @@ class Diagnosis:
     instead: tuple[str, ...] = ()
     at_bound: tuple[str, ...] = ()
     calibration_as_is: Mapping[str, Any] = field(default_factory=dict)
+    freed: Mapping[str, Any] | None = None
+    channel: str | None = None
     units: Mapping[str, str] = field(default_factory=dict)
     noise_floor_as_is: float | None = None
     floor_reasons: tuple[str, ...] = ()

@@ -178,8 +178,61 @@ class HandGrasp:
             for _ in range(HALVINGS):
                 firsts |= self._between(parameter, firsts, usable)
                 changes, usable = self._at_values(effects, kind, parameter, firsts)
+            for _ in range(HALVINGS if parameter.logarithmic else 0):
+                course = _Course(np.array(sorted(firsts)), changes, usable[:, self._run])
+                tried = self._halfway_in_one(parameter, firsts, changes, usable)
+                more = firsts | tried  # not kept unless in all protocols, whose courses are alike
+                probed, _ = self._at_values(effects, kind, parameter, more)
+                firsts |= dict.fromkeys(self._far_from(course, more, tried, probed), every)
+                changes, usable = self._at_values(effects, kind, parameter, firsts)
             self._courses[key] = _Course(np.array(sorted(firsts)), changes, usable[:, self._run])
         return self._courses[key]
+
+    def _halfway_in_one(
+        self,
+        parameter: Parameter,
+        firsts: Mapping[float, Collection[int]],
+        changes: Array,
+        usable: Mask,
+    ) -> dict[float, Collection[int]]:
+        """Values halfway between neighbours that are simulated in all protocols, each with the
+        first run of the one that changes most between the two, of those in which both are usable.
+        """
+        every, values = set(self._twin), sorted(firsts)
+        found: dict[float, Collection[int]] = {}
+        for low, high in pairwise(range(len(values))):
+            way = self._sizes(changes[high] - changes[low])
+            known = [first for first in every if usable[[low, high], first].all()]
+            if known and all(set(firsts[values[end]]) == every for end in (low, high)):
+                middle = _halfway(parameter, values[low], values[high])
+                found[middle] = {max(known, key=lambda first: way[first])}
+        return found
+
+    def _far_from(
+        self,
+        course: _Course,
+        firsts: Mapping[float, Collection[int]],
+        tried: Mapping[float, Collection[int]],
+        changes: Array,
+    ) -> list[float]:
+        """Those of the tried values at which a course errs by more than a share `Rules.bent_share`
+        of what is changed between the two next to them.
+        """
+        values, found = sorted(firsts), []
+        told = course(np.array(values))
+        for value, (first,) in tried.items():
+            at = values.index(value)
+            error = self._sizes(told[at] - changes[at])[first]
+            way = self._sizes(changes[at + 1] - changes[at - 1])[first]
+            if error > RULES.bent_share * way:
+                found.append(value)
+        return found
+
+    def _sizes(self, seen: Array) -> Array:
+        """Root mean square (runs,) [N] of changes of what is seen (rows, outputs)."""
+        squares = np.mean((self._scales * seen.T) ** 2, axis=0)
+        count = len(self._data.runs)
+        return np.sqrt(np.array([squares[self._run == run].mean() for run in range(count)]))
 
     def _between(
         self, parameter: Parameter, firsts: Mapping[float, Collection[int]], usable: Mask

@@ -90,7 +90,7 @@ class HandPose:
         self._temperature = np.ascontiguousarray(alike[:, -2])
         self._seen = FreeFrame(data.table) if data.free_frame else None
         turned = turned_frame(data) if data.free_frame else None
-        if turned is not None:
+        if turned is not None and turned.of_weight:
             self._down = np.ascontiguousarray(self._down @ turned.turn)
         self._batch = np.array(batches)[alike[:, -1].astype(int)]
 

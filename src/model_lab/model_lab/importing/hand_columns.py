@@ -79,6 +79,23 @@ def has_markers(table: Table, hand: HandDescription, given: Maps) -> bool:
     )
 
 
+def partial_markers(table: Table, hand: HandDescription, given: Maps) -> dict[str, list[str]]:
+    """Axes that a file has of markers of the hand, by the names of its columns, of which it lacks
+    one.
+    """
+    axes: dict[tuple[str, ...], list[str]] = {}
+    for column in table.columns:
+        part, rest = _part(words(column.name))
+        if part in MARKER_AXES:
+            axes.setdefault(rest, []).append(part)
+    some = {rest: found for rest, found in axes.items() if len(set(found)) == 2}
+    return {
+        marker: some[rest]
+        for marker, tip in zip(default_markers(hand), hand.tips, strict=True)
+        for rest in _groups_of([*some], marker, tip, given)[:1]
+    }
+
+
 def places_in(table: Table) -> list[str]:
     """Names of the columns of x of all positions in a file, but for the wrist."""
     whole = _triples(table)[0].items()

@@ -41,7 +41,8 @@ class HandCourse:
     time (k,) [s]. pressures (k, channels) [Pa]: gauge pressures. places (k, 3) [m]: positions of
     each marker, by name, in the frame of the wrist. wrist (k, 4): orientation of the wrist in the
     world, as quaternions x, y, z, w. wrist_places (k, 3) [m]: its position there, None if unknown.
-    load (k,) [N]: force on the wrist besides the weight of the hand, None if unknown.
+    load (k,) [N]: force on the wrist besides the weight of the hand, None if unknown. stated:
+    whether the orientation is the user's word and not measured.
     """
 
     files: tuple[Path, ...]
@@ -52,6 +53,7 @@ class HandCourse:
     remarks: tuple[str, ...] = ()
     wrist_places: Array | None = None
     load: Array | None = None
+    stated: bool = False
 
     @property
     def flat_places(self) -> Array:

@@ -18,6 +18,7 @@ from model_lab.importing.hand_columns import (
     Maps,
     hand_meanings,
     has_markers,
+    partial_markers,
     places_in,
 )
 from model_lab.importing.hand_contacts import Touched, kind_of, set_of_contacts
@@ -27,7 +28,7 @@ from model_lab.importing.hand_poses import held_poses, set_of_poses
 from model_lab.importing.hand_tables import HandFile, courses_of
 from model_lab.importing.importing import ImportedSet, Proposal, of_files
 from model_lab.importing.runs import Source
-from model_lab.importing.tables import read_tables
+from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.hand_frame import WristFrame, frame_against_wrist, misfit
 from model_lab.measurements.hands import (
     FREE_FRAME,
@@ -47,6 +48,7 @@ from softhand_common.numerics.rotations import compose, rotate
 from softhand_model.hand.hand import HandDescription, hand_names, load_hand
 
 Y_UP = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])  # turns y to where z is
+AS_ONE_FINGER = "tip_angle=tip(ALONG,ACROSS)"  # what to map of a finger in a plane
 UP_GAIN = 0.9  # by hand: of the misfit with z up, below which y is said to be up
 
 
@@ -108,6 +110,8 @@ def set_of_hand(
         for table in read_tables(path, messages, decimal, of.get(path.name, of.get("", "")))
     ]
     if not any(has_markers(table, described, given) for table in tables):
+        if not any(name.startswith("tip_") for name in given):  # as of a single finger
+            _check_axes(tables, hand, described, given)
         others = list(dict.fromkeys(name for table in tables for name in places_in(table)))
         if experiment or len(others) > 1:
             raise DocumentError(
@@ -138,6 +142,20 @@ def set_of_hand(
     return replace(found, remarks=(*up, *found.remarks, *said)), proposal
 
 
+def _check_axes(tables: Sequence[Table], stated: str, hand: HandDescription, given: Maps) -> None:
+    """Raise DocumentError if a file has two axes of a marker of the hand. stated: name or file of
+    the hand.
+    """
+    for table in tables:
+        for marker, axes in partial_markers(table, hand, given).items():
+            chain = dict(zip(default_markers(hand), hand.tips, strict=True))[marker]
+            raise DocumentError(
+                f"{table.path}: {marker}: expected x, y and z, got {listed(axes)}; in a plane only "
+                f"a single finger can be measured: --hand {stated}:{chain} "
+                f"--map '{AS_ONE_FINGER}'"
+            )
+
+
 def _check_contacts(
     files: Sequence[Path], experiment: str, given: Maps, touched: Touched | None
 ) -> None:
@@ -155,20 +173,29 @@ def _check_contacts(
 def _in_frame_of_wrist(
     courses: list[HandCourse], hand: HandDescription
 ) -> tuple[list[HandCourse], list[str]]:
-    """The courses with places and attitude in the frame of the model's wrist, and what was turned,
-    if anything.
+    """The courses with places, and the attitude if it was measured, in the frame of the model's
+    wrist, and what was turned, if anything. Raises DocumentError if the attitude is stated for some
+    courses and measured in others whose frame is turned.
     """
     held = _held(courses)
     if held is None:
         return courses, []
     pressures, down, places = held
-    frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places)
+    stated = {course.stated for course in courses}
+    measured = None if len(stated) > 1 else not stated.pop()
+    frame = frame_against_wrist(hand, default_markers(hand), pressures, down, places, measured)
     if frame is None:
         return courses, []
+    if measured is None:
+        raise DocumentError(
+            "--wrist: expected the orientation of the wrist of all files or of none, as the places "
+            f"are in a frame that is {frame.said} against the wrist, got it of some"
+        )
+    beside = "and so is the measured orientation" if measured else "the stated orientation stays"
     said = (
         f"the places were in a frame that is {frame.said} against the wrist of the model, as that "
-        "of a tracked body usually is; by the shape of the hand they are turned back, and "
-        f"`frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
+        f"of a tracked body usually is; by the shape of the hand they are turned back, {beside}, "
+        f"and `frame: {FREE_FRAME}` in experiment.yaml lets each fit find the rest"
     )
     return [_turned_back(course, frame) for course in courses], [said]
 
@@ -210,7 +237,9 @@ def _turned_back(course: HandCourse, frame: WristFrame) -> HandCourse:
     from scipy.spatial.transform import Rotation  # here, as it takes long to load
 
     places = {name: (place - frame.shift) @ frame.turn for name, place in course.places.items()}
-    attitude = compose(course.wrist, Rotation.from_matrix(frame.turn).as_quat())
+    attitude = course.wrist
+    if frame.of_weight:
+        attitude = compose(attitude, Rotation.from_matrix(frame.turn).as_quat())
     return replace(course, places=places, wrist=attitude)
 
 

@@ -136,7 +136,10 @@ def _course(
     kept = {name: place[known] for name, place in places.items()}
     at = _triple(seen, WRIST)
     at = at[known] if at is not None else None
-    return HandCourse(paths, time, pressures[known], kept, attitude[known], tuple(remarks), at)
+    stated = _quaternions(seen) is None
+    return HandCourse(
+        paths, time, pressures[known], kept, attitude[known], tuple(remarks), at, stated=stated
+    )
 
 
 def _time_of(file: HandFile, shifts: Mapping[str, float], one_file: bool) -> Array:

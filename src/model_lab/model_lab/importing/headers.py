@@ -13,6 +13,8 @@ from model_lab.importing.units import is_unit, unit_in_header
 LEAST_FILLED = 4  # columns from which on a header may lack the name of the last
 LENGTHS = ("m", "cm", "mm")  # units of places; elsewhere such words may be part of a name
 MOST_LEVELS = 6  # lines of a header that are looked at; motion capture writes five
+LENGTH_UNITS, POSITION = "length units", "position"  # as OptiTrack's Motive writes
+WRITTEN_LENGTHS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
 LABVIEW_X, LABVIEW_UNITS, LABVIEW_DIMENSION = "X_Value", "Y_Unit_Label", "X_Dimension"
 IDENTIFIER = re.compile(r"[0-9A-Fa-f:]*[0-9][0-9A-Fa-f:]*$")  # of a body, which no one reads
 
@@ -47,6 +49,8 @@ def header(before: Sequence[Row], width: int) -> tuple[list[str], list[str], int
             ]
             used = number
     units = [unit for _, unit in parts]
+    lengths = _of_tracker(before, levels) or units
+    units = [one or length for one, length in zip(units, lengths, strict=True)]
     return _unique(names), units if any(units) else _of_labview(before, names) or units, used
 
 
@@ -58,6 +62,19 @@ def _of_labview(before: Sequence[Row], names: Sequence[str]) -> list[str]:
     dimension = next(iter(labels.get(LABVIEW_DIMENSION, ["Time"])), "")
     units = ["s" if dimension == "Time" else "", *labels[LABVIEW_UNITS]]
     return [*units, *[""] * len(names)][: len(names)]
+
+
+def _of_tracker(before: Sequence[Row], levels: Sequence[Row]) -> list[str]:
+    """Units of the positions in a file of motion capture, which states one length unit for all;
+    none if it does not.
+    """
+    for row in before:
+        for key, value in pairwise(row):
+            if key.strip().casefold() == LENGTH_UNITS:
+                unit = WRITTEN_LENGTHS.get(value.strip().casefold(), "")
+                cells = zip(*levels, strict=True)
+                return [unit if POSITION in map(str.casefold, above) else "" for above in cells]
+    return []
 
 
 def _levels(before: Sequence[Row], width: int) -> list[Row]:

@@ -17,17 +17,20 @@ from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
+MIRROR = np.array([1.0, -1.0, 1.0])
 FRAME_SEGMENTS, FRAME_POSES, FRAME_LOOKS = 10, 40, 3  # of an actuator; compared; at where down is
 
 
 @dataclass(frozen=True)
 class WristFrame:
     """Rotation (3, 3) and translation (3,) [m] from the wrist frame of the model to the frame of
-    the measured positions.
+    the measured positions. of_weight: whether the direction down is known in that frame, as where
+    the tracked body has it, and not in that of the wrist.
     """
 
     turn: Array
     shift: Array
+    of_weight: bool = True
 
     @property
     def angle(self) -> float:
@@ -47,14 +50,17 @@ def frame_against_wrist(
     pressures: Array,
     down: Array,
     places: Mapping[str, Array],
+    of_weight: bool | None = None,
 ) -> WristFrame | None:
     """The frame in which positions (k, 3) [m] of markers, by name, were measured, found from the
-    shape of the described hand; None if it is about the wrist frame, or if the shape does not tell.
+    shape of the described hand; None if it is about the wrist frame, if the shape does not tell, or
+    if it is rather that of a mirrored hand.
 
     Motion capture measures in a frame whose origin and axes nobody has aligned with the wrist.
 
     pressures (channels, k) [Pa]: gauge pressures. down (k, 3): direction of the weight in the frame
-    of the positions.
+    of the positions, or in that of the wrist if not `of_weight`; None: as the shape tells, that of
+    the positions if both fit.
     """
     if len(places) < RULES.frame_markers:
         return None
@@ -62,17 +68,23 @@ def frame_against_wrist(
     names = list(places)
     turn, shift = np.eye(3), np.zeros(3)
     try:
-        first = _left(_predicted(hand, markers, names, blown, pull), seen, turn, shift)
-        for _ in range(FRAME_LOOKS):
+        upright = _predicted(hand, markers, names, blown, pull)
+        first = _left(upright, seen, turn, shift)
+        frame = WristFrame(*frame_of(upright, seen), of_weight=False)
+        left = _left(upright, seen, frame.turn, frame.shift)
+        mirrored = _left(upright, MIRROR * seen, *frame_of(upright, MIRROR * seen))
+        for _ in range(FRAME_LOOKS if of_weight is not False else 0):
             predicted = _predicted(hand, markers, names, blown, pull @ turn)
             turn, shift = frame_of(predicted, seen)
+            turned = _left(predicted, seen, turn, shift)
     except NoEquilibriumError:
         return None
-    frame, most = WristFrame(turn, shift), min(RULES.frame_gain * first, RULES.frame_error)
-    far = frame.angle > RULES.frame_turn or float(np.linalg.norm(shift)) > RULES.frame_shift
-    if not far or _left(predicted, seen, turn, shift) > most:
+    if of_weight or (of_weight is None and left > RULES.upright_gain * turned):
+        frame, left = WristFrame(turn, shift), turned
+    if mirrored < RULES.upright_gain * left:
         return None
-    return frame
+    far = frame.angle > RULES.frame_turn or float(np.linalg.norm(frame.shift)) > RULES.frame_shift
+    return frame if far and left <= min(RULES.frame_gain * first, RULES.frame_error) else None
 
 
 def misfit(

@@ -49,7 +49,17 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """
     without = " without them" if diagnosis.effects else ""
     bound = bound_sentence(diagnosis.at_bound, diagnosis.calibration_as_is, without)
+    bound = _with_freed(bound, diagnosis)
     return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis), bound]))
+
+
+def _with_freed(bound: str, diagnosis: Diagnosis) -> str:
+    """The sentence on the bound, with what a free modulus alone leaves."""
+    if not bound or diagnosis.freed is None:
+        return bound
+    scales = listed([f"{scale:.3g}" for scale in diagnosis.freed["modulus_scale"].values()])
+    left = diagnosis.display.shown(diagnosis.freed["rmse_heldout"])
+    return f"{bound[:-1]}, and {scales} times the stated one alone leaves {left}."
 
 
 def sure_sentence(diagnosis: Diagnosis) -> str:
@@ -221,7 +231,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
-            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}"
+            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_sensor(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -332,6 +342,16 @@ def _or_a_size(diagnosis: Diagnosis) -> str:
     return (
         f" A finger {longer:.3g} times as long looks the same, and one {higher:.3g} times as "
         f"high nearly so{gauge}."
+    )
+
+
+def _or_a_sensor(diagnosis: Diagnosis) -> str:
+    """That a wrong pressure of a channel looks like a wrong modulus of all that it feeds."""
+    if diagnosis.channel is None:
+        return ""
+    what = "these are" if len(diagnosis.effects) > 1 else "this is"
+    return (
+        f" As {what} all that channel {diagnosis.channel} feeds, its pressure may be wrong instead."
     )
 
 

@@ -19,7 +19,7 @@ MISTAKEN_UNITS: Mapping[str, tuple[str, ...]] = {
     "rad": ("deg", "rad", "turn", "mrad"),
     "N": ("N", "mN", "gf", "kgf", "lbf", "ozf"),
     "N m": ("N*mm", "N*m", "N*cm", "kgf*cm", "lbf*inch"),
-    "m": ("mm", "m", "cm", "inch"),
+    "m": ("mm", "m", "cm", "inch", "um"),
     "kg": ("mg", "g", "kg", "oz", "lb"),
     "s": ("s", "ms", "min", "us", "h"),
     "Pa s": ("kPa*s", "Pa*s", "bar*s", "kPa*ms", "psi*s", "mbar*s", "bar*ms", "Pa*ms", "MPa*s"),

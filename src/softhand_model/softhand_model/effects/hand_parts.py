@@ -172,6 +172,7 @@ class ObjectMass(HandEffect):
 class MarkerOffset(HandEffect):
     """A marker is not where it is stated: it is displaced by x, y, z in the frame of the centre
     line there (z along it, x to the bending side). The simulated hand does not change with it.
+    An actuator that is longer than described shows about the same as z of a marker at its tip.
     """
 
     name = "marker_offset"
