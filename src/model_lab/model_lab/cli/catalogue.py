@@ -128,7 +128,8 @@ COMMANDS: Mapping[str, Command] = {
                 action="append",
                 default=[],
                 metavar="[FILE=]R,P,Y",
-                help="how the wrist of a hand was held in a file or in all: roll, pitch, yaw in "
+                help="how the wrist of a hand was held in a file, in those that match a pattern "
+                "such as '*_up_*', or in all: roll, pitch, yaw in "
                 "degrees (0,0,0: fingers up); may be given again",
             ),
             argument(
@@ -137,8 +138,8 @@ COMMANDS: Mapping[str, Command] = {
                 action="append",
                 default=[],
                 metavar="[FILE=]NAME",
-                help="name of the specimen of a file or of all (default: as the names of the files "
-                "say); may be given again",
+                help="name of the specimen of a file, of those that match a pattern such as 'thin_*', "
+                "or of all (default: as the names of the files say); may be given again",
             ),
             argument(
                 "--stretched-to",
