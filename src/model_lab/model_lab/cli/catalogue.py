@@ -138,8 +138,8 @@ COMMANDS: Mapping[str, Command] = {
                 action="append",
                 default=[],
                 metavar="[FILE=]NAME",
-                help="name of the specimen of a file, of those that match a pattern such as 'thin_*', "
-                "or of all (default: as the names of the files say); may be given again",
+                help="name of the specimen of a file, of those that match a pattern such as "
+                "'thin_*', or of all (default: as the names of the files say); may be given again",
             ),
             argument(
                 "--stretched-to",
