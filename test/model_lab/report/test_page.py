@@ -42,7 +42,7 @@ def missing():
     time, course = held.course(48.0, 45e3, 200)
     columns = {"time": time, "pressure": course}
     trial = TrialRun("step_and_hold", "a step, held", data.specimens["thin"], 313.15, columns)
-    step = Experiment(trial, 7.0, 3.0, (("viscoelasticity", "tube_lag"),), {})
+    step = Experiment(trial, 7.0, 3.0, True, (("viscoelasticity", "tube_lag"),), {})
     diagnosis = replace(outcome.diagnosis, tied=(("tube_lag",),), next_experiment=step.as_json())
     return data, replace(outcome, diagnosis=diagnosis)
 
