@@ -54,7 +54,7 @@ VALUES = {
 }
 SILENT = {"gravity", "temperature_modulus", "discrepancy"}  # at room temperature; no physics
 SILENT |= {"ageing"}  # in the first run
-REFUSED = {"clock_offset"}  # by the simulator
+REFUSED = {"clock_offset", "tip_load"}  # by the simulator
 
 
 def model_file(folder, entry):

@@ -16,6 +16,7 @@ from model_lab.experiments.forward import Forward
 from model_lab.rules import RULES
 from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, examine, group_of_runs
 from model_lab.series.run_scale import run_values, within_groups
+from softhand_model.effects import effect_classes
 
 SEVENTH = 6  # index of the first run of the second half
 GENTLE = 0.05  # drift of the scale over a series
@@ -34,9 +35,9 @@ def made() -> Synthesised:
 
 
 @pytest.fixture(scope="module")
-def softening() -> Synthesised:
+def rubbing() -> Synthesised:
     """A set that the base model does not explain."""
-    return synthesize("uniaxial", 1, True)
+    return synthesize("uniaxial", 4, True, {"hysteresis": effect_classes()["hysteresis"]})
 
 
 def test_no_event_in_clean_sets():
@@ -92,9 +93,9 @@ def test_a_slipped_winding_is_a_step_at_its_run(made, first):
     assert event.size == pytest.approx(0.09, abs=0.02)
 
 
-def test_an_error_of_the_model_does_not_hide_a_step(softening):
-    data = rig.slipped_winding(softening.data, SEVENTH, 0.09)
-    event = examined(data, softening.truth).events[0]
+def test_an_error_of_the_model_does_not_hide_a_step(rubbing):
+    data = rig.slipped_winding(rubbing.data, SEVENTH, 0.09)
+    event = examined(data, rubbing.truth).events[0]
     assert (event.kind, event.run) == (STEP_EVENT, data.runs[SEVENTH].name)
     assert event.size == pytest.approx(0.09, abs=0.02)
 

@@ -43,7 +43,7 @@ from softhand_model.effects.hand import HandEffect, at_places
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 
-WEIGHT = "gravity"
+WEIGHT_EFFECT = "gravity"
 NOT_PHYSICS = "a generic term, not physics"
 
 
@@ -84,7 +84,7 @@ def add_effect(
         known = ", ".join(sorted(classes))
         raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
     there = any(effect.name == name for effect in model.effects)
-    fixed_weight = there and data.of_hand and name == WEIGHT and name not in model.std
+    fixed_weight = there and data.of_hand and name == WEIGHT_EFFECT and name not in model.std
     if there and not fixed_weight:
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
     reason = None if fixed_weight else inapplicable(classes[name], data, model.base)

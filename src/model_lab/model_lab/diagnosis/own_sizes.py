@@ -28,8 +28,8 @@ from model_lab.slips.slip import Slip
 from softhand_model.model_file import Model
 
 OWN_SIZE = "size"  # name of the slip
-SIZES = ("length", "height")
-FACTORS = (0.7, 1.4)  # within which a size is sought
+OWN_SIZES = ("length", "height")
+SIZE_FACTORS = (0.7, 1.4)  # within which a size is sought
 
 
 def other_sizes(data: MeasurementSet, found: Diagnosis, model: Model) -> list[Candidate]:
@@ -69,7 +69,7 @@ def _sizes_of(
     ]
     calibrated = replace(model, calibration={"modulus_scale": float(np.mean(scales))})
     found = []
-    for key in SIZES:
+    for key in OWN_SIZES:
         if any(np.ndim(data.specimens[name].values.get(key, np.nan)) for name in names):
             continue
 
@@ -77,7 +77,7 @@ def _sizes_of(
             resized = _resized(few, names, key, float(np.exp(logarithm)))
             return float(errors_of_runs(resized.mended, calibrated).sum())
 
-        best = minimize_scalar(error, bounds=np.log(FACTORS), method="bounded")
+        best = minimize_scalar(error, bounds=np.log(SIZE_FACTORS), method="bounded")
         if np.isfinite(best.fun):
             found.append((float(best.fun), _resized(data, names, key, float(np.exp(best.x)))))
     return found

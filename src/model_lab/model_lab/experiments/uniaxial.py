@@ -22,7 +22,7 @@ from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
-SECANTS = 3  # then 1e-5 of the stress, where grips are four times as stiff as the rubber
+GRIP_SECANTS = 3  # then 1e-5 of the stress, where grips are four times as stiff as the rubber
 SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 
 
@@ -75,7 +75,7 @@ def _in_grips(stress_at: Callable[[Array], Array], read: Array, compliance: Arra
     stretch, stress = read, stress_at(read)
     strain = read - 1.0
     slope = np.maximum(stress / np.where(strain != 0.0, strain, 1.0), 0.0)
-    for _ in range(SECANTS):
+    for _ in range(GRIP_SECANTS):
         ahead = read - compliance * (stress - slope * stretch)
         ahead = ahead / (1.0 + compliance * slope)
         found = stress_at(ahead)

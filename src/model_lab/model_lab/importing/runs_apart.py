@@ -22,7 +22,7 @@ REPEAT = re.compile(
     re.I,
 )  # in the name of a column: which repeat of a measurement it is
 
-SPECIMEN = re.compile(
+SPECIMEN_IN_NAME = re.compile(
     r"(?:^|[\s_(-])(?P<kind>finger|actuator|aktor|specimen|probe|probekorper|prufling|eprouvette)"
     r"[\s_#]+(?P<name>[A-Za-z]|\d+)(?=$|[\s_)-])",
     re.I,
@@ -131,7 +131,7 @@ def _specimens_apart(table: Table) -> tuple[Table, ...]:
     """The tables of the specimens that stand side by side, such as Pressure, Finger A, Finger B:
     one for each, with the columns of none. With fewer than two, the table itself.
     """
-    found = [SPECIMEN.search(column.name) for column in table.columns]
+    found = [SPECIMEN_IN_NAME.search(column.name) for column in table.columns]
     names = {one["name"]: one["kind"].capitalize() for one in found if one}
     if len(names) < 2 or all(found):
         return (table,)
@@ -140,7 +140,9 @@ def _specimens_apart(table: Table) -> tuple[Table, ...]:
             table,
             path=labelled(table.path, f"{kind}{name}{_FIRST if _is_of_finger(kind, name) else ''}"),
             columns=tuple(
-                replace(column, name=SPECIMEN.sub(r" \g<kind> ", column.name).strip(" _-()"))
+                replace(
+                    column, name=SPECIMEN_IN_NAME.sub(r" \g<kind> ", column.name).strip(" _-()")
+                )
                 if one
                 else column
                 for column, one in zip(table.columns, found, strict=True)

@@ -32,15 +32,15 @@ SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 OTHER_DAY = re.compile(
     r"(?<![^\W_])(?:day|tag|jour|dia|week|woche|session|sitzung)[_\- ]*\d+(?![^\W_])[_\- ]*", re.I
 )  # on which the same may be done again
-SPECIMENS = (
+SPECIMEN_NAMES = (
     "specimen|finger|actuator|sample|strip|dogbone|probe|prüfling|prufling|muster|éprouvette"
 )
-SPECIMEN_WORD = re.compile(rf"(?:{SPECIMENS})\w+", re.I)
+SPECIMEN_WORD = re.compile(rf"(?:{SPECIMEN_NAMES})\w+", re.I)
 SPECIMEN_AT_END = re.compile(
     r"(?<![^\W_])(?:specimen|spec|dogbone|probe|prüfling|éprouvette|probeta|provino)[_\- ]*(\d+)$",
     re.I,
 )
-NUMBERED_SPECIMEN = re.compile(rf"({SPECIMENS})[_\- ]*(\d+)(?=[_\- ]+\w)", re.I)
+NUMBERED_SPECIMEN = re.compile(rf"({SPECIMEN_NAMES})[_\- ]*(\d+)(?=[_\- ]+\w)", re.I)
 _PROTOCOLS = frozenset(PROTOCOL_WORDS.split())
 FALLBACK_PROTOCOL = "run"
 

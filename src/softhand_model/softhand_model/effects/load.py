@@ -259,10 +259,11 @@ class TipLoad(LoadEffect):
     """Something hangs at the tip, such as a marker, a sensor or a magnet.
 
     On a finger that bends freely on a stand its weight W straightens or bends as the finger's own
-    does (`loaded_finger.Weight`): M' = -W*sin(theta + tilt). The simulator does not hang it.
+    does (`loaded_finger.Weight`): M' = -W*sin(theta + tilt).
     """
 
     name = "tip_load"
+    not_simulated = "nothing hangs at the tip of a simulated finger"
     experiments = frozenset({"free_bending"})
     bases = frozenset({"pneuflex"})
     parameters = (Parameter("mass", "kg", 0.0, 1.0, "mass at the tip", (2e-3, 0.05), neutral=0.0),)
