@@ -210,6 +210,8 @@ def _without_repeat(name: str) -> str:
 
     >>> _without_repeat("Angle (trial 2)"), _without_repeat("Trial 2"), _without_repeat("Force 3")
     ('Angle', 'Trial', 'Force')
+    >>> _without_repeat("Valve 1 (trial 2)")
+    'Valve 1'
     """
-    left = REPEAT.sub("", name).strip(" _-()")
-    return NUMBER_AT_END.sub("", left) or name.strip(" _-()0123456789#")
+    number = REPEAT if REPEAT.search(name) else NUMBER_AT_END
+    return number.sub("", name).strip(" _-()") or name.strip(" _-()0123456789#")
