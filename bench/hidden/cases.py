@@ -51,7 +51,7 @@ CATALOGUE = {
     "sensor_drift saturation",
     "uniaxial": "gent_stiffening yeoh_stiffening mooney_rivlin viscoelasticity hysteresis "
     "mullins_softening temperature_modulus ageing creep sensor_drift saturation stress_offset "
-    "stretch_offset",
+    "stretch_offset permanent_set machine_compliance",
     "valve_pulse": "line_friction switching_volume pulse_bias valve_delay leakage",
     "base_torque": "bend_twist_coupling passive_layer_slack",
 }

@@ -33,6 +33,8 @@ def measure(experiment: str, scene: Scene, plant: Plant, fine: bool = True) -> S
     supply = scene.drive(time)
     simulate = _pull if experiment == "uniaxial" else _inflate
     output = simulate(experiment, scene, plant, time, supply)
+    if plant.grips:
+        supply = supply + plant.grips * output
     for sensor in plant.sensors:
         output = sensor(time, output, supply)
     for gauge in plant.gauge:
@@ -110,9 +112,13 @@ def _pull(experiment: str, scene: Scene, plant: Plant, time: Array, supply: Arra
     for memory in (plant.modes, plant.loop):
         if memory is not None:
             memory.reset((len(stretch), 1))
+    start = carried(scene, stretch.max(axis=1, keepdims=True))
+    largest = np.maximum(np.maximum.accumulate(stretch, axis=1), start)
     if plant.softening is not None:
-        start = carried(scene, stretch.max(axis=1, keepdims=True))
-        plant.softening.largest = np.maximum(np.maximum.accumulate(stretch, axis=1), start)
+        plant.softening.largest = largest
+    if plant.set_share:
+        longer = 1.0 + plant.set_share * (largest - 1.0)
+        stretch = np.maximum(stretch / longer, 1.0)
     elastic = plant.elastic(stretch, body)
     total = elastic.copy()
     for k in range(stretch.shape[1]):
@@ -214,7 +220,7 @@ class _Reached:
             values[law.knob[0]] = float(value)
         plant = build([(self.name, values)], self.scale, mode_of(self.experiment))
         shown = measure(self.experiment, self.scene, plant, fine=False)
-        if self.fit is None or plant.gauge:
+        if self.fit is None or plant.gauge or plant.grips:
             self.fit = BaseFit(self.experiment, self.scene, shown.drive)
         floor = floor_of(shown, self.noise, self.scatter)
         return float(np.hypot(self.fit.misfit(shown.output), floor) / floor)

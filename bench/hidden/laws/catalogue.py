@@ -134,6 +134,18 @@ def actuation_nonlinearity(plant: Plant, a: float, p0: float) -> None:
     plant.printed = (a, p0)
 
 
+@law("permanent_set", ("share", 1e-3, 0.5))
+def permanent_set(plant: Plant, share: float) -> None:
+    """A strip stays longer, and hangs slack below that."""
+    plant.set_share = share
+
+
+@law("machine_compliance", ("stiffness", 1e9, 3e4))
+def machine_compliance(plant: Plant, stiffness: float) -> None:
+    """The grips yield, too."""
+    plant.grips = 1.0 / stiffness
+
+
 @law("gauge_compliance", ("stiffness", 2e4, 20.0))
 def gauge_compliance(plant: Plant, stiffness: float) -> None:
     """The gauge yields."""
