@@ -42,6 +42,13 @@ def test_grips_that_yield_add_to_the_stretch_that_is_read(strips, accuracy, last
     assert np.abs(found - free).max() <= accuracy * free.max()
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_stress_in_grips_far_softer_than_the_rubber_is_about_theirs():
+    law = EFFECTS["ogden"](exponent=8.0)
+    found = stresses(pulled(STRETCH), law, EFFECTS["machine_compliance"](stiffness=1e4))
+    assert (found >= 0.0).all() and (found[1:] < 1.1e4 * (STRETCH[1:] - 1.0)).all()
+
+
 def test_modulus_and_temperature_scale_the_stress():
     warm = pulled(STRETCH, temperature=313.15)
     stiffer = EFFECTS["temperature_modulus"](coefficient=0.005)

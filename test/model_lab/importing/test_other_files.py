@@ -106,6 +106,17 @@ def test_a_mat_file_with_vectors_or_structures_is_read(tmp_path):
         check(run)
 
 
+def test_an_array_of_structures_is_a_run_each(tmp_path):
+    vectors = {"time_s": TIME, "pressure_kPa": PRESSURE / 1e3, "angle_deg": np.degrees(ANGLE)}
+    trials = np.empty(2, object)
+    trials[:] = [vectors, vectors]
+    scipy.io.savemat(tmp_path / "low.mat", {"trial": trials})
+    runs = imported(tmp_path / "a", [tmp_path / "low.mat"])
+    assert [run.name for run in runs] == ["low_trial-1", "low_trial-2"]
+    for run in runs:
+        check(run)
+
+
 def test_a_mat_file_of_version_7_3_is_refused_with_the_mend(tmp_path):
     (tmp_path / "new.mat").write_bytes(
         b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\0" * 9

@@ -77,7 +77,7 @@ def _in_grips(stress_at: Callable[[Array], Array], read: Array, compliance: Arra
     slope = np.maximum(stress / np.where(strain != 0.0, strain, 1.0), 0.0)
     for _ in range(GRIP_SECANTS):
         ahead = read - compliance * (stress - slope * stretch)
-        ahead = ahead / (1.0 + compliance * slope)
+        ahead = np.maximum(ahead / (1.0 + compliance * slope), np.minimum(read, 1.0))
         found = stress_at(ahead)
         moved = ahead - stretch
         rises = (found - stress) / np.where(moved != 0.0, moved, 1.0)

@@ -37,12 +37,12 @@ def read_matlab(path: Path) -> tuple[Table, ...]:
         said = " ".join(str(reason).split())
         raise DocumentError(f"{path}: expected a MAT file, got {said}") from reason
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    tables = {name: _table(path, vectors) for name, vectors in _structures("", variables)}
-    named = {name: table for name, table in tables.items() if table is not None}
-    columns = {tuple(column.name for column in table.columns) for table in named.values()}
+    tables = [(name, _table(path, vectors)) for name, vectors in _structures("", variables)]
+    named = [(name, table) for name, table in tables if table is not None]
+    columns = {tuple(column.name for column in table.columns) for _, table in named}
     found = tuple(
         replace(table, path=labelled(path, name)) if len(named) > len(columns) == 1 else table
-        for name, table in named.items()
+        for name, table in named
     )
     if not found:
         raise DocumentError(
@@ -71,7 +71,7 @@ def _structures(of: str, variables: Mapping[str, Any]) -> Iterator[tuple[str, di
             vectors |= _columns(name, value, labels)
         elif isinstance(value, np.ndarray) and value.dtype == object:
             inside = {f"{name} {place + 1}": one for place, one in enumerate(value.flat)}
-            yield from _structures(name, inside)
+            yield from _structures(of, inside)
     yield of, vectors
 
 

@@ -13,6 +13,7 @@ from model_lab.importing.cell_words import mode_in
 from model_lab.importing.clocks import pauses, restarts
 from model_lab.importing.meaning import quantity_of
 from model_lab.importing.runs import Source
+from model_lab.importing.specimens import SPECIMEN_NAMES
 from model_lab.importing.tables import Table, labelled
 from softhand_common.documents.quoted import listed
 
@@ -23,12 +24,11 @@ REPEAT = re.compile(
 )  # in the name of a column: which repeat of a measurement it is
 
 SPECIMEN_IN_NAME = re.compile(
-    r"(?:^|[\s_(-])(?P<kind>finger|actuator|aktor|specimen|probe|probekorper|prufling|eprouvette)"
-    r"[\s_#]+(?P<name>[A-Za-z]|\d+)(?=$|[\s_)-])",
+    rf"(?:^|[\s_(-])(?P<kind>{SPECIMEN_NAMES})[\s_#]+(?P<name>[A-Za-z]|\d+)(?=$|[\s_)-])",
     re.I,
 )  # in the name of a column: which specimen it is of
 NUMBER_AT_END = re.compile(r"[\s_#]+(?P<number>\d+)$")
-_FIRST = "_1"  # run of a numbered finger, which a number alone at the end would not be
+FIRST_RUN = "_1"  # run of a numbered finger, which a number alone at the end would not be
 NUMBERED = 3  # columns; two may be two sensors
 REPEATED_OUTPUTS = ("tip_angle", "tip_force", "stress")
 
@@ -138,7 +138,9 @@ def _specimens_apart(table: Table) -> tuple[Table, ...]:
     return tuple(
         replace(
             table,
-            path=labelled(table.path, f"{kind}{name}{_FIRST if _is_of_finger(kind, name) else ''}"),
+            path=labelled(
+                table.path, f"{kind}{name}{FIRST_RUN if _is_of_finger(kind, name) else ''}"
+            ),
             columns=tuple(
                 replace(
                     column, name=SPECIMEN_IN_NAME.sub(r" \g<kind> ", column.name).strip(" _-()")

@@ -33,7 +33,7 @@ OTHER_DAY = re.compile(
     r"(?<![^\W_])(?:day|tag|jour|dia|week|woche|session|sitzung)[_\- ]*\d+(?![^\W_])[_\- ]*", re.I
 )  # on which the same may be done again
 SPECIMEN_NAMES = (
-    "specimen|finger|actuator|sample|strip|dogbone|probe|prüfling|prufling|muster|éprouvette"
+    "specimen|finger|actuator|aktor|sample|strip|dogbone|probe|prüfling|prufling|muster|éprouvette"
 )
 SPECIMEN_WORD = re.compile(rf"(?:{SPECIMEN_NAMES})\w+", re.I)
 SPECIMEN_AT_END = re.compile(

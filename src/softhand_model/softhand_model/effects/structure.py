@@ -242,8 +242,9 @@ class MachineCompliance(StructureEffect):
 
 
 class FiniteRotation(StructureEffect):
-    """A blocked finger bulges between base and gauge: the deflection is int(sin(theta)) dx and the
-    force acts on the lever int_x^L(cos(theta)) dx, where the base has theta and L - x.
+    """A blocked finger bulges between its base and the gauge, by rotations theta that are not
+    small: its tip deflects by int(sin(theta)) dx, not int(theta) dx, and the force acts at x on the
+    lever int_x^L(cos(theta)) dx, not L - x.
 
     It adds 0.1 % to the force where a uniform finger would bend freely by 30 deg, 1.6 % at 120 deg,
     3.5 % at 190 deg, and makes the force depend on the modulus. The tip slides along the gauge.
