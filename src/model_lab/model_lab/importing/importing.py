@@ -14,10 +14,6 @@ import numpy as np
 import yaml
 
 from model_lab.importing.cell_words import mode_in
-from model_lab.importing.clocks import pauses
-from model_lab.importing.derived import (
-    derivation,
-)
 from model_lab.importing.derived_columns import Maps, as_derived, with_derived
 from model_lab.importing.geometry import finger_of_hand
 from model_lab.importing.levels import one_row_a_level
@@ -38,6 +34,12 @@ from model_lab.importing.meaning import (
 )
 from model_lab.importing.open_questions import open_questions
 from model_lab.importing.order import as_recorded, by_dates
+from model_lab.importing.remarks import (
+    remarks_on_files,
+    remarks_on_new,
+    remarks_on_repeats,
+    remarks_on_specimens,
+)
 from model_lab.importing.runs import ImportedRun, Source, joined, paired, remarks_on_clocks
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
@@ -362,15 +364,11 @@ def make_set(
     remarks += [
         *converted,
         *remarks_on_air(columns, runs),
-        *_remarks_on_files(sources),
-        *_remarks_on_specimens(found, entry, experiment, bool(said)),
-        *_remarks_on_repeats(found, by_name, modes),
+        *remarks_on_files(sources),
+        *remarks_on_specimens(found, entry, experiment, bool(said)),
+        *remarks_on_repeats(found, by_name, modes),
+        *remarks_on_new(new),
     ]
-    if new:
-        remarks.append(
-            f"each a new specimen (virgin: true), as their names number it: {listed(new)}; if one "
-            "was pulled again and again, take virgin out of experiment.yaml"
-        )
     if names != sorted(names) and len({path for run in runs for path in run.files}) > 1:
         remarks.append(
             f"taken as recorded in this order: {listed(names)}; the largest stretch so far, ageing "
@@ -439,87 +437,6 @@ def _by_run(option: str, said: Mapping[str, T], runs: Sequence[ImportedRun]) -> 
     known = of_files(option, said, [file for _, file in of_run])
     every = {run.name: known[""] for run in runs} if "" in known else {}
     return every | {run: known[file] for run, file in of_run if file in known}
-
-
-def _remarks_on_files(sources: Sequence[Source]) -> Iterable[str]:
-    """What was computed from columns, and what was left out, once for all files alike."""
-    alike: dict[str, list[str]] = {}
-    for source in sources:
-        for meant in source.meanings:
-            call = derivation(meant.column)
-            if call is not None:
-                of_angle = (
-                    "; 0 at the beginning, which should be at rest, and positive towards the "
-                    "side of the largest angle"
-                )
-                told = of_angle if meant.quantity == "tip_angle" else ""
-                yield f"{meant.quantity} is {meant.column}: {call[0].said}{told}"
-            if meant.quantity == "time" and len(begins := pauses(source.values_of(meant))):
-                yield (
-                    f"{source.table.path.name}: its clock pauses before row {begins[0] + 1}; if "
-                    "another run begins there, say --split-restarts"
-                )
-        for said in source.table.remarks:
-            alike.setdefault(said, []).append(source.table.path.name)
-    yield from (f"{listed(dict.fromkeys(files))}: {said}" for said, files in alike.items())
-
-
-def _remarks_on_specimens(
-    found: Assigned, entry: Mapping[str, object], experiment: str, stated: bool
-) -> Iterable[str]:
-    """How runs were given to specimens, and what must be written into experiment.yaml by hand."""
-    names = found.names
-    every = " and ".join(names)
-    if len(names) > 1:
-        yield (
-            f"by the names of the files, {every} are taken as {len(names)} specimens; if they are "
-            "one, say --specimen NAME"
-        )
-    elif found.unsure and not stated:
-        yield (
-            f"all {len(found.specimens)} runs are taken as runs of one specimen, {names[0]}, "
-            f"though {' and '.join(found.unsure)} may name another; give it an entry of its own "
-            "under specimens in experiment.yaml and name it in its runs"
-        )
-    if entry and len(names) > 1 and INPUT.get(experiment) != "stretch":
-        yield (
-            f"{every} have the same dimensions, those of --hand: write those in which they differ "
-            "into experiment.yaml"
-        )
-    if not entry and experiment != VALVE_PULSE:
-        sizes = (
-            "shear_modulus [Pa] and gauge_length [m]"
-            if INPUT.get(experiment) == "stretch"
-            else "length, height, width, wall, side_wall [m] and shear_modulus [Pa]"
-        )
-        has = "the specimen has" if len(names) == 1 else "the specimens have"
-        yield (
-            f"{has} no dimensions yet: write {sizes} of {every} into experiment.yaml, or import a "
-            "finger with --hand HAND; without them, compare with --model linear"
-        )
-
-
-def _remarks_on_repeats(
-    found: Assigned, by_name: Assigned, modes: Mapping[str, str]
-) -> Iterable[str]:
-    """Which runs are taken as repeats of one another, as their names differ by a number alone, and
-    which are not, as they were driven otherwise.
-    """
-    apart = [run for run, protocol in by_name.protocols.items() if protocol != found.protocols[run]]
-    if apart:
-        yield (
-            f"{listed(apart)}: driven to another level or at another pace than a run of nearly "
-            "the same name, so no repeat of it, and given a protocol of its own"
-        )
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for run, specimen in found.specimens.items():
-        groups.setdefault((specimen, found.protocols[run], modes.get(run, "")), []).append(run)
-    repeats = [" = ".join(group) for group in groups.values() if len(group) > 1]
-    if repeats:
-        yield (
-            f"taken as repeats, whose differences are noise: {listed(repeats)}; if they are of "
-            "several specimens, say --specimen FILE=NAME"
-        )
 
 
 def _shifted(source: Source, shifts: Mapping[str, float]) -> Source:
