@@ -289,7 +289,7 @@ def test_two_effects_that_reach_the_floor_are_named_though_the_likelihood_misses
     forward = ForwardSelection(((one,), (two,)), one)
     found = Selection(base, (one,), (), forward, {}, 10.0, ((),))
     monkeypatch.setattr(diagnose, "with_lower_floor", lambda *_: None)
-    monkeypatch.setattr(diagnose, "_black_boxes", lambda *_: ())
+    monkeypatch.setattr(diagnose, "black_boxes_of", lambda *_: ())
     monkeypatch.setattr(selection, "_ties", lambda *_: ((), ()))
     judged = diagnose._judged_search(problem, [], lambda *_: found, lambda *_: None)
     assert judged.verdict == (MISSING if answer else UNEXPLAINED)

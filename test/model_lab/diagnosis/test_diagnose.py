@@ -11,7 +11,8 @@ import pytest
 from bench import hidden
 from bench.hidden.people import scarce
 from bench.lab.store import first_seed
-from model_lab.diagnosis.diagnose import _failing, candidates_of, diagnose, diagnose_folder
+from model_lab.diagnosis.described import failing_axes
+from model_lab.diagnosis.diagnose import candidates_of, diagnose, diagnose_folder
 from model_lab.diagnosis.result import ADEQUATE
 from model_lab.fitting.noise_floor import REPEATS
 from model_lab.fitting.problem import pose_problem
@@ -281,7 +282,7 @@ def test_no_model_is_adequate_within_a_floor_as_large_as_the_readings(floor, fai
         floor=SimpleNamespace(source=REPEATS, total=floor), data=SimpleNamespace(table=table)
     )
     judged = SimpleNamespace(verdict=ADEQUATE, problem=problem, named=None)
-    assert _failing(judged, SimpleNamespace(certain_failures=()), None, False, ()) == failing
+    assert failing_axes(judged, SimpleNamespace(certain_failures=()), None, False, ()) == failing
 
 
 def test_an_error_that_oscillates_is_no_noise(tmp_path):

@@ -15,7 +15,7 @@ from model_lab.comparison.compare import Comparison as Compared
 from model_lab.comparison.compare import compare as compared
 from model_lab.comparison.ladder import Ladder as Rungs
 from model_lab.comparison.ladder import compare_models
-from model_lab.diagnosis.diagnose import Outcome
+from model_lab.diagnosis.described import Outcome
 from model_lab.diagnosis.diagnose import diagnose as diagnosed
 from model_lab.diagnosis.result import NamedEffect
 from model_lab.learning import words

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.aliases import Array
+from model_lab.diagnosis.search import Scored
 from model_lab.fitting.fit import Fit, inverse
+from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run
 from model_lab.rules import RULES
 
@@ -47,6 +49,17 @@ class BlackBox:
     def rmse(self) -> float:
         """Held-out root mean square error."""
         return float(np.sqrt(np.mean(self.residual**2)))
+
+
+def black_boxes_of(problem: FitProblem, base: Scored, scored: Scored) -> tuple[BlackBox, ...]:
+    """Black boxes fitted to a model's residual, the best first."""
+    predicted = problem.data.table.value - base.fit.residual
+    return problem.once(
+        lambda: tuple(fit_black_boxes(scored.fit, problem.data, predicted)),
+        "black boxes",
+        scored.effects,
+        scored.fit.values.tobytes(),
+    )
 
 
 def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[BlackBox]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
-from model_lab.diagnosis.diagnose import Outcome
+from model_lab.diagnosis.described import Outcome
 from model_lab.learning.learn import Learning
 from model_lab.measurements.sample_table import WHOLE_PROTOCOLS
 from model_lab.report import tables

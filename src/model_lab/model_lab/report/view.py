@@ -8,7 +8,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.comparison.compare import Accuracy, accuracy
-from model_lab.diagnosis.diagnose import Outcome
+from model_lab.diagnosis.described import Outcome
 from model_lab.diagnosis.result import Diagnosis
 from model_lab.diagnosis.search import Scored
 from model_lab.fitting.problem import FitProblem
