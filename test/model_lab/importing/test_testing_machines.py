@@ -94,6 +94,37 @@ def test_a_machine_that_computed_strain_and_stress_is_taken_by_these(tmp_path):
     assert not proposal.unsure
 
 
+TRUE = "Time (s);True Strain;True Stress (MPa)"
+
+
+@pytest.mark.parametrize("nominal", [True, False])
+def test_true_stresses_and_strains_give_the_nominal_ones(tmp_path, nominal):
+    """Nominal ones are taken where a file has both."""
+    time, moved, force = pull()
+    stretch, stress = 1.0 + moved / GAUGE, force / AREA
+    columns = [time, np.log(stretch), stress * stretch]
+    header = TRUE
+    if nominal:
+        header += ";Engineering Strain;Engineering Stress (MPa)"
+        columns += [stretch - 1.0, stress]
+    found = make_set(propose([written(tmp_path / "pull.csv", header, columns, ";")]))
+    (run,) = found.runs
+    np.testing.assert_allclose(run.columns["stretch"], stretch, atol=1e-5)
+    np.testing.assert_allclose(run.columns["stress"], stress, atol=1e-5)
+    assert any("True Stress" in one for one in found.remarks) is not nominal
+
+
+def test_a_true_stress_needs_the_strain_in_its_file(tmp_path):
+    time, moved, force = pull()
+    header = TRUE.split(";")
+    files = [
+        written(tmp_path / "pull_strain.csv", f"{header[0]},{header[1]}", (time, moved / GAUGE)),
+        written(tmp_path / "pull_stress.csv", f"{header[0]},{header[2]}", (time, force / AREA)),
+    ]
+    with pytest.raises(DocumentError, match="True Stress: expected a stretch or strain"):
+        make_set(propose(files))
+
+
 def test_a_finger_beside_its_pressure_is_not_taken_for_a_strip(tmp_path):
     time, moved, force = pull()
     header = "time (s),pressure (kPa),position (mm),force (N)"

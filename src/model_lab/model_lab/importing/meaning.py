@@ -75,6 +75,12 @@ RAW_WORDS = ("raw", "adc", "count", "counts", "volt", "volts", "voltage")
 """Words of what a sensor gave before its calibration."""
 SPREAD_WORDS = ("sd", "std", "stdev", "sem", "sigma", "error", "err", "deviation")
 """Words of how much repeats differ."""
+TRUE_WORDS = (
+    *("true", "cauchy", "log", "logarithmic", "hencky", "wahr", "wahre", "logarithmische"),
+    *("vrai", "vraie", "verdadera", "vera", "reale"),
+)
+"""Words of a stress over the area as it is then, and of a logarithmic strain."""
+TRUE = "true"  # kind of such a stress or strain
 HEADER_STAMP = "header.stamp"  # of a ROS message: when it was measured
 TELLING_UNITS = {
     "pressure": ("Pa", "hPa", "kPa", "mbar", "bar", "psi", "mmHg", "inH2O", "cmH2O"),
@@ -119,7 +125,7 @@ class Meant:
     column: its name in the file. quantity: its name in a set, or `strain`. unit: as experiment.yaml
     writes it; "" if the quantity has none, None if it is not known. scale: factor that brings the
     numbers of the file to that unit where the unit does not (clocks in seconds). kind: `absolute`
-    for a pressure whose name or unit says so; else "".
+    for a pressure whose name or unit says so, `true` for a true stress or strain; else "".
     """
 
     column: str
@@ -209,10 +215,10 @@ def needs(experiment: str, quantity: str) -> bool:
 
 def measured(columns: list[Column]) -> list[Column]:
     """The columns that were measured on the specimen: without set-points, pressures of the supply
-    or the air, readings before calibration and standard deviations, and of several time stamps
-    those of the measurement. If none would remain, nothing is left out.
+    or the air, readings before calibration and standard deviations, and true stresses and strains;
+    of several time stamps those of the measurement. If none would remain, nothing is left out.
     """
-    for is_other in (is_setpoint, _is_elsewhere, _is_raw_or_spread):
+    for is_other in (is_setpoint, _is_elsewhere, _is_raw_or_spread, _is_true):
         columns = [one for one in columns if not is_other(one.name)] or columns
     return [one for one in columns if HEADER_STAMP in one.name] or columns
 
@@ -226,6 +232,11 @@ def _is_raw_or_spread(name: str) -> bool:
     """Whether a name says that a reading is not calibrated, or how much readings differ."""
     words = re.split(r"[^a-z]+", name.casefold())
     return any(word in RAW_WORDS + SPREAD_WORDS for word in words)
+
+
+def _is_true(name: str) -> bool:
+    """Whether a stress is over the area as it is then, or a strain logarithmic."""
+    return any(word in TRUE_WORDS for word in re.split(r"[^a-z]+", name.casefold()))
 
 
 def _with_unit(columns: list[Column], quantity: str) -> list[Column]:
@@ -327,8 +338,10 @@ def meant_as(column: Column, quantity: str) -> Meant:
 
 def _kind(quantity: str, name: str, unit: str) -> str:
     """`absolute` of a pressure whose unit says so, or whose name does and its unit nothing; of
-    pressures that are expected to be absolute also `gauge`.
+    pressures that are expected to be absolute also `gauge`; `true` of such a stress or strain.
     """
+    if quantity in ("stress", "strain"):
+        return TRUE if _is_true(name) else ""
     if quantity not in PRESSURE_QUANTITIES:
         return ""
     said = kind_of_pressure(unit)[1]

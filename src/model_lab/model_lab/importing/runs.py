@@ -14,7 +14,7 @@ from numpy.polynomial import Polynomial
 
 from model_lab.aliases import Array
 from model_lab.importing.clocks import is_newest_first, restarts, spread
-from model_lab.importing.meaning import INPUT, Meant
+from model_lab.importing.meaning import INPUT, TRUE, Meant
 from model_lab.importing.tables import Table
 from model_lab.measurements.rows import check_time
 from model_lab.measurements.units import column_unit
@@ -49,8 +49,9 @@ class Source:
         """(times (k,) [s], values (k,) in the unit of the file) of a quantity, without rows that
         lack either; times are None without a clock.
 
-        A strain is turned into a stretch. Rows written newest first are reversed, and rows that
-        share a stamp of a coarse clock are spaced evenly.
+        A strain is turned into a stretch, and a true stress into a nominal one. Rows written newest
+        first are reversed, and rows that share a stamp of a coarse clock are spaced evenly. Raises
+        DocumentError for a true stress without a stretch or strain beside it.
         """
         time, values = self._as_written(quantity)
         if time is None:
@@ -60,13 +61,14 @@ class Source:
         return spread(time), values
 
     def remarks(self, quantity: str) -> list[str]:
-        """What was changed in the time stamps of a quantity, as sentences."""
+        """What was changed in a quantity and its time stamps, as sentences."""
         time, _ = self._as_written(quantity)
+        said, file = self._of_true(quantity), self.table.path.name
         if time is None:
-            return []
-        said, file = [], self.table.path.name
+            return said
         if is_newest_first(time):
-            said, time = [f"{file}: its rows begin with the newest, and were reversed"], time[::-1]
+            said.append(f"{file}: its rows begin with the newest, and were reversed")
+            time = time[::-1]
         same = len(time) - len(np.unique(time))
         if same and np.all(np.diff(spread(time)) > 0.0):
             said.append(
@@ -77,16 +79,40 @@ class Source:
 
     def _as_written(self, quantity: str) -> tuple[Array | None, Array]:
         by_quantity = {one.quantity: one for one in self.meanings}
-        meant = by_quantity.get(quantity) or by_quantity["strain"]
-        values = self.values_of(meant)
-        if meant.quantity == "strain":
-            values = 1.0 + values * column_unit("stretch", meant.unit or "").scale
+        values = self._as_needed(quantity)
         time = self.values_of(by_quantity["time"]) if "time" in by_quantity else None
         if time is None:
             return None, values[np.isfinite(values)]
         time = time * column_unit("time", by_quantity["time"].unit or "s").scale
         known = np.isfinite(values) & np.isfinite(time)
         return time[known], values[known]
+
+    def _of_true(self, quantity: str) -> list[str]:
+        """What became of a true stress or strain, as sentences."""
+        file, done = self.table.path.name, "divided by the stretch: the nominal stress"
+        return [
+            f"{file}: {one.column} was "
+            + ("turned into the stretch, exp(strain)" if one.quantity == "strain" else done)
+            for one in self.meanings
+            if one.kind == TRUE and {"strain": "stretch"}.get(one.quantity, one.quantity) == quantity
+        ]
+
+    def _as_needed(self, quantity: str) -> Array:
+        """Values (rows,) of a quantity; of a strain the stretch, of a true stress the nominal."""
+        by_quantity = {one.quantity: one for one in self.meanings}
+        meant = by_quantity.get(quantity) or by_quantity["strain"]
+        values = self.values_of(meant)
+        if meant.quantity == "strain":
+            strain = values * column_unit("stretch", meant.unit or "").scale
+            return np.exp(strain) if meant.kind == TRUE else 1.0 + strain
+        if meant.kind != TRUE:
+            return values
+        if "stretch" not in self.quantities:
+            raise DocumentError(
+                f"{self.table.path}: {meant.column}: expected a stretch or strain in the same "
+                "file, by which a true stress is divided, got none"
+            )
+        return values / self._as_needed("stretch")
 
     def values_of(self, meant: Meant) -> Array:
         """Values (rows,) of a column, in the unit of its meaning; NaN where a cell is empty."""
@@ -242,15 +268,15 @@ def _of_one_file(
     """The run of a file that has all; its rows without output keep their input."""
     time, values = source.series(output)
     input_time, inputs = source.series(driving)
+    remarks = tuple(dict.fromkeys([*source.remarks(driving), *source.remarks(output)]))
     if time is None or input_time is None:
         if len(values) != len(inputs):
             raise DocumentError(
                 f"{paths[0]}: expected a column of time, which rows with empty cells need, got "
                 "none; say --map time=COLUMN:UNIT"
             )
-        return ImportedRun(name, {driving: inputs, output: values}, {}, paths)
+        return ImportedRun(name, {driving: inputs, output: values}, {}, paths, remarks)
     columns, lead = _at_outputs(input_time, inputs, time, values)
-    remarks = tuple(dict.fromkeys([*source.remarks(driving), *source.remarks(output)]))
     named = _named(columns, driving, output), _named(lead, driving)
     return ImportedRun(name, *named, paths, remarks)
 
