@@ -568,6 +568,12 @@ class Rules:
         "strain above which one without a unit is in percent: the softest silicones break at 9.8",
         STANDARD,
     )
+    grips_share: float = _rule(
+        0.5, "share of the elongation of a strip that grips and load cell yield at most", STANDARD
+    )
+    early_pull: float = _rule(
+        0.05, "share of the largest elongation below which an offset may rule a secant", BY_HAND
+    )
     softest: float = _rule(4.0, "how much softer rubber may become at large stretch", STANDARD)
     pressure_ends: float = _rule(0.05, "share of the range of pressures at its ends", BY_HAND)
     durations: tuple[float, float] = _rule(

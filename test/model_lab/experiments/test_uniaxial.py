@@ -49,6 +49,19 @@ def test_the_stress_in_grips_far_softer_than_the_rubber_is_about_theirs():
     assert (found >= 0.0).all() and (found[1:] < 1.1e4 * (STRETCH[1:] - 1.0)).all()
 
 
+def test_grips_are_taken_to_be_stiffer_than_the_strip_that_they_hold():
+    """Else a soft spring in series with a stiff strip makes up for any law of the rubber."""
+    strip = replace(pulled(STRETCH).runs[0], columns={"time": TIME, "stretch": STRETCH})
+    read = measured("uniaxial", [replace(strip, columns=strip.columns | {"stress": NEO_HOOKEAN})])
+    (stiffness,) = Forward(
+        read, effects=[EFFECTS["machine_compliance"]], free_calibration=False
+    ).parameters
+    late = STRETCH - 1.0 > 0.05 * 2.0
+    secant = (NEO_HOOKEAN[late] / (STRETCH[late] - 1.0)).max()
+    assert stiffness.low == pytest.approx(2.0 * secant)
+    assert stiffness.low < stiffness.start < stiffness.high
+
+
 def test_modulus_and_temperature_scale_the_stress():
     warm = pulled(STRETCH, temperature=313.15)
     stiffer = EFFECTS["temperature_modulus"](coefficient=0.005)

@@ -114,6 +114,17 @@ def test_true_stresses_and_strains_give_the_nominal_ones(tmp_path, nominal):
     assert any("True Stress" in one for one in found.remarks) is not nominal
 
 
+def test_columns_that_were_left_empty_are_left_out(tmp_path):
+    """Beside them a line above the header has as many words as the rows have numbers."""
+    time, moved, force = pull()
+    rows = zip(time, np.log1p(moved / GAUGE), force, strict=True)
+    header = f"Material;Mold Star;;;\n{TRUE};Engineering Strain;Engineering Stress (MPa)\n"
+    path = tmp_path / "pull.csv"
+    path.write_text(header + "\n".join(f"{t:.2f};{e:.6f};{s:.6f};;" for t, e, s in rows))
+    (source,) = propose([path]).sources
+    assert [one.column for one in source.meanings] == ["Time", "True Strain", "True Stress"]
+
+
 def test_a_true_stress_needs_the_strain_in_its_file(tmp_path):
     time, moved, force = pull()
     header = TRUE.split(";")

@@ -60,6 +60,16 @@ def test_repeats_go_to_the_same_levels_in_the_same_order(levels, expected):
     assert driven_alike(first, second) == driven_alike(second, first) == expected
 
 
+def test_runs_that_hold_their_input_repeat_those_of_the_same_level():
+    noise = 0.1 * np.random.default_rng(0).standard_normal(len(TIME))
+    rest, low, high, higher = (
+        drive_of({"time": TIME, "pressure": level + level * noise / 10.0}, {}, "pressure")
+        for level in (0.0, 10.0, 35.0, 36.0)
+    )
+    assert driven_alike(high, higher) and not driven_alike(low, high)
+    assert not driven_alike(rest, low) and driven_alike(rest, rest)
+
+
 def test_a_table_without_a_clock_is_told_by_its_range():
     levels = np.linspace(0.0, 40.0, 9)
     half, whole, finer = (

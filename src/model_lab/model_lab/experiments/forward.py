@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -142,7 +142,8 @@ class Forward:
             else []
         )
         free = (_free_parameter(e, parameter) for e in self._free for parameter in e.parameters)
-        self.parameters = (*calibrated, *free)
+        lowest: Mapping[str, float] = getattr(self._experiment, "lowest", {})
+        self.parameters = (*calibrated, *(_from(lowest.get(p.name), p) for p in free))
         self.measured = data.table.value
         self.slope_step: float | None = getattr(self._experiment, "slope_step", None)
         self._moved: Array | float = 0.0
@@ -343,6 +344,15 @@ def _free_parameter(effect: type[Effect], parameter: Parameter) -> FreeParameter
         parameter.logarithmic,
         effect.name,
     )
+
+
+def _from(lowest: float | None, parameter: FreeParameter) -> FreeParameter:
+    """The parameter with a larger lower bound, if one is given; it is usual up to ten times it."""
+    if lowest is None or not parameter.low < lowest < parameter.high:
+        return parameter
+    usual = lowest, min(10.0 * lowest, parameter.high)
+    start = float(np.sqrt(usual[0] * usual[1]))
+    return replace(parameter, low=lowest, start=start, typical=usual)
 
 
 def _calibrated(

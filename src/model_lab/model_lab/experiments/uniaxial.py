@@ -16,6 +16,7 @@ from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.rows import require_possible
 from model_lab.measurements.specimens import require_columns, require_keys
+from model_lab.rules import RULES
 from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.whole_runs import stress_in_runs
 from softhand_model.effects import Effect
@@ -31,6 +32,9 @@ class Uniaxial:
 
     mode: mode of deformation of all runs, see `effects.stages.Strain`. Raises DocumentError for a
     specimen without shear_modulus.
+
+    lowest: least values of parameters in this set, by name; that of grips, which are stiffer than
+    the strip.
     """
 
     def __init__(self, data: MeasurementSet, mode: str = "uniaxial") -> None:
@@ -48,6 +52,11 @@ class Uniaxial:
         self._modulus = np.array(modulus, float)[None, :, None]
         self.strained = SHAPELESS, mode
         self._stretch = self._rows.column("stretch")
+        elongation = self._stretch.ravel() - 1.0
+        pulled = elongation > RULES.early_pull * elongation.max(initial=0.0)
+        secants = data.table.value[pulled] / elongation[pulled]
+        stiffest = max(float(secants.max(initial=0.0)), 0.0)
+        self.lowest = {"machine_compliance.stiffness": stiffest / RULES.grips_share}
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Start values, by name, of the calibration parameters of a model with these effects."""

@@ -215,11 +215,11 @@ def _split(lines: Sequence[str], delimiter: str) -> Iterator[Row]:
 
 
 def _without_last(rows: list[Row]) -> list[Row]:
-    """Rows without the empty cell that a delimiter at their end makes, if all rows of numbers of
-    that width have it.
+    """Rows without their last cells, such as a delimiter at the end makes, that are empty in all
+    rows of numbers.
     """
     widest = max((len(row) for row in rows if is_data(row)), default=0)
     while widest and all(not row[-1] for row in rows if len(row) == widest and is_data(row)):
-        rows = [row[:-1] if len(row) == widest and not row[-1] else row for row in rows]
+        rows = [row[:-1] if len(row) == widest else row for row in rows]
         widest -= 1
     return rows

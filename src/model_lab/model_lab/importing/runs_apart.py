@@ -50,8 +50,7 @@ def parted_at_restarts(source: Source) -> tuple[Source, ...]:
     remark = (
         f"its clock {'begins anew' if len(anew) else 'goes on after a pause'} in row "
         f"{' and '.join(str(row + 1) for row in begins)}: its "
-        f"parts are {len(ends) - 1} runs, and repeats of one protocol unless you change their "
-        "protocol in experiment.yaml"
+        f"parts are {len(ends) - 1} runs, and repeats of one protocol where they are driven alike"
     )
     return tuple(
         replace(

@@ -24,7 +24,8 @@ COMPARED_TIMES = 100  # times, at which two courses are compared
 class Drive:
     """The input of a run, such as its pressure.
 
-    extent: largest minus smallest value, in the unit of the input. pace [1/s]: how often the input
+    extent: largest minus smallest value, in the unit of the input; of an input that is held
+    throughout, its level. pace [1/s]: how often the input
     goes through this range, up or down, from the first to the last time at which it exceeds a tenth
     of the range; 0 without a clock. time (k,) [s]: empty without a clock. value (k,): the input
     minus its value at rest.
@@ -44,12 +45,17 @@ def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str)
     >>> found = drive_of({"time": time, "pressure": pressure}, {}, "pressure")
     >>> found.extent, found.pace
     (8.0, 0.2)
+    >>> drive_of({"time": time, "pressure": 30.0 + 0.1 * pressure}, {}, "pressure").extent
+    30.6
     """
     every = np.concatenate([part[name] for part in (lead, columns) if name in part])
+    level = float(np.median(np.abs(every - (1.0 if name == "stretch" else 0.0))))
     step = max(1, len(every) // DRIVE_SAMPLES)
     value = median_filter(every, SPIKE, mode="nearest")[::step]
     value = value - value[0]
     extent = float(np.ptp(value))
+    if extent < TURN * level:
+        return Drive(level, 0.0, np.zeros(0), value)
     driven = np.flatnonzero(np.abs(value) > TURN * extent)
     if "time" not in columns or not len(driven):
         return Drive(extent, 0.0, np.zeros(0), value)
@@ -66,7 +72,8 @@ def driven_alike(one: Drive, other: Drive) -> bool:
     if they have the same course until one of them ends, as in pulls until rupture.
     """
     return (
-        _alike(one.extent, other.extent, RULES.repeat_range, RULES.other_unit)
+        (one.extent > 0.0) == (other.extent > 0.0)
+        and _alike(one.extent, other.extent, RULES.repeat_range, RULES.other_unit)
         and _alike(one.pace, other.pace, RULES.repeat_pace, RULES.other_time_unit)
         and _same_levels(one, other)
     ) or _same_course(one, other)

@@ -128,6 +128,8 @@ def examine(
     first_p_value = events[0].p_value if events else 1.0
     while freedom - len(events) >= RULES.event_freedom and len(events) < MOST_EVENTS:
         values = run_values(table, measured, predicted, data.of_hand)
+        if not values:  # a run at rest throughout has no scale
+            break
         tried = [_best(data, one, patterns, group, events) for one in values]
         found = min(tried, key=lambda event: (not _matters(event, values, within), event.p_value))
         found = replace(found, p_value=min(1.0, len(values) * found.p_value))  # Bonferroni

@@ -34,20 +34,22 @@ def exchanged_pair(
     """
     pairs, table, predicted = _pairs(data, group), data.table, data.table.value - residual
 
-    def first_values(measured: Array) -> RunValues:
-        return run_values(table, measured, predicted, data.of_hand)[0]
+    def scales(measured: Array) -> Array | None:
+        first = next(iter(run_values(table, measured, predicted, data.of_hand)), None)
+        return first.values if first and first.quantity == OUTPUT_SCALE else None
 
-    stated = first_values(table.value)
-    if not pairs or stated.quantity != OUTPUT_SCALE:
+    stated = scales(table.value)
+    if not pairs or stated is None:
         return None
-    tried = [first_values(_swapped(data, table.value, pair)).values for pair in pairs]
-    left, before = _scatter(np.stack(tried), group), float(_scatter(stated.values, group))
+    tried = [scales(_swapped(data, table.value, pair)) for pair in pairs]
+    left = _scatter(np.stack([one for one in tried if one is not None]), group)
+    before = float(_scatter(stated, group))
     least = float(left.min())
     if not least < before:
         return None
     freedom = len(group) - len(np.unique(group))
     alike = [pair for pair, rest in zip(pairs, left, strict=True) if as_good(rest, least, freedom)]
-    about = np.abs(stated.values - np.median(stated.values))
+    about = np.abs(stated - np.median(stated))
     chosen = max(alike, key=lambda pair: about[list(pair)].sum())
     return chosen, _p_value(least / before, pairs, group)
 
