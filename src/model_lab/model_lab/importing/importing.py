@@ -54,8 +54,8 @@ from model_lab.importing.specimens import (
     Assigned,
     assigned,
     new_specimens,
-    protocol_of,
     protocols_by_drive,
+    protocols_of,
 )
 from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
@@ -320,7 +320,7 @@ def make_set(
     found = assigned(names, telling_mode=experiment == RUBBER_TEST)
     said = _by_run("--specimen", specimens or {}, runs)
     if len(said) == len(runs) or len(found.names) < 2:
-        protocols = {run: protocol_of(run) for run in names}
+        protocols = protocols_of(names)
         found = replace(found, specimens=dict.fromkeys(names, name), protocols=protocols)
     found = replace(found, specimens={**found.specimens, **said})
     by_name = found

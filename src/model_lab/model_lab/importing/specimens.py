@@ -28,6 +28,8 @@ SETTING_WORD = re.compile(
 )
 LEVEL = re.compile(r"[1-9]\d+")
 NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
+NUMBER_INSIDE = re.compile(r"(?<=[_\- ])(\d+)[_\- ]+(?=[^\W\d])")
+FEWEST_COUNTED = 3  # runs that a number inside of their names may count
 SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 OTHER_DAY = re.compile(
     r"(?<![^\W_])(?:day|tag|jour|dia|week|woche|session|sitzung)[_\- ]*\d+(?![^\W_])[_\- ]*", re.I
@@ -86,14 +88,14 @@ def assigned(runs: Sequence[str], telling_mode: bool = False) -> Assigned:
     def is_done(word: str) -> bool:
         return _is_protocol(word) or (telling_mode and _is_of_mode(word))
 
-    words = {run: _words(run) for run in runs}
+    by_name = protocols_of(runs)
+    words = {run: _words(name) for run, name in by_name.items()}
     shared = set.intersection(*(set(found) for found in words.values())) if words else set()
     telling = {
         run: [word for word in found if word not in shared and not is_done(word)]
         for run, found in words.items()
     }
     telling = _without_extra_words(telling)
-    by_name = {run: protocol_of(run) for run in runs}
     some = tuple(dict.fromkeys(word for found in telling.values() for word in found))
     if len({tuple(found) for found in telling.values()}) < 2 or not all(telling.values()):
         return Assigned(dict.fromkeys(runs, ""), by_name, some)
@@ -173,12 +175,9 @@ def _name_levels(run: str, other: str, drive: Drive, of_other: Drive) -> bool:
     )
 
 
-def _words(run: str) -> list[str]:
-    """The words of a name without the number of its repeat; a number after a word such as finger,
-    before another number, belongs to it.
-    """
-    run = NUMBERED_SPECIMEN.sub(r"\1\2", run)
-    return [word for word in re.split(r"[^0-9A-Za-z\u00c0-\u024f]+", protocol_of(run)) if word]
+def _words(name: str) -> list[str]:
+    """The words of a name."""
+    return [word for word in re.split(r"[^0-9A-Za-z\u00c0-\u024f]+", name) if word]
 
 
 def _is_protocol(word: str) -> bool:
@@ -193,6 +192,33 @@ def _is_protocol(word: str) -> bool:
 def _is_of_mode(word: str) -> bool:
     plain = word.casefold()
     return bool(mode_in(word)) or plain in ("pure", "shear", "reiner", "schub", "scherung")
+
+
+def protocols_of(runs: Sequence[str]) -> dict[str, str]:
+    """Name of the protocol of each run: its name without the number of its repeat, and without a
+    number in the middle that counts all runs; a number after a word such as finger, before another
+    word or number, belongs to that word.
+
+    >>> protocols_of(["A_01_stairs", "A_02_ramp", "A_03_stairs"])
+    {'A_01_stairs': 'A_stairs', 'A_02_ramp': 'A_ramp', 'A_03_stairs': 'A_stairs'}
+    >>> [*protocols_of(["A_10_ramp", "A_20_ramp", "A_30_ramp"]).values()]
+    ['A_10_ramp', 'A_20_ramp', 'A_30_ramp']
+    """
+    names = {run: NUMBERED_SPECIMEN.sub(r"\1\2", run) for run in runs}
+    plain = {run: NUMBER_INSIDE.sub("", name) for run, name in names.items()}
+    counts = {run: NUMBER_INSIDE.findall(name) for run, name in names.items()}
+    done: dict[int, set[tuple[str, ...]]] = defaultdict(set)
+    for run, found in counts.items():
+        for number in found:
+            done[int(number)].add(tuple(filter(_is_protocol, _words(plain[run]))))
+    counted = (
+        all(len(found) == 1 for found in counts.values())
+        and len(done) >= FEWEST_COUNTED
+        and max(done) - min(done) < len(done)
+        and all(len(kinds) == 1 for kinds in done.values())
+        and len(set(plain.values())) < len(plain)
+    )
+    return {run: protocol_of(name) for run, name in (plain if counted else names).items()}
 
 
 def protocol_of(name: str) -> str:

@@ -46,7 +46,7 @@ def drive_of(columns: Mapping[str, Array], lead: Mapping[str, Array], name: str)
     >>> found.extent, found.pace
     (8.0, 0.2)
     >>> drive_of({"time": time, "pressure": 30.0 + 0.1 * pressure}, {}, "pressure").extent
-    30.6
+    30.4
     """
     every = np.concatenate([part[name] for part in (lead, columns) if name in part])
     level = float(np.median(np.abs(every - (1.0 if name == "stretch" else 0.0))))
