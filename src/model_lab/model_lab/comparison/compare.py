@@ -227,7 +227,7 @@ def _series(errors: Errors, model: Model) -> Series:
     def error_without(events: Sequence[Event]) -> float:
         return score(without_events(errors.data, events), model).rmse
 
-    return examine_lowering(errors.data, errors.residual, errors.floor.within, error_without)
+    return examine_lowering(errors.data, errors.residual, errors.floor, error_without)
 
 
 def _parts(errors: Errors, names: Sequence[str], index: IntArray) -> tuple[Part, ...]:

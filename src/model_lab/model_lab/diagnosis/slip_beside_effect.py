@@ -301,7 +301,7 @@ def _event_explains(
     series = examine_lowering(
         stated.problem.data,
         stated.base.fit.residual,
-        stated.problem.floor.within,
+        stated.problem.floor,
         lambda events: without(events).base.held_out.rmse,
     )
     return bool(series.events) and (

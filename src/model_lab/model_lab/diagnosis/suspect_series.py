@@ -22,7 +22,14 @@ from model_lab.diagnosis.search import Scored, score_base, trial_values, with_tr
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.events import STEP_OR_DRIFT, Event, examine, group_of_runs, of_the_other
+from model_lab.series.events import (
+    STEP_EVENT,
+    STEP_OR_DRIFT,
+    Event,
+    examine,
+    group_of_runs,
+    of_the_other,
+)
 from model_lab.series.lowering import examine_lowering
 from model_lab.series.mended import without_events
 from model_lab.series.odd_run import error_of_runs, odd_run_slips
@@ -66,8 +73,7 @@ def judged_series(
         scored = score_base(*pose(without_events(data, events))) if events else base
         return scored.held_out.rmse
 
-    residual, within = base.fit.residual, problem.floor.within
-    series = examine_lowering(problem.data, residual, within, error_without)
+    series = examine_lowering(problem.data, base.fit.residual, problem.floor, error_without)
     found = series.events
     if not found:
         return judge(problem, given), Faults(doubted=series.doubted)
@@ -192,11 +198,16 @@ def _explains(first: Judgement, again: Judgement, events: Sequence[Event]) -> bo
     without the events, unless the runs are strong evidence for these: effects have as many
     parameters as an event at least. Where events concern the first run of a specimen, which effects
     of first loading change whatever their equations, less than half of the error is reason enough.
+    A drift does not explain a step that leaves less.
     """
     if first.verdict != EFFECTS_MISSING:
         return False
     rules, data = first.problem.rules, first.problem.data
     error, without = first.named.held_out.rmse, again.named.held_out.rmse
+    drifts = {name for name in first.added if first.problem.classes[name].axes}
+    beside = set(first.added) - drifts <= set(again.added)
+    if drifts and beside and all(event.kind == STEP_EVENT for event in events):
+        return error < without
     if all(_of_first_loading(event, data) for event in events):
         return without > rules.removed_share * error
     evidence = 2.0 * len(data.runs) * np.log(error / without)  # each run counts once

@@ -1,4 +1,6 @@
-"""Events that count: taking a step or drift out of the set must lower the error of the model."""
+"""Events that count: taking a step or drift out of the set must lower the error of a model that is
+right but for them.
+"""
 
 from __future__ import annotations
 
@@ -6,29 +8,34 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from model_lab.aliases import Array
+from model_lab.fitting.noise_floor import NoiseFloor
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.rules import RULES
 from model_lab.series.events import STEP_OR_DRIFT, Event, Series, examine
 
 
 def examine_lowering(
     data: MeasurementSet,
     residual: Array,
-    within: float,
+    floor: NoiseFloor,
     error_without: Callable[[Sequence[Event]], float],
 ) -> Series:
     """Find events as `examine` does, but drop steps and drifts, also doubted ones, that raise the
     error of the model when they are taken out: two odd runs, for example, may look like a drift of
-    all runs.
+    all runs. A model whose error exceeds what repeats differ by is wrong anyway, and its error
+    tells nothing of events.
 
-    residual (samples,), within: as for `examine`. error_without: returns the held-out error of the
+    residual (samples,): as for `examine`. error_without: returns the held-out error of the
     model on the set without some events, in the SI unit of the outputs.
     """
     refused: tuple[str, ...] = ()
+    wrong = error_without(()) > RULES.material_error * floor.total
     while True:
-        series = examine(data, residual, within, refused)
+        series = examine(data, residual, floor.within, refused)
         courses = [e.kind for e in series.events if e.kind in STEP_OR_DRIFT]
         taken_out = series.events if courses else tuple(filter(None, [series.doubted]))
-        if not taken_out or error_without(taken_out) <= error_without(()):
+        lower = not taken_out or error_without(taken_out) <= error_without(())
+        if lower or (wrong and courses):
             return series
         if not courses:
             return replace(series, doubted=None)
