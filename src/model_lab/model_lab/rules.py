@@ -571,6 +571,11 @@ class Rules:
     grips_share: float = _rule(
         0.5, "share of the elongation of a strip that grips and load cell yield at most", STANDARD
     )
+    unit_of_runs: tuple[float, float] = _rule(
+        (0.15, 0.6),
+        "logarithm by which repeats may miss the factor of a unit, and of the smallest factor",
+        BY_HAND,
+    )
     early_pull: float = _rule(
         0.05, "share of the largest elongation below which an offset may rule a secant", BY_HAND
     )

@@ -32,6 +32,7 @@ from model_lab.slips.mislabelled import exchanged_inputs, mislabelled
 from model_lab.slips.outside import below_ambient, dead_readings
 from model_lab.slips.pulses import agreeing_units, contradict
 from model_lab.slips.slip import Slip
+from model_lab.slips.units_of_runs import units_of_runs
 from softhand_model.effects import Effect
 from softhand_model.model_file import Model
 
@@ -154,11 +155,26 @@ def best_slip(data: MeasurementSet, model: Model) -> tuple[Slip, MeasurementSet,
 def shown_by_readings(
     data: MeasurementSet, model: Model
 ) -> tuple[Slip, MeasurementSet, float] | None:
-    """The slip that readings show by themselves, as `best_slip` returns it: an angle that jumps, or
-    units of pulses that contradict each other. It is a slip even if the model explains little of
-    the data; None if there is none.
+    """The slip that readings show by themselves, as `best_slip` returns it: an angle that jumps,
+    units of pulses that contradict each other, or repeats in different units. It is a slip even if
+    the model explains little of the data; None if there is none.
     """
-    return _jumping_angle(data, model) or _contradicting_units(data, model)
+    return (
+        _jumping_angle(data, model)
+        or _contradicting_units(data, model)
+        or _runs_in_other_unit(data, model)
+    )
+
+
+def _runs_in_other_unit(
+    data: MeasurementSet, model: Model
+) -> tuple[Slip, MeasurementSet, float] | None:
+    """The slip of runs in another unit than their repeats, which lowers the error; None if none."""
+    for candidate in units_of_runs(data):
+        before, after = score(data, model), score(candidate.mended, model)
+        if after.relative < before.relative:
+            return _told([candidate], before.rmse, after)
+    return None
 
 
 def _contradicting_units(
