@@ -494,6 +494,11 @@ class Rules:
         "the same of one run that is unlike its repeats",
         SERIES_SEEDS,
     )
+    event_rise: float = _rule(
+        1.5,
+        "factor by which the error of a model that fails may rise without a step or drift",
+        "by hand: true events raised it by 1.04 to 1.34, a drift that was two odd runs by 2.5",
+    )
     event_evidence: float = _rule(
         6.0,
         "twice the log likelihood ratio of runs without an event to those with effects, from which "

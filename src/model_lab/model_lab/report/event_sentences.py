@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from model_lab.measurements.units import Display
-from model_lab.series.events import DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
+from model_lab.series.events import COURSE, DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
 from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 from model_lab.slips.slip import Slip
 
@@ -34,12 +34,22 @@ def event_sentences(
 
 
 def doubted_sentence(event: Mapping[str, Any], display: Display) -> str:
-    """A sentence on a step or drift that is uncertain.
+    """A sentence on a step or drift that is uncertain, or on a course of another kind.
 
     >>> drift = {"kind": "drift", "quantity": "scale", "size": 0.054, "p_value": 0.032}
     >>> print(doubted_sentence(drift, Display("deg")))
     Repeats may differ with the order of the runs (a drift of +5.4 %, p 0.032): add repeats to see.
+    >>> print(doubted_sentence(drift | {"kind": "course", "p_value": 0.002}, Display("deg")))
+    Repeats vary by 5.4 % (rms) from run to run, most runs about like the one before (p 0.002): \
+something changes slowly between runs, and the noise floor contains it.
     """
+    if event["kind"] == COURSE:
+        about = change_words(event, display).lstrip("+")
+        return (
+            f"Repeats vary by {about} (rms) from run to run, most runs about like the one before "
+            f"(p {event['p_value']:.2g}): something changes slowly between runs, and the noise "
+            "floor contains it."
+        )
     return (
         f"Repeats may differ with the order of the runs (a {event['kind']} of "
         f"{change_words(event, display)}, p {event['p_value']:.2g}): add repeats to see."

@@ -27,6 +27,7 @@ from model_lab.series.exchange import NORMAL_DRAWS, exchanged_pair
 from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
 
 STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
+COURSE = "course"  # repeats that vary smoothly from run to run, in no pattern that is known
 STEP_OR_DRIFT = (STEP_EVENT, DRIFT_EVENT)  # of many runs, that no scatter of one run explains
 MOST_EVENTS = 4  # that are sought in one series
 SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
@@ -94,7 +95,7 @@ class Series:
     freedom: degrees of freedom of the differences between repeats; 0 without repeats. p_value: of
     the first event, or of the best pattern if there is no event; 1 without repeats. doubted:
     without an event, the step or drift that is too uncertain to be reported as an event, but too
-    likely to be ignored as noise.
+    likely to be ignored as noise, or a course of another kind.
     """
 
     freedom: int
@@ -149,6 +150,8 @@ def examine(
             likely = found.kind in STEP_OR_DRIFT and found.p_value <= RULES.doubted_p_value
             if likely and not events and _matters(found, values, within):
                 doubted = found
+            elif not events:
+                doubted = _course(data, values, group, within)
             break
         events += several
         measured = without_event(several[0], table, measured)
@@ -259,6 +262,39 @@ def _best(
         output=one.output,
         largest=_largest_input(data, pattern) if pattern.kind == STEP_EVENT else "",
     )
+
+
+def _course(
+    data: MeasurementSet, values: Sequence[RunValues], group: IntArray, within: float
+) -> Event | None:
+    """How repeats vary if most runs are like the one before, as where a finger ages, rests and ages
+    again: their steps are smaller than chance makes them.
+    """
+    drawn = within_groups(
+        np.random.default_rng(0).standard_normal((NORMAL_DRAWS, len(group))), group
+    )
+    by_chance = _roughness(drawn)
+    found = []
+    for one in values:
+        about = within_groups(one.values, group)
+        p_value = (1.0 + np.sum(by_chance <= _roughness(about))) / (1.0 + NORMAL_DRAWS)
+        size = float(np.sqrt(np.mean(about**2)))
+        pattern = Pattern(COURSE, 0, about / (size or 1.0))
+        size = float(np.expm1(size)) if one.quantity == OUTPUT_SCALE else size
+        named = data.runs[0].name, "", one.quantity
+        event = Event(COURSE, *named, size, float(p_value * len(values)), pattern, one.output)
+        if event.p_value <= RULES.event_p_value and _matters(event, values, within):
+            found.append(event)
+    return min(found, key=lambda event: event.p_value, default=None)
+
+
+def _roughness(values: Array) -> Array:
+    """Mean root of the steps between neighbours of values (..., runs), over that of their size; a
+    few large steps count little.
+    """
+    size = np.sqrt(np.mean(values**2, axis=-1))
+    steps = np.mean(np.sqrt(np.abs(np.diff(values, axis=-1))), axis=-1)
+    return np.asarray(steps / np.sqrt(np.where(size > 0.0, size, 1.0)))
 
 
 def _exchanged_runs(
