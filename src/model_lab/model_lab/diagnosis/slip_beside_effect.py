@@ -45,6 +45,7 @@ from softhand_model.effects import Effect
 from softhand_model.model_file import Model
 
 FITTED_OF_HAND = 12  # of the many places of a hand, where otherwise all are fitted
+LIKE_A_LAW = ("true_stress",)  # slips that a rubber which stiffens looks like
 FITTED_EFFECTS = 5  # beside a slip that leaves much: those whose signatures promise most
 FIRST_EFFECTS, SECOND_EFFECTS = 2, 3  # of pairs in the set as stated
 
@@ -128,6 +129,9 @@ def find_all_slips(
     checked = find_slips(data, model, tell)
     if data.doubts:
         return checked
+    if checked.slips and all(slip.name in LIKE_A_LAW for slip in checked.slips):
+        if _law_explains(data, model, classes):
+            return Checked(data)
     if checked.slips:
         left = _error_explained(checked.data, model, classes)
         if left is not None:
@@ -342,6 +346,23 @@ def _effect_alone(
         for one in stated.tried
         if _is_usual(one) and not _at_bound(one) and not _is_gain(stated.problem, one)
     )
+
+
+def _law_explains(
+    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+) -> bool:
+    """Whether a law of the rubber, also one of a finer form, explains a set as stated."""
+    stated = _base_of(data, model, classes)
+    laws = [
+        name
+        for name, effect in stated.problem.classes.items()
+        if effect.stage == "elastic"
+        and not effect.has_memory
+        and not_searched(effect, data, model.base) is None
+    ]
+    tried = score_all(stated.problem, stated.base, laws)
+    scored = [one for one in tried if isinstance(one, Scored)]
+    return any(stated.explains(one) and _is_usual(one) and not _at_bound(one) for one in scored)
 
 
 def _effect_rather(
