@@ -125,6 +125,44 @@ def test_columns_that_were_left_empty_are_left_out(tmp_path):
     assert [one.column for one in source.meanings] == ["Time", "True Strain", "True Stress"]
 
 
+def test_a_column_without_numbers_means_nothing(tmp_path):
+    time, moved, force = pull()
+    rows = zip(time, force, moved, strict=True)
+    path = tmp_path / "pull.csv"
+    header = "Time (sec), Load (N), Stress (KPa), Strain (mm), Position (mm)\n"
+    path.write_text(header + "\n".join(f"{t:.2f}, {f:.4f}, N/A, , {x:.4f}" for t, f, x in rows))
+    asked_for = propose([path], maps={"stretch": ("elongation(Position,50mm)", "")}).unsure
+    assert "per_area(Load,AREA)" in asked_for["the stress"]
+
+
+def test_strips_that_are_named_have_a_modulus_each(tmp_path):
+    time, moved, force = pull()
+    header = "Time (s),Strain,Stress (MPa)"
+    files = [
+        written(tmp_path / f"{name}.csv", header, (time, moved / GAUGE, factor * force / AREA))
+        for name, factor in {"soft": 0.2, "stiff": 1.0}.items()
+    ]
+    found = make_set(propose(files), specimens={"soft.csv": "soft", "stiff.csv": "stiff"})
+    moduli = {name: one["shear_modulus"] for name, one in found.document["specimens"].items()}
+    assert moduli == {"soft": pytest.approx(16e3, rel=0.01), "stiff": pytest.approx(80e3, rel=0.01)}
+    assert {one["batch"] for one in found.document["specimens"].values()} == {"soft", "stiff"}
+    assert found.document["calibration"] == {"modulus": "free"}
+
+
+def test_a_copy_of_noisy_readings_is_no_repeat(tmp_path):
+    time, moved, force = pull()
+    noise = 0.01 * np.random.default_rng(0).standard_normal(len(time))
+    header = "Time (s),Strain,Stress (MPa)"
+    of = {"pull_1": noise, "pull_2": noise, "pull_3": noise[::-1]}
+    files = [
+        written(tmp_path / f"{name}.csv", header, (time, moved / GAUGE, force / AREA + added))
+        for name, added in of.items()
+    ]
+    found = make_set(propose(files))
+    assert [run.name for run in found.runs] == ["pull_1", "pull_3"]
+    assert "pull_2 holds the same numbers as pull_1 and is left out" in found.remarks
+
+
 def test_a_true_stress_needs_the_strain_in_its_file(tmp_path):
     time, moved, force = pull()
     header = TRUE.split(";")

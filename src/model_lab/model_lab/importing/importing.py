@@ -40,7 +40,14 @@ from model_lab.importing.remarks import (
     remarks_on_repeats,
     remarks_on_specimens,
 )
-from model_lab.importing.runs import ImportedRun, Source, joined, paired, remarks_on_clocks
+from model_lab.importing.runs import (
+    ImportedRun,
+    Source,
+    joined,
+    paired,
+    remarks_on_clocks,
+    without_copies,
+)
 from model_lab.importing.runs_apart import parted_at_restarts, runs_apart
 from model_lab.importing.set_columns import (
     KELVIN,
@@ -311,6 +318,7 @@ def make_set(
             for members in paired(sources, needed)
         ]
     )
+    runs, copied = without_copies(runs)
     if experiment == RUBBER_TEST:  # which is not driven before its first stress
         runs = tuple(replace(run, lead={}) for run in runs)
     modes = {run.name: proposal.modes[run.files[0].name] for run in runs if proposal.modes}
@@ -338,18 +346,19 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
+    of_strips = _own_moduli(runs, found, columns, modes) if strips else {}
     measured = temperatures_of(runs, sources)
     temperatures = measured or temperatures_in_names(names)
     document = {
         "format": SET_FORMAT,
         "experiment": experiment,
         "title": title or f"imported from {runs[0].files[0].name}"[:80],
-        "specimens": {one: dict(entry) for one in found.names},
+        "specimens": {one: of_strips.get(one, dict(entry)) for one in found.names},
         "columns": columns,
         **({"noise": noise} if noise else {}),
         **(
             {"calibration": {"modulus": FREE_VALUE}}
-            if modulus and experiment != RUBBER_TEST
+            if (modulus or of_strips) and experiment != RUBBER_TEST
             else {}
         ),
         "runs": {
@@ -362,6 +371,7 @@ def make_set(
     }
     remarks = [*(remark for run in runs for remark in run.remarks), *remarks_on_clocks(runs)]
     remarks += [
+        *copied,
         *converted,
         *remarks_on_air(columns, runs),
         *remarks_on_files(sources),
@@ -387,10 +397,11 @@ def make_set(
         "deviations (in experiment.yaml: noise)"
         for name, level in noise.items()
     ]
-    if modulus is not None:
+    if modulus is not None or of_strips:
         remarks.append(
-            f"the shear modulus is not stated: {modulus:g} Pa, from the first part of the pull, is "
-            "a start, and the modulus is fitted freely (in experiment.yaml: shear_modulus"
+            f"the shear modulus is not stated: {_moduli_words(modulus, of_strips)}, from the first "
+            "part of the pull, is a start, and the modulus is fitted freely (in experiment.yaml: "
+            "shear_modulus"
             + (
                 ")"
                 if experiment == RUBBER_TEST
@@ -399,6 +410,34 @@ def make_set(
         )
     sized = bool(entry) or experiment == VALVE_PULSE
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
+
+
+def _own_moduli(
+    runs: Sequence[ImportedRun],
+    found: Assigned,
+    columns: Mapping[str, Mapping[str, object]],
+    modes: Mapping[str, str],
+) -> dict[str, dict[str, object]]:
+    """Entries of several strips, each with a modulus and a batch of its own, by their names; empty
+    if there is one strip, or the first part of a pull gives no modulus.
+    """
+    moduli = {
+        name: strip_modulus(
+            [run for run in runs if found.specimens[run.name] == name], columns, modes
+        )
+        for name in found.names
+    }
+    if len(moduli) < 2 or None in moduli.values():
+        return {}
+    return {name: {"shear_modulus": value, "batch": name} for name, value in moduli.items()}
+
+
+def _moduli_words(
+    modulus: float | None, of_strips: Mapping[str, Mapping[str, object]]
+) -> str:
+    """The moduli of strips, in words."""
+    each = [f"{entry['shear_modulus']:g} Pa of {name}" for name, entry in of_strips.items()]
+    return listed(each) if each else f"{modulus:g} Pa"
 
 
 def _noise(sources: Sequence[Source], needed: Sequence[str], experiment: str) -> dict[str, float]:

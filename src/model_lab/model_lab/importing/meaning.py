@@ -163,7 +163,8 @@ def meanings(
         if column is not None:
             found[quantity] = stated(table, column, quantity, unit)
     for quantity in WORDS:
-        free = [one for one in table.columns if one.name.casefold() not in taken]
+        filled = [one for one in table.columns if np.isfinite(one.values).any()]
+        free = [one for one in filled if one.name.casefold() not in taken]
         likely = [one for one in free if _quantity(one) == quantity]
         if not likely:
             likely = [one for one in free if not _quantity(one) and _by_unit(one) == quantity]

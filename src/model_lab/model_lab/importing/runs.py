@@ -16,6 +16,7 @@ from model_lab.aliases import Array
 from model_lab.importing.clocks import is_newest_first, restarts, spread
 from model_lab.importing.meaning import INPUT, TRUE, Meant
 from model_lab.importing.tables import Table
+from model_lab.measurements.at_rest import white_noise
 from model_lab.measurements.rows import check_time
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.quoted import listed
@@ -26,6 +27,7 @@ CLEAR_GAIN = 0.5  # unexplained variance that an offset must remove to be told
 LARGEST_OFFSET = 0.5  # of the length of a run
 OFFSET_STEPS = 200
 MIN_SAMPLES = 8  # from which an offset is sought
+MIN_NOISY, LEAST_NOISE = 20, 1e-4  # samples, and their noise over their range
 OVERLAP = 0.8  # share of the outputs that must lie within the input's time
 CUBIC = 4  # coefficients
 FINER_STEPS = 41
@@ -244,6 +246,27 @@ def remarks_on_clocks(runs: Sequence[ImportedRun]) -> list[str]:
         f"(no times were changed; --shift {file}={-offset:.3g} corrects them)"
         for file, offset in late.items()
     ]
+
+
+def without_copies(runs: Sequence[ImportedRun]) -> tuple[tuple[ImportedRun, ...], list[str]]:
+    """(the runs without those that hold the same noisy numbers as an earlier one, what was left out
+    as sentences); readings without noise may well be equal.
+    """
+    first: dict[bytes, str] = {}
+    kept, said = [], []
+    for run in runs:
+        numbers = b"".join(values.tobytes() for values in run.columns.values())
+        if numbers in first and any(map(_is_noisy, run.columns.values())):
+            said.append(f"{run.name} holds the same numbers as {first[numbers]} and is left out")
+            continue
+        first.setdefault(numbers, run.name)
+        kept.append(run)
+    return tuple(kept), said
+
+
+def _is_noisy(values: Array) -> bool:
+    """Whether there are so many readings, with so much noise, that no others are the same."""
+    return len(values) >= MIN_NOISY and white_noise(values) > LEAST_NOISE * float(np.ptp(values))
 
 
 def check_clock(source: Source, quantity: str, driving: str) -> None:

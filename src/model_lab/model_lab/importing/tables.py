@@ -46,6 +46,8 @@ LABEL_WORDS = (
     *("id", "no", "nr", "num", "number", "name", "nummer"),
 )  # of which the name of a column consists that says to which run its rows belong
 LABEL_SIGN = re.compile(r"\W+")  # what a label of a run cannot have in the name of a file
+NAMED_SHEET = re.compile(r"\d|(?:specimen|finger|actuator|sample|probe)[\s_-]*\w$", re.I)
+"""Names of sheets that number the runs or name a specimen."""
 WHOLE_NUMBER = re.compile(r"\d+(?:[.,]0*)?")
 LEAST_ROWS_OF_RUN = 3  # fewer are no run, by hand
 
@@ -106,7 +108,7 @@ def read_tables(
     path: Path, messages: Path | None = None, decimal: str = "", sheet: str = ""
 ) -> tuple[Table, ...]:
     """The tables of a file: the topics of a bag, the structures of a MAT file, the sheets of a
-    spreadsheet if they are numbered and have the same columns, or a single one.
+    spreadsheet if they are numbered or name specimens, and have the same columns, or a single one.
 
     messages: folder of definitions of message types that a bag does not define; None: no folder.
     decimal, sheet: see `read_table`.
@@ -120,7 +122,7 @@ def read_tables(
 
         return read_bag(path, messages)
     sheets = [] if sheet else filled_sheets(path)
-    if len(sheets) > 1 and all(re.search(r"\d", name) for name in sheets):
+    if len(sheets) > 1 and all(map(NAMED_SHEET.search, sheets)):
         tables = [read_table(path, decimal, name) for name in sheets]
         if len({tuple((one.name, one.unit) for one in table.columns) for table in tables}) == 1:
             return tuple(

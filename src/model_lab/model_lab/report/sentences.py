@@ -54,10 +54,15 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _with_freed(bound: str, diagnosis: Diagnosis) -> str:
-    """The sentence on the bound, with what a free modulus alone leaves."""
+    """The sentence on the bound, with what a free modulus alone leaves; "" if that would be farther
+    off than the modulus of another mix may be.
+    """
     if not bound or diagnosis.freed is None:
         return bound
-    scales = listed([f"{scale:.3g}" for scale in diagnosis.freed["modulus_scale"].values()])
+    freed = diagnosis.freed["modulus_scale"].values()
+    if any(max(scale, 1.0 / scale) > RULES.other_mix for scale in freed):
+        return ""
+    scales = listed([f"{scale:.3g}" for scale in freed])
     left = diagnosis.display.shown(diagnosis.freed["rmse_heldout"])
     return f"{bound[:-1]}, and {scales} times the stated one alone leaves {left}."
 
@@ -238,7 +243,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
             f"The model is not adequate, though its error of {before} lies within the noise floor "
             f"of {floor}: {_depends(diagnosis)}, beyond chance."
         )
-    whole = " all of" if diagnosis.greater_part else ""
+    whole = " all of" if diagnosis.greater_part or diagnosis.helps else ""
     fails = (
         f"The model fails and no known effect explains{whole} it: its error is {before} at a noise "
         f"floor of {floor}"
