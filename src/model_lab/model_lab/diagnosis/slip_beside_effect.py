@@ -129,9 +129,9 @@ def find_all_slips(
     checked = find_slips(data, model, tell)
     if data.doubts:
         return checked
-    if checked.slips and all(slip.name in LIKE_A_LAW for slip in checked.slips):
-        if _law_explains(data, model, classes):
-            return Checked(data)
+    law = bool(checked.slips) and all(slip.name in LIKE_A_LAW for slip in checked.slips)
+    if law and _law_explains(data, model, classes):
+        return Checked(data)
     if checked.slips:
         left = _error_explained(checked.data, model, classes)
         if left is not None:
@@ -348,9 +348,7 @@ def _effect_alone(
     )
 
 
-def _law_explains(
-    data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
-) -> bool:
+def _law_explains(data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]) -> bool:
     """Whether a law of the rubber, also one of a finer form, explains a set as stated."""
     stated = _base_of(data, model, classes)
     laws = [

@@ -432,9 +432,7 @@ def _own_moduli(
     return {name: {"shear_modulus": value, "batch": name} for name, value in moduli.items()}
 
 
-def _moduli_words(
-    modulus: float | None, of_strips: Mapping[str, Mapping[str, object]]
-) -> str:
+def _moduli_words(modulus: float | None, of_strips: Mapping[str, Mapping[str, object]]) -> str:
     """The moduli of strips, in words."""
     each = [f"{entry['shear_modulus']:g} Pa of {name}" for name, entry in of_strips.items()]
     return listed(each) if each else f"{modulus:g} Pa"

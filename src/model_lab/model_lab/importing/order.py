@@ -21,8 +21,9 @@ LAST_NUMBER = re.compile(r"(\d+)\D*$")
 
 def as_recorded(paths: Sequence[Path]) -> list[Path]:
     """Files in the order of recording: by the last number of their names if that counts all of
-    them, else by all numbers in their names. Files that do not come in the order of a shell, by
-    their letters, stay as they are, as then somebody chose the order.
+    them, or all runs of several fingers or with several files each; else by all numbers in their
+    names. Files that do not come in the order of a shell, by their letters, stay as they are, as
+    then somebody chose the order.
 
     >>> [path.name for path in as_recorded([Path("fast_3"), Path("slow_1"), Path("slow_2")])]
     ['slow_1', 'slow_2', 'fast_3']
@@ -30,6 +31,9 @@ def as_recorded(paths: Sequence[Path]) -> list[Path]:
     ['r1', 'r2', 'r10']
     >>> [path.name for path in as_recorded([Path("b_1"), Path("a_2")])]
     ['b_1', 'a_2']
+    >>> names = ["A_ramp_2", "A_stairs_1", "A_stairs_3", "B_ramp_2", "B_stairs_1", "B_stairs_3"]
+    >>> [path.name for path in as_recorded(list(map(Path, names)))]
+    ['A_stairs_1', 'B_stairs_1', 'A_ramp_2', 'B_ramp_2', 'A_stairs_3', 'B_stairs_3']
     """
     given = [str(path) for path in paths]
     if given not in (sorted(given), sorted(given, key=str.casefold)):
@@ -37,9 +41,24 @@ def as_recorded(paths: Sequence[Path]) -> list[Path]:
     found = [LAST_NUMBER.search(path.stem) for path in paths]
     numbers = [int(match[1]) for match in found if match]
     span = max(numbers) - min(numbers) + 1 if numbers else 0
-    if len(paths) == len(set(numbers)) == span:
+    unique = len(paths) == len(set(numbers))
+    whole = len(paths) == len(numbers) and span == len(set(numbers))
+    if whole and (unique or _count_runs(paths, numbers)):
         return [path for _, path in sorted(zip(numbers, paths, strict=True))]
     return sorted(paths, key=_by_numbers)
+
+
+def _count_runs(paths: Sequence[Path], numbers: Sequence[int]) -> bool:
+    """Whether each number stands for one kind of run, such as a ramp, of which there are several
+    kinds; words that occur beside every number name a finger or a device.
+    """
+    words: dict[int, list[frozenset[str]]] = {}
+    for path, number in zip(paths, numbers, strict=True):
+        found = frozenset(re.findall(r"[^\W\d_]+", path.stem.casefold()))
+        words.setdefault(number, []).append(found)
+    everywhere = frozenset.intersection(*(frozenset.union(*found) for found in words.values()))
+    kinds = [{found - everywhere for found in of_number} for of_number in words.values()]
+    return all(len(kind) == 1 for kind in kinds) and len(set(map(frozenset, kinds))) > 1
 
 
 def by_dates(tables: Sequence[Table]) -> list[Table]:

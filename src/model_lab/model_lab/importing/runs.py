@@ -91,12 +91,14 @@ class Source:
 
     def _of_true(self, quantity: str) -> list[str]:
         """What became of a true stress or strain, as sentences."""
-        file, done = self.table.path.name, "divided by the stretch: the nominal stress"
+        done = {
+            ("stretch", "strain"): "turned into the stretch, exp(strain)",
+            ("stress", "stress"): "divided by the stretch: the nominal stress",
+        }
         return [
-            f"{file}: {one.column} was "
-            + ("turned into the stretch, exp(strain)" if one.quantity == "strain" else done)
+            f"{self.table.path.name}: {one.column} was {done[quantity, one.quantity]}"
             for one in self.meanings
-            if one.kind == TRUE and {"strain": "stretch"}.get(one.quantity, one.quantity) == quantity
+            if one.kind == TRUE and (quantity, one.quantity) in done
         ]
 
     def _as_needed(self, quantity: str) -> Array:

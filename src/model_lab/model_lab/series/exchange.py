@@ -14,7 +14,7 @@ import numpy as np
 
 from model_lab.aliases import Array, IntArray
 from model_lab.measurements.measurement_set import MeasurementSet
-from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
+from model_lab.series.run_scale import OUTPUT_SCALE, as_good, run_values, within_groups
 
 NORMAL_DRAWS = 9999  # simulated series of normal scatter
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from model_lab.aliases import Array
+from model_lab.aliases import Mask
 from model_lab.measurements.at_rest import lowest
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.meanings import AMBIENT, air_pressure
@@ -54,18 +54,18 @@ def units_of_runs(data: MeasurementSet) -> Iterator[Candidate]:
                 yield _candidate(data, column, others[0], runs)
 
 
-def _parted(other: Array, groups: Sequence[Sequence[int]]) -> list[int]:
+def _parted(other: Mask, groups: Sequence[Sequence[int]]) -> list[int]:
     """Indices of the runs that are `other` (runs,), if some repeats are and some are not."""
     mixed = any(0 < other[group].sum() < len(group) for group in groups)
     runs = np.flatnonzero(other).tolist()
     return runs if mixed and FEWEST <= len(runs) <= len(other) - FEWEST else []
 
 
-def _absolute(data: MeasurementSet, column: str) -> Array:
+def _absolute(data: MeasurementSet, column: str) -> Mask:
     """Whether the pressures of each run (runs,) begin at that of the air."""
     low, high = RULES.atmosphere
     least = np.array([min(lowest(run.columns[column])) for run in data.runs])
-    return (least > low) & (least < high)
+    return np.asarray((least > low) & (least < high))
 
 
 def _names_of(data: MeasurementSet, column: str, group: Sequence[int]) -> list[str]:
@@ -99,7 +99,8 @@ def _candidate(data: MeasurementSet, column: str, name: str, runs: Sequence[int]
     if name == "absolute":
         air = air_pressure([min(lowest(run.columns[column])) for run in alone.runs])
         mended = with_meaning(alone, (column,), name, air)
-        fits, said, how = "absolute pressure", "gauge pressure", f"is: {name}, {AMBIENT}: {air:g} Pa"
+        fits, said = "absolute pressure", "gauge pressure"
+        how = f"is: {name}, {AMBIENT}: {air:g} Pa"
     elif name == OPPOSITE:
         mended = with_meaning(alone, (column,), name)
         fits, said, how, name = f"minus {column}", column, f"is: {name}", "sign"
