@@ -16,7 +16,7 @@ from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_object, load_objects
 from pneuflex_sim.scene.scenes import SceneDescription, Table, load_scene
 from pneuflex_sim.world import solver_settings
-from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
+from thesis.chapter_3_and_5.planar import equilibrium, linear_springs, planar_finger
 
 GRAVITY = 9.80665
 SLOPE = load_friction().pair("wood", "polyolefin")

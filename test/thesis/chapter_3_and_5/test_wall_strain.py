@@ -40,9 +40,7 @@ def test_mooney_rivlin_bounds_at_three():
 
     j1 = strain_invariant(3.0)
     assert energy(j1) / (c10 * j1) - 1 == pytest.approx(mooney_rivlin_energy_error(3.0))
-    assert derivative(energy, j1) / c10 - 1 == pytest.approx(
-        mooney_rivlin_stiffness_error(3.0)
-    )
+    assert derivative(energy, j1) / c10 - 1 == pytest.approx(mooney_rivlin_stiffness_error(3.0))
     assert mooney_rivlin_energy_error(3.0) == pytest.approx(0.034, abs=5e-4)
     assert mooney_rivlin_stiffness_error(3.0) == pytest.approx(0.048, abs=5e-4)
 
