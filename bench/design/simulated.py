@@ -17,10 +17,10 @@ import numpy as np
 from softhand_common.numerics.arrays import Array
 from softhand_design.hand_file import finger_text
 from softhand_design.sizing import Design
-from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import load_hand
+from thesis.chapter_3_and_5.planar import Stop, equilibrium, linear_springs, planar_finger
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import chain_of
 

@@ -41,7 +41,7 @@ TARGETS = {"mass": 9e-5, "mass_flow": 2e-5, "pressure": 9e4, "volume": 8e-6, "ti
 TOLD_LIMIT, OPEN_LIMIT, END_LIMIT = 250.0, 5.0, 2.0  # [ms], [s], [s]
 EMPTYING = 1.5  # for the chambers to empty, vented [s]
 STAYS = 0.3  # for which the outlets must stay open to count as vented [s]
-FILL_LIMIT, RECOVERY_LIMIT = 20.0, 20.0  # for an inlet that opens, for commands taken again [s]
+FILL_LIMIT = 20.0  # for an inlet that opens [s]
 SAFETY = "pneumaticbox: safety"
 
 

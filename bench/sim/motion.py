@@ -23,8 +23,8 @@ from pneuflex_sim.engines import PYBULLET
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig, config
 from softhand_model.dynamics.chain import inertial_torque, not_placed, place_links
-from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
 from softhand_trials.trials import TrialSettings
+from thesis.chapter_3_and_5.planar import equilibrium, linear_springs, planar_finger
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from bench.sim.mujoco_hand import Settings, in_mujoco
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
-from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
+from thesis.chapter_3_and_5.planar import equilibrium, linear_springs, planar_finger
 
 CLOSED = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])  # [kg], as the strategy closes the hand
 

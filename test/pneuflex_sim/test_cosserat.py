@@ -6,8 +6,8 @@ import pytest
 from cosserat import Rod, rod_of
 from scipy.spatial.transform import Rotation
 
-from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
 from softhand_model.hand.actuator import load_actuator
+from thesis.chapter_3_and_5.planar import equilibrium, linear_springs, planar_finger
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of
 

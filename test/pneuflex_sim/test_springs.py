@@ -10,15 +10,15 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.bullet import pybullet
 from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes
-from softhand_model.equilibrium.planar import (
-    equilibrium,
-    exact_springs,
-    planar_finger,
-)
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.joint_stiffness import SpringModel, rubber_stress
 from softhand_model.model_file import Model
+from thesis.chapter_3_and_5.planar import (
+    equilibrium,
+    exact_springs,
+    planar_finger,
+)
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
 RUBBER = SpringModel(bending="curvature")

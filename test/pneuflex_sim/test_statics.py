@@ -5,7 +5,7 @@ from scipy.optimize import brentq
 
 from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.collision import ENVIRONMENT_GROUP
-from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
+from thesis.chapter_3_and_5.planar import Stop, equilibrium, linear_springs, planar_finger
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
 

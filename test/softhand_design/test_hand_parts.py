@@ -18,7 +18,7 @@ from softhand_design.kit.bill import bill_of, thread_length
 from softhand_design.kit.frames import mount_poses
 from softhand_design.kit.kit import build_kit
 from softhand_design.kit.parameters import KitParameters
-from softhand_design.kit.report import CheckedKit, make_kit, write_kit
+from softhand_design.kit.report import CheckedKit, checked_kit, write_kit
 from softhand_design.kit.rubber import casts, layers
 from softhand_design.kit.scaffold import build_scaffold
 from softhand_design.kit.solids import box, overlap
@@ -46,7 +46,7 @@ def actuators_made_once():
 
 @pytest.fixture(scope="module")
 def made():
-    return make_kit(load_hand("rbo_hand_2"))
+    return checked_kit(build_kit(load_hand("rbo_hand_2")))
 
 
 def part(kit, name):

@@ -13,7 +13,6 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 EVIL = "http://evil.example"
-CHANNEL = "a: little, ring, middle"
 FATAL = 1008  # websocket close code: a message against the policy
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pneuflex_sim.hand.collision import BOXES, HULL_PIECES
-from softhand_model.equilibrium.planar import exact_springs, planar_finger
 from softhand_model.hand.actuator import Actuator, load_actuator
+from thesis.chapter_3_and_5.planar import exact_springs, planar_finger
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
 from thesis.frame import Figure, Finding, Job, Report, Results, at_most, option

@@ -1,7 +1,7 @@
 """Segments that a finger needs: tip blocked, and free at every pressure (5.2.1, Fig. 5.8).
 
 A PyBullet body reports at most 30 spherical joints, so 50 segments are the static discrete chain of
-`softhand_model.equilibrium.planar`, which the simulator is compared with at all other numbers.
+`thesis.chapter_3_and_5.planar`, which the simulator is compared with at all other numbers.
 """
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from softhand_model.chain.free_response import segment_angles
-from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import Actuator, load_actuator
+from thesis.chapter_3_and_5.planar import planar_finger
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
 from thesis.frame import Array, Axes, Figure, Finding, Job, Report, Results, at_most, option

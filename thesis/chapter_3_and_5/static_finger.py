@@ -1,11 +1,13 @@
-"""The same finger as a static chain (`softhand_model.equilibrium.planar`), which has no time
+"""The same finger as a static chain (`thesis.chapter_3_and_5.planar`), which has no time
 step.
 """
 
 import numpy as np
 
 from softhand_model.chain.chain import ChainModel, discretise
-from softhand_model.equilibrium.planar import (
+from softhand_model.hand.actuator import Actuator
+from softhand_model.model_file import load_model
+from thesis.chapter_3_and_5.planar import (
     Equilibrium,
     PlanarFinger,
     Springs,
@@ -14,8 +16,6 @@ from softhand_model.equilibrium.planar import (
     linear_springs,
     planar_finger,
 )
-from softhand_model.hand.actuator import Actuator
-from softhand_model.model_file import load_model
 from thesis.chapter_3_and_5.stand import FINGER, hand_of
 from thesis.frame import Array
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from softhand_model.equilibrium.planar import exact_springs
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.profile import ConstantProfile, TaperedProfile
+from thesis.chapter_3_and_5.planar import exact_springs
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger
 from thesis.frame import Figure, Finding, Job, Report, Results, at_most, option

@@ -1,19 +1,16 @@
 """Strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7).
 
-No finger is simulated: eq. 3.44 is integrated, and compared with its closed form.
+No finger is simulated: eq. 3.44 is integrated, and compared with its closed form. Depths and
+curvatures are relative to the height h: depth = d/h [-] counts from the outer face of the
+undeformed wall, bend = kappa*h [-].
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.integrate import simpson, solve_ivp
 
-from softhand_model.hand.rubber import (
-    deformed_depth,
-    gent_factor,
-    mooney_rivlin_energy_error,
-    mooney_rivlin_stiffness_error,
-    strain_invariant,
-    wall_strain_invariant,
-)
+from softhand_model.hand.rubber import strain_invariant
+from softhand_model.hand.section import SECTION_NEWTON_STEPS
 from thesis.frame import Array, Figure, Finding, Job, NoParameters, Report, Results, at_most
 
 SIZE = (6.0, 4.0)
@@ -25,6 +22,76 @@ STRETCH = 3.0  # the largest one it counts on
 GENT_LIMIT = 100.0  # J_m
 TOLERANCE = 1e-10
 EVEN = 0.05  # [-] by which the mean energy may differ from that of uniform strain
+
+
+def gent_factor(stretch: ArrayLike, jm: float) -> Array:
+    """Stress of a Gent solid over that of the neo-Hookean one [-]: 1/(1 - J1/jm) (eq. 3.45).
+
+    >>> round(float(gent_factor(3.0, 100.0)), 4)
+    1.0766
+    """
+    return 1.0 / (1.0 - strain_invariant(stretch) / jm)
+
+
+def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002) -> Array:
+    """Energy that C01 and C20 (relative to C10) add to C10*J1, divided by C10*J1 [-] (section
+    3.4.6).
+
+    ERRATUM: the text calls these 3.4 % at lambda = 3 the error of the stiffness; see
+    `mooney_rivlin_stiffness_error`.
+
+    >>> round(float(mooney_rivlin_energy_error(3.0)), 3)
+    0.034
+    """
+    return c01 + c20 * strain_invariant(stretch)
+
+
+def mooney_rivlin_stiffness_error(
+    stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002
+) -> Array:
+    """Gradient in J1 of the energy that C01 and C20 (relative to C10) add, divided by the gradient
+    of C10*J1 [-].
+
+    >>> round(float(mooney_rivlin_stiffness_error(3.0)), 3)
+    0.048
+    """
+    return c01 + 2.0 * c20 * strain_invariant(stretch)
+
+
+def deformed_depth(depth: ArrayLike, bend: ArrayLike) -> Array:
+    """Depth d'/h [-] at which rubber from the depth d/h ends up when the actuator bends.
+
+    The differential equation 3.44 keeps the volume; its integral is the cubic
+    u**2/2 + bend*u**3/3 = v**2/2 + bend/3 with u = 1 - d'/h and v = 1 - d/h, solved here by Newton
+    from u = 1. ERRATUM: the text sets the boundary lambda1 = (1 + kappa*h)/lambda2 with
+    lambda2 = 1; at the outer face lambda1 = 1 + kappa*h, lambda2 = 1/lambda1 and lambda3 = 1.
+    """
+    depth, bend = np.broadcast_arrays(np.asarray(depth, float), np.asarray(bend, float))
+    kept = (1.0 - depth) ** 2 / 2.0 + bend / 3.0
+    u = np.ones_like(kept)
+    for _ in range(SECTION_NEWTON_STEPS):
+        u = u - (u**2 / 2.0 + bend * u**3 / 3.0 - kept) / (u + bend * u**2)
+    return 1.0 - u
+
+
+def wall_stretches(depth: ArrayLike, bend: ArrayLike) -> tuple[Array, Array, Array]:
+    """Stretches along, across (radial) and around the wall [-] at a depth d/h [-] and a bend
+    kappa*h [-] (eq. 3.38-3.40).
+    """
+    u = 1.0 - deformed_depth(depth, bend)
+    along = 1.0 + np.asarray(bend, float) * u
+    around = u / (1.0 - np.asarray(depth, float))
+    return along, 1.0 / (along * around), around
+
+
+def wall_strain_invariant(depth: ArrayLike, bend: ArrayLike) -> Array:
+    """J1 = sum of the squared stretches - 3 [-] at a depth d/h [-] of the wall and a bend kappa*h
+    [-] (Fig. 3.10).
+
+    >>> wall_strain_invariant([0.0, 0.3, 0.5], 2.0).round(3).tolist()
+    [7.111, 6.689, 7.386]
+    """
+    return np.sum(np.square(wall_stretches(depth, bend)), axis=0) - 3.0
 
 
 def integrated_depth(depth: Array, bend: float) -> Array:

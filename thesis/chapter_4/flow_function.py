@@ -6,8 +6,10 @@ The thesis: RMS error 1.4 %; factor 7.0 printed for 3.5.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from softhand_model.gas import CHOKED_PSI, CRITICAL_RATIO, psi, psi_approx
+from softhand_common.numerics.arrays import Array
+from softhand_model.gas import CHOKED_PSI, CRITICAL_RATIO, psi
 from thesis.chapter_4 import FULL, NOTE, OTHER, THESIS_LINE, rms
 from thesis.frame import Figure, Job, Report, Results, number, option
 
@@ -21,6 +23,26 @@ class Parameters:
     def __post_init__(self) -> None:
         if self.ratios < 2:
             raise ValueError(f"ratios must be at least 2, got {self.ratios}")
+
+
+def psi_approx(ratio: ArrayLike) -> Array:
+    """Approximated flow function `sqrt(r (1 - r))`, 0.5 when choked (section 4.4.1).
+
+    ERRATUM: the square root holds for `p_out/p_in > 1/1.894`; the text prints `<`.
+
+    Args:
+        ratio: outlet over inlet pressure, absolute [-]; above 1 counts as 1 (no flow).
+
+    Returns:
+        Psi [-], from 0 to 0.5.
+
+    >>> [round(float(psi_approx(r)), 4) for r in (0.2, 0.8, 1.0)]
+    [0.5, 0.4, 0.0]
+    """
+    r = np.asarray(ratio, dtype=float)
+    below_sonic = np.minimum(r, 1.0)
+    root = np.sqrt(np.maximum(below_sonic * (1.0 - below_sonic), 0.0))
+    return np.asarray(np.where(r > CRITICAL_RATIO, root, 0.5))
 
 
 def run(given: Parameters, job: Job) -> Results:

@@ -30,7 +30,7 @@ from softhand_model.gas import (
     orifice_conductance,
 )
 from softhand_model.pneumatics.air_flow import series_flow
-from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
+from softhand_model.pneumatics.parameters import load_pneumatics
 
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
 WORTH_A_PULSE = 0.6  # of it, that have to lack for a pressure; half would take turns
@@ -49,7 +49,6 @@ class ImposedAir:
     Args:
         limits: largest gauge pressures (channels,) [Pa].
         rest_volumes: volumes of the channels at rest (channels,) [m3].
-        parameters: constants of the box.
 
     >>> air = ImposedAir(np.array([80e3]), np.array([3e-5]))
     >>> air.command(np.array([1.1e-5]))
@@ -59,10 +58,8 @@ class ImposedAir:
     10.0
     """
 
-    def __init__(
-        self, limits: Array, rest_volumes: Array, parameters: Pneumatics | None = None
-    ) -> None:
-        box = parameters or load_pneumatics()
+    def __init__(self, limits: Array, rest_volumes: Array) -> None:
+        box = load_pneumatics()
         foil = float(np.mean(box.choke.discharge_coefficient)) * np.pi / 4
         chokes = np.array([box.choke.inlet_diameter, box.choke.outlet_diameter])
         self._inlet, self._outlet = orifice_conductance(foil * chokes**2, box.temperature).tolist()

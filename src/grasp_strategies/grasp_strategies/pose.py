@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import compose, rotate
-
-Array = NDArray[np.float64]
 
 IDENTITY_QUATERNION = np.array([0.0, 0.0, 0.0, 1.0])
 _PARALLEL = 1.0 - 1e-9  # cosine above which slerp is a straight line to within rounding

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_strategies.pose import Pose
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 PALM_PLATE = "palm_plate"  # name in contacts of the rigid part of a hand
 

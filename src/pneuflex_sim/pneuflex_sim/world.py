@@ -80,10 +80,7 @@ class World:
     """
 
     def __init__(
-        self,
-        step: float,
-        gui: bool = False,
-        settings: SolverSettings | None = None,
+        self, step: float, gui: bool = False, settings: SolverSettings | None = None
     ) -> None:
         settings = settings or SolverSettings()
         self.step_size = step

@@ -28,10 +28,7 @@ def robot_state_publisher(context):
         name="robot_state_publisher",
         namespace=namespace,
         parameters=[
-            {
-                "robot_description": ParameterValue(urdf, value_type=str),
-                "use_sim_time": True,
-            },
+            {"robot_description": ParameterValue(urdf, value_type=str), "use_sim_time": True},
             *([{"frame_prefix": f"{namespace}/"}] if namespace else []),
         ],
         remappings=[("joint_states", "hand/joint_states")],

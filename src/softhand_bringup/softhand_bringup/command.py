@@ -32,10 +32,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
     },
     "build": {
-        "hand": (
-            "softhand_design.commands.hand",
-            "design, moulds, parts, picture, URDF of a hand",
-        ),
+        "hand": ("softhand_design.commands.hand", "design, moulds, parts, picture, URDF of a hand"),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
         "materials": (

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from softhand_bringup.bags.reading import Bag, Command, latest_index
 from softhand_common.documents.output_file import save_figure
+from softhand_common.numerics.arrays import Array
 
 matplotlib.use("Agg")  # also without a display
 if TYPE_CHECKING:  # PyBullet talks to the terminal when it is imported
     from pneuflex_sim.pictures.render import HandState
-
-Array = NDArray[np.float64]
 COMMAND_TOPIC = "/pneumaticbox/command"
 STATE_TOPIC = "/pneumaticbox/state"
 OBJECT_TOPIC = "/scene/object_pose"

@@ -30,11 +30,7 @@ class Progress(tqdm):
     monitor_interval = 0  # tqdm starts no thread: processes are forked in the meantime
 
     def __init__(
-        self,
-        what: str,
-        stream: TextIO | None = None,
-        patience: float = SILENT_TIME,
-        unit: str = "",
+        self, what: str, stream: TextIO | None = None, patience: float = SILENT_TIME, unit: str = ""
     ) -> None:
         shown = stream or sys.stderr
         self._what, self._unit, self._moves = what, unit, shown.isatty()

@@ -11,12 +11,10 @@ from dataclasses import dataclass, field, fields
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.gas import orifice_flow
 from softhand_model.pneumatics.parameters import Pneumatics
-
-Array = NDArray[np.float64]
 
 CUTTABLE_HOLE = 1.0  # diameter from which a plotter cuts a hole; below, a needle pierces it [mm]
 HOLES_APART = 3.0  # least distance of two holes' centres over their diameter

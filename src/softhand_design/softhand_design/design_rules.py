@@ -85,9 +85,9 @@ def circumference_for_stiffness(stiffness: float, wall: float, shear_modulus: fl
     return float(4.0 * (stiffness / (2.0 * shear_modulus * wall)) ** (1.0 / 3.0))
 
 
-def keeps_its_shape(height: float, width: float, tolerance: float = RULE_TOLERANCE) -> bool:
+def keeps_its_shape(height: float, width: float) -> bool:
     """Whether the section is square enough not to change shape under pressure: rule 3, h ~ z."""
-    return abs(height - width) <= tolerance * max(height, width)
+    return abs(height - width) <= RULE_TOLERANCE * max(height, width)
 
 
 def wall_is_thin(height: float, wall: float) -> bool:

@@ -61,26 +61,6 @@ def psi(ratio: ArrayLike) -> Array:
     return np.asarray(np.sqrt(exponent * root * (root - r)))
 
 
-def psi_approx(ratio: ArrayLike) -> Array:
-    """Approximated flow function `sqrt(r (1 - r))`, 0.5 when choked (section 4.4.1).
-
-    ERRATUM: the square root holds for `p_out/p_in > 1/1.894`; the text prints `<`.
-
-    Args:
-        ratio: outlet over inlet pressure, absolute [-]; above 1 counts as 1 (no flow).
-
-    Returns:
-        Psi [-], from 0 to 0.5.
-
-    >>> [round(float(psi_approx(r)), 4) for r in (0.2, 0.8, 1.0)]
-    [0.5, 0.4, 0.0]
-    """
-    r = np.asarray(ratio, dtype=float)
-    below_sonic = np.minimum(r, 1.0)
-    root = np.sqrt(np.maximum(below_sonic * (1.0 - below_sonic), 0.0))
-    return np.asarray(np.where(r > CRITICAL_RATIO, root, 0.5))
-
-
 def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Array:
     """Mass flow of an orifice per inlet pressure and Psi: `A sqrt(2/(R_s T))`.
 

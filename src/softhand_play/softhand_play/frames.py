@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.layout import HandLayout
@@ -17,10 +16,9 @@ from pneuflex_sim.scene.contacts import by_pair
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import Simulation
+from softhand_common.numerics.arrays import Array
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_trials.trials import Placement, TrialSettings
-
-Array = NDArray[np.float64]
 
 INTERVAL = 0.04  # simulated time between frames [s]
 NO_ARROWS = np.zeros((0, 2, 3))

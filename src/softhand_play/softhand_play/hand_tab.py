@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from viser import uplot
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import HandDescription
 from softhand_play.frames import Frame
 from softhand_play.page_context import PageContext
 from softhand_play.view import wxyz
-
-Array = NDArray[np.float64]
 
 PRESSURE_LABEL, AIR_MASS_LABEL = "pressure [kPa]", "air mass [mg]"
 SLIDER_UNITS = {PRESSURE_LABEL: 1e3, AIR_MASS_LABEL: 1e-6}  # in Pa and kg

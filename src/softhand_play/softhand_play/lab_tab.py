@@ -17,13 +17,7 @@ from typing import TypeVar
 
 import viser
 
-from model_lab.cli.options import (
-    DECIMAL_SIGNS,
-    attitude,
-    column_map,
-    name_of_file,
-    stretch_before,
-)
+from model_lab.cli.options import DECIMAL_SIGNS, attitude, column_map, name_of_file, stretch_before
 from model_lab.importing.cells import Ambiguous
 from model_lab.importing.derived_columns import Maps
 from model_lab.importing.hand_sets import set_of_hand

@@ -9,14 +9,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
 
-import numpy as np
-from numpy.typing import NDArray
-
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import PHASE_DONE, PHASE_FAILED
 from pneuflex_sim.simulation import Simulation
+from softhand_common.numerics.arrays import Array
 from softhand_play.frames import (
     INTERVAL,
     Frame,
@@ -28,8 +26,6 @@ from softhand_play.frames import (
 )
 from softhand_play.messages import Look, Report
 from softhand_trials.trials import StartedScene, TrialSettings
-
-Array = NDArray[np.float64]
 
 HISTORY_SPAN = 20.0  # simulated time shown in the plots [s]
 LARGEST_DELAY = 0.2  # wall time; a simulation that is later does not try to catch up [s]

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.pictures.render import HandState, Renderer
@@ -28,11 +27,10 @@ from softhand_bringup.film.command import camera_of, draw
 from softhand_bringup.film.recording import Recording
 from softhand_bringup.film.writing import open_film
 from softhand_common.documents.quoted import listed
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_play.frames import INTERVAL, NO_ARROWS, Frame, StaticScene, Track
-
-Array = NDArray[np.float64]
 
 FILM_SIZE = (640, 480)  # [pixels]
 LONGEST_RUN = 3600.0  # read from a bag [s]

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from grasp_strategies.strategy import load_strategy
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.lab_story.fingers import PRESSURE_STEPS, Fingers, fingers_of
 from softhand_common.documents.quoted import quoted
+from softhand_common.numerics.arrays import Array
 from softhand_play.frames import World
 from softhand_play.page_context import PageContext
 from softhand_play.recorded import read_bag
@@ -21,8 +21,6 @@ from softhand_play.view import HandView, wxyz
 from softhand_play.widgets import NOTHING, offer
 from softhand_trials.sweep.results import read_results
 from softhand_trials.sweep.trial_task import trial_of
-
-Array = NDArray[np.float64]
 
 CELL_SIZE = 0.012  # side of a cell as it is drawn [m]
 MAP_CENTER = np.array([-0.1, 0.36, 0.002])  # beside the hand [m]

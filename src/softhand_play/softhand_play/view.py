@@ -18,9 +18,9 @@ from pneuflex_sim.pictures.render import (
 from pneuflex_sim.pictures.skin import COARSE_SKIN, RUBBER_MATERIAL, HandSkin
 from pneuflex_sim.pictures.surfaces import pressure_color
 from pneuflex_sim.scene.mesh import Mesh, creased, merged
+from softhand_common.numerics.arrays import Array
 from softhand_play.frames import Frame, StaticScene
 
-Array = NDArray[np.float64]
 Triangles = NDArray[np.uint32]
 Color = tuple[int, int, int]
 

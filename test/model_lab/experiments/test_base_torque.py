@@ -21,10 +21,10 @@ from model_lab.experiments.kept_bodies import Recent
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from softhand_model.effects import StructureEffect, effect_classes
-from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.hand.section import free_curvature, rule_stiffness, side_wall_ratio
 from softhand_model.model_file import load_model
+from thesis.chapter_3_and_5.planar import Stop, equilibrium, linear_springs, planar_finger
 
 EFFECTS = effect_classes()
 SIZE = {

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.calibration.command import BOTTLE, calibrate, main
-from pneumaticbox_driver.calibration.file import load_calibration, save_calibration
+from pneumaticbox_driver.calibration.command import calibrate, main
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.calibration.regression import (
     Pulse,
-    fit_channel,
     fit_pulses,
     regressors,
 )
-from pneumaticbox_driver.observer.coefficients import ChannelCalibration, PulseCoefficients
+from pneumaticbox_driver.observer.coefficients import PulseCoefficients
 
 KNOWN = PulseCoefficients(-2e-7, 3e-13, 1.2e-10, 2.5e-12, -1.9e-12)
 VENTING = PulseCoefficients(1e-8, 2e-11, 9.8e-10, -1.2e-11)
@@ -112,34 +111,6 @@ def test_a_new_calibration_agrees_with_the_shipped_one(fresh_pulses):
         np.testing.assert_allclose(
             design @ getattr(again, name).as_array(), expected, atol=0.15e-6, rtol=0.02
         )
-
-
-def test_a_saved_calibration_is_read_back(tmp_path):
-    channels = [fit_channel(synthetic(KNOWN, True) + synthetic(VENTING, False))]
-    path = tmp_path / "box.yaml"
-    save_calibration(path, "mine", channels, BOTTLE)
-    (read,) = load_calibration(path, 1)
-    assert isinstance(read, ChannelCalibration)
-    np.testing.assert_allclose(read.inflate.as_array(), KNOWN.as_array(), rtol=1e-5)
-    assert read.points == 120
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "expected"),
-    [
-        ("calibration/2", "calibration/9", "format: expected one of pneumaticbox-calibration/2"),
-        ("points: 120", "points: many", "outlets[0].points: expected a whole number"),
-        ("friction:", "frction:", "outlets[0].inflate: expected the key friction"),
-    ],
-)
-def test_a_damaged_file_is_refused_by_file_key_expected_and_got(tmp_path, old, new, expected):
-    path = tmp_path / "box.yaml"
-    channels = [fit_channel(synthetic(KNOWN, True) + synthetic(VENTING, False))]
-    save_calibration(path, "mine", channels, BOTTLE)
-    path.write_text(path.read_text().replace(old, new, 1))
-    with pytest.raises(ValueError) as error:
-        load_calibration(path, 1)
-    assert "box.yaml" in str(error.value) and expected in str(error.value)
 
 
 def test_a_file_with_too_few_outlets_is_refused():

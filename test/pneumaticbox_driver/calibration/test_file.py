@@ -74,7 +74,10 @@ def test_format_1_is_refused_by_name_with_the_command_that_makes_a_new_one(saved
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
+        ("calibration/2", "calibration/9", "format: expected one of pneumaticbox-calibration/2"),
         ("outlet: 3", "outlt: 3", "outlets[0]: expected a mapping with the key outlet"),
+        ("points: ", "points: many # ", "outlets[0].points: expected a whole number"),
+        ("friction:", "frction:", "outlets[0].inflate: expected the key friction"),
         ("date: ", "day: ", "expected the key date"),
         ("conductance: ", "conductivity: ", "outlets[0].leak: expected the key conductance"),
         (

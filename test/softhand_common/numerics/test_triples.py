@@ -41,8 +41,8 @@ def test_rotation_vectors_undo_the_exponential():
 def test_products_and_inverses_are_those_of_numpy():
     a, b = np.random.default_rng(6).normal(size=(2, 3, 3))
     rows, others = (tuple(map(tuple, m)) for m in (a, b))
-    assert np.array(triples.product(rows, others)) == pytest.approx(a @ b)
-    assert np.array(triples.turned(rows, others[0])) == pytest.approx(a @ b[0])
+    assert np.array(triples.multiply(rows, others)) == pytest.approx(a @ b)
+    assert np.array(triples.apply(rows, others[0])) == pytest.approx(a @ b[0])
     assert np.array(triples.inverse(rows)) == pytest.approx(np.linalg.inv(a))
     assert np.array(triples.transposed(rows)) == pytest.approx(a.T)
     assert np.array(triples.cross(rows[0], others[0])) == pytest.approx(np.cross(a[0], b[0]))

@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from softhand_model.chain.chain import discretise
 from softhand_model.equilibrium.joint_springs import JointSprings
-from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 from softhand_model.equilibrium.spatial import HeldChain, Hold
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model
+from thesis.chapter_3_and_5.planar import Stop, equilibrium, linear_springs, planar_finger
 
 FINGER = load_hand("single_finger").chain("finger")
 

@@ -8,12 +8,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 from softhand_model.chain.segments import cut_chain
-from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 from softhand_model.hand import joint_stiffness as side_stiffness
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.hand.section import bending_stiffness, side_wall_share
+from thesis.chapter_3_and_5.planar import Stop, equilibrium, linear_springs, planar_finger
 
 G = 67e3  # [Pa]
 SIZES = [(0.020, 0.020, 0.002, 0.002), (0.009, 0.009, 0.003, 0.003), (0.018, 0.024, 0.001, 0.002)]

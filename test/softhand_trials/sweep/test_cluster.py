@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import psutil
 import pytest
 from distributed import LocalCluster
 
@@ -36,27 +37,36 @@ def plan(write_strategy):
     return SweepPlan("map", settings, (SweptObject("cylinder"), SweptObject("ball")), cells)
 
 
+@pytest.fixture(scope="module")
+def local():
+    with LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as local:
+        yield local
+
+
 def without_times(record):
     return {key: value for key, value in record.items() if key not in TIMES}
 
 
-def test_a_cluster_gives_what_one_process_gives_and_a_killed_worker_costs_nothing(plan, tmp_path):
-    with LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as local:
-        killed = []
+def test_the_cluster_of_these_tests_listens_on_loopback_alone(local):
+    sockets = psutil.Process().net_connections()
+    assert {one.laddr.ip for one in sockets if one.status == psutil.CONN_LISTEN} == {"127.0.0.1"}
 
-        def kill_one(client, lines):
-            """A worker, in the midst of the sweep."""
-            for record in results(client, lines):
-                if not killed:
-                    killed.append(local.workers[0].pid)
-                    os.kill(killed[0], signal.SIGKILL)
-                yield record
 
-        results, cluster._results = cluster._results, kill_one
-        try:
-            records = run_sweep(plan, tmp_path / "dask", scheduler=local.scheduler_address)
-        finally:
-            cluster._results = results
+def test_a_cluster_gives_what_one_process_gives_and_a_killed_worker_costs_nothing(
+    plan, local, tmp_path, monkeypatch
+):
+    results, killed = cluster._results, []
+
+    def kill_one(client, lines):
+        """A worker, in the midst of the sweep."""
+        for record in results(client, lines):
+            if not killed:
+                killed.append(local.workers[0].pid)
+                os.kill(killed[0], signal.SIGKILL)
+            yield record
+
+    monkeypatch.setattr(cluster, "_results", kill_one)
+    records = run_sweep(plan, tmp_path / "dask", scheduler=local.scheduler_address)
     assert len(killed) == 1
     written = [record["key"] for record in read_results(tmp_path / "dask")]
     assert sorted(written) == sorted(line.key for line in plan.tasks())
@@ -67,7 +77,9 @@ def test_a_cluster_gives_what_one_process_gives_and_a_killed_worker_costs_nothin
         assert without_times(by_key[record["key"]]) == without_times(record)
 
 
-def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_it_goes_on_later(plan, tmp_path):
+def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_it_goes_on_later(
+    plan, tmp_path, monkeypatch
+):
     start = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
     scheduler = subprocess.Popen(
         [*start, "--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"],
@@ -80,7 +92,7 @@ def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_it_goes_on_later(pl
         + ["--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-nanny"],
         stderr=subprocess.DEVNULL,
     )
-    done = []
+    results, done = cluster._results, []
 
     def kill_scheduler(client, lines):
         for record in results(client, lines):
@@ -89,12 +101,11 @@ def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_it_goes_on_later(pl
                 scheduler.kill()
             yield record
 
-    results, cluster._results = cluster._results, kill_scheduler
+    monkeypatch.setattr(cluster, "_results", kill_scheduler)
     try:
         with pytest.raises(ConnectionError, match="scheduler"):
             run_sweep(plan, tmp_path, scheduler=address)
     finally:
-        cluster._results = results
         for process in (worker, scheduler):
             process.kill()
             process.wait()
@@ -122,7 +133,7 @@ def test_batches_are_of_one_hand_and_scene_and_enough_for_all_workers(plan):
     assert max(map(len, cluster.batches(lines * 50, 2))) == cluster.LARGEST_BATCH
 
 
-def test_a_search_on_a_cluster_evaluates_what_it_does_here(tmp_path):
+def test_a_search_on_a_cluster_evaluates_what_it_does_here(local, tmp_path):
     problem = SearchProblem(
         "bowl",
         "search_objectives:bowl",
@@ -131,8 +142,7 @@ def test_a_search_on_a_cluster_evaluates_what_it_does_here(tmp_path):
         allow_any=True,
     )
     alone = run_search(problem, tmp_path / "alone", jobs=0)
-    with LocalCluster(1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as local:
-        there = run_search(problem, tmp_path / "dask", scheduler=local.scheduler_address)
+    there = run_search(problem, tmp_path / "dask", scheduler=local.scheduler_address)
     pairs = zip(there.records, alone.records, strict=True)
     assert all(a["values"] == b["values"] and a["cost"] == b["cost"] for a, b in pairs)
     assert there.records[0]["process"] != alone.records[0]["process"]

@@ -11,7 +11,7 @@ from pathlib import Path
 import dask
 import psutil
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 
 from softhand_trials.sweep import read_results
 from softhand_trials.sweep.cluster import Cluster, check_address
@@ -143,11 +143,6 @@ def test_a_configuration_that_demands_encryption_is_kept():
         pytest.raises(ValueError, match="expected tls://, as Dask's configuration demands"),
     ):
         next(Cluster("tcp://127.0.0.1:9").run(["a line"]))
-
-
-def test_a_cluster_that_a_test_starts_listens_on_loopback_alone():
-    with LocalCluster(1, dashboard_address=None, host="127.0.0.1"):
-        assert listening(psutil.Process()) == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,10 @@ def test_a_line_that_is_no_trial_is_refused_in_one_line(written, capsys, changed
         raise ValueError(line)
 
 
-@pytest.mark.parametrize("text", ["[" * 100_000, '{"key": NaN}', '{"key": 1e999}', "\xff", "[]"])
+@pytest.mark.parametrize(
+    "text",
+    [pytest.param("[" * 100_000, id="deep"), '{"key": NaN}', '{"key": 1e999}', "\xff", "[]"],
+)
 def test_what_is_no_record_is_refused(tmp_path, text):
     (tmp_path / "results.jsonl").write_bytes(text.encode("latin-1") + b"\n")
     with pytest.raises(ValueError, match=r"results\.jsonl:1: "):

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.profile import ConstantProfile
 from thesis.chapter_3_and_5 import (
@@ -20,6 +19,7 @@ from thesis.chapter_3_and_5 import (
     wall_thickness,
 )
 from thesis.chapter_3_and_5.base_torque import gripped_part, pushed
+from thesis.chapter_3_and_5.planar import planar_finger
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
 from thesis.frame import NoParameters
 

@@ -9,6 +9,7 @@ from softhand_model.gas import GAS_CONSTANT, orifice_flow
 from thesis.chapter_4 import drift_pulses, finger_posture, six_channels, supply_rejection
 from thesis.chapter_4.boxes import PERIOD, SUPPLIES, box_of, inlet_flows
 from thesis.chapter_4.finger_posture import Fingers
+from thesis.chapter_4.flow_function import psi_approx
 from thesis.chapter_4.rig_run import final_drift, under
 from thesis.frame import Job, experiments
 
@@ -27,6 +28,7 @@ def test_the_flow_functions_differ_by_what_the_errata_list(small):
     report = small("flow_function")[1]
     assert report["RMS error, scaled to fit"] == pytest.approx(0.9, abs=0.05)
     assert report["Psi at sonic flow, factor 7.0 as printed"] == pytest.approx(0.685, abs=5e-4)
+    np.testing.assert_array_equal(psi_approx(np.array([1.0, 1.3])), 0.0)
 
 
 def test_the_noise_of_the_ground_truth_is_that_of_two_averaged_readings(small):

@@ -12,9 +12,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 CONE_EDGES = 16  # of the pyramid within a cone of friction, at most 2 % too small
 PATCH_ARM = 3.0 * np.pi / 16.0  # torque over friction force and radius of a round patch (Hertz)

@@ -37,10 +37,7 @@ PARAMETERS = (
         read_only=False,
     ),
     Parameter(
-        LOWER_AND_RELEASE,
-        True,
-        "put the object down and let it go after the hold",
-        read_only=False,
+        LOWER_AND_RELEASE, True, "put the object down and let it go after the hold", read_only=False
     ),
     Parameter(
         "control_step",

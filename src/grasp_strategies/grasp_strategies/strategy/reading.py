@@ -49,7 +49,7 @@ from grasp_strategies.strategy.description import (
     Vector,
     Waypoint,
 )
-from grasp_strategies.strategy.tried_with import TRIED_WITH_KEYS, read_tried_with
+from grasp_strategies.strategy.tried_with import POSITION_BOUNDS, TRIED_WITH_KEYS, read_tried_with
 from softhand_common.documents.quoted import listed, unknown
 from softhand_common.documents.yaml_document import Bounds, Node, is_document, read_document
 
@@ -86,7 +86,6 @@ ACTION_KEYS = (
 )
 
 DURATION_BOUNDS = Bounds(0.0, 3600.0, "s")
-POSITION_BOUNDS = Bounds(-10.0, 10.0, "m")
 ANGLE_BOUNDS = Bounds(-4.0 * math.pi, 4.0 * math.pi, "rad")
 AIR_MASS_BOUNDS = Bounds(0.0, 0.1, "kg")  # 80 l
 PRESSURE_BOUNDS = Bounds(0.0, 1e6, "Pa")

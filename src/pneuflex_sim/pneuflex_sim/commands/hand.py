@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
 from softhand_common.documents.output_file import PICTURES, check_new, save_figure, write_new
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-
-Array = NDArray[np.float64]
 
 KILO = 1e3
 HAND_PICTURE_FOLDER = Path("out/hand")

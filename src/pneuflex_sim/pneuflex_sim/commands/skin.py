@@ -11,20 +11,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.pictures.hand_picture import hand_at_rest
+from pneuflex_sim.pictures.hand_picture import UPRIGHT, hand_at_rest
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from pneuflex_sim.scene.mesh import write_meshes
 from softhand_common.documents.output_file import check_new, written_whole
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import HandDescription, load_hand
-
-Array = NDArray[np.float64]
 
 SKIN_FOLDER = Path("out/skin")
 VIEW_ANGLES = ((90.0, -12.0), (35.0, -15.0))  # yaw and pitch [deg]: on the palm, from the side
 DEFAULT_PRESSURE_SHARE = 0.4  # of the pressure limits, where no pressure is given
 SKIN_PICTURE_SIZE = (480, 480)
 SKIN_CAMERA = Camera(target=(0.0, 0.0, 0.10), distance=0.52, view_angle=32.0)
-UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 
 
 def parser() -> argparse.ArgumentParser:

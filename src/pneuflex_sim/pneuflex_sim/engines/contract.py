@@ -10,9 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.layout import HandLayout
 from pneuflex_sim.hand.wrist import Wrist
@@ -22,8 +19,7 @@ from pneuflex_sim.scene.object_protocol import BodyOfObject
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.world import SolverSettings
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

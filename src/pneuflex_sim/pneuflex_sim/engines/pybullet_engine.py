@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.engines.contract import Surroundings
@@ -20,9 +19,8 @@ from pneuflex_sim.scene.friction import BodyFriction
 from pneuflex_sim.scene.object_body import ObjectBody
 from pneuflex_sim.scene.scenes import build_scene
 from pneuflex_sim.world import BulletState, World
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects.load import STANDARD_GRAVITY
-
-Array = NDArray[np.float64]
 
 FAR_PLACE = np.array([0.0, 0.0, 100.0])  # of hand and scene [m]
 

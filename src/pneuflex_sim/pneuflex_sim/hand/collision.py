@@ -9,15 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.hand.layout import Body, HandLayout
+from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import rotate
 from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
 from softhand_model.hand.hand import WRIST, HandDescription
-
-Array = NDArray[np.float64]
 
 HULL_PIECES, BOXES = "pieces", "boxes"  # kinds of collision shapes
 COLLISION_KINDS = (HULL_PIECES, BOXES)

@@ -6,13 +6,11 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.layout import HandLayout
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.dynamics.joint_springs import STOP_ANGLE
-
-Array = NDArray[np.float64]
 
 # times the largest pressure limit, where the tables of the rest shape end
 SEARCHED_PRESSURE_SHARE = 3.0

@@ -7,16 +7,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.layout import HandLayout
+from softhand_common.numerics.arrays import Array
 from softhand_model.dynamics.chain import not_placed, place_links
 from softhand_model.effects import OutputEffect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 SENSED_QUANTITY = "tip_angle"  # of output effects that act on the sensors
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.hulls import SMALLEST_EDGE
 from softhand_model.chain.segments import link_inertia
@@ -20,8 +20,6 @@ from softhand_model.dynamics.joint_springs import Springs
 from softhand_model.effects.hand import altered, damping_time
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 MAX_SPHERICAL_JOINTS = 30  # beyond that PyBullet returns empty joint states without an error
 ADDED_INERTIA = 0.2  # at a step of 1 ms [-]

@@ -12,13 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.kinematics import HandShape
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.hulls import SMALLEST_EDGE
 from softhand_model.chain.outline import ChainOutline, cross_section
 
-Array = NDArray[np.float64]
 Section = Callable[[ChainOutline, float], Array]  # points (k, 2) [m] of the section at a place [m]
 
 PAD, BACK, LEFT, RIGHT, TIP = "pad", "back", "+y", "-y", "tip"
@@ -129,11 +128,9 @@ class SkinPlaces:
             flank = [-0.3 * height, 0.5 * width]  # as `_girth` has it
             return np.array(
                 [
-                    {
-                        BACK: [-height, 0.0],
-                        LEFT: flank,
-                        RIGHT: [flank[0], -flank[1]],
-                    }.get(side, [0.0, 0.0])
+                    {BACK: [-height, 0.0], LEFT: flank, RIGHT: [flank[0], -flank[1]]}.get(
+                        side, [0.0, 0.0]
+                    )
                 ]
             )
 

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import HandDescription
-
-Array = NDArray[np.float64]
 
 MILLI, KILO = 1e-3, 1e3
 CHANNEL_PLOT_COLORS = tuple(f"C{k}" for k in range(10))  # of the channels

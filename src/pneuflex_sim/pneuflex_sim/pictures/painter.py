@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from softhand_common.numerics.arrays import Array
+
 if TYPE_CHECKING:
     from pneuflex_sim.pictures.render import Camera, Color
-
-Array = NDArray[np.float64]
 Shown = tuple[Array, "Color"]  # corners (t, 3, 3) [m] in the world, and colour
 
 NEAREST = 0.02  # [m] before the camera; what is nearer is left out

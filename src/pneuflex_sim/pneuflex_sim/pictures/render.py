@@ -20,10 +20,10 @@ from pneuflex_sim.pictures.skin import RUBBER_MATERIAL, SCAFFOLD_MATERIAL, SHEET
 from pneuflex_sim.scene.mesh import Mesh, box
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
 
-Array = NDArray[np.float64]
 Color = tuple[float, float, float, float]  # red, green, blue, opacity
 
 TABLE_HALF, WALL_HALF = (0.6, 0.6, 0.05), (0.15, 0.6, 0.01)  # half extents as drawn [m]

@@ -16,12 +16,12 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.scene.mesh import Mesh, box, mesh_of, tube, tube_triangles
+from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import from_rpy
 from softhand_model.chain.outline import ChainOutline, cross_section
 from softhand_model.hand.hand import WRIST
 from softhand_model.hand.palm_sheet import PalmSheet
 
-Array = NDArray[np.float64]
 Frames = tuple[Array, Array]  # origins (b, 3) [m] and rotation matrices (b, 3, 3)
 
 TIP_ROUNDING = 0.4  # radius at the tip, as a share of height or width there

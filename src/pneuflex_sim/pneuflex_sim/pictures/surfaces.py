@@ -5,7 +5,6 @@ forces: along the normal, and friction.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.pictures.object_surface import object_mesh
@@ -20,9 +19,8 @@ from pneuflex_sim.pictures.skin import COARSE_SKIN, HandSkin
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.scene.mesh import Mesh, box
 from pneuflex_sim.simulation import Simulation
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import HandDescription
-
-Array = NDArray[np.float64]
 
 UNPRESSURIZED_COLOR, PRESSURE_LIMIT_COLOR = (
     (0.96, 0.86, 0.68, 1.0),

@@ -8,16 +8,14 @@ from collections.abc import Callable
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from numpy.typing import NDArray
 from rclpy.node import Node
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from pneuflex_sim.ros.lockstep import StampedCommands
 from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation
+from softhand_common.numerics.arrays import Array
 from softhand_ros.topics import full_name, seconds
-
-Array = NDArray[np.float64]
 
 WORLD, WRIST_FRAME = "world", "wrist"
 TARGET_TOPIC, HOLD_TOPIC = "wrist/target_pose", "scene/hold_object"

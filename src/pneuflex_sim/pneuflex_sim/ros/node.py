@@ -37,12 +37,7 @@ from softhand_ros.parameters import Table, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.single import ALLOW_SECOND, Single
-from softhand_ros.topics import (
-    RELIABLE,
-    clock_conflict,
-    latched,
-    stamp_of_seconds,
-)
+from softhand_ros.topics import RELIABLE, clock_conflict, latched, stamp_of_seconds
 
 SERVE_SLICE = 0.001  # wall time for messages and services after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between checks of services while the simulation stands [s]
@@ -349,14 +344,7 @@ def run(node: HandSim, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; returns the exit status of `run_node`."""
-    return run_node(
-        "hand_sim",
-        HandSim,
-        run,
-        usage=HELP,
-        args=args,
-        failures=failures(),
-    )
+    return run_node("hand_sim", HandSim, run, usage=HELP, args=args, failures=failures())
 
 
 if __name__ == "__main__":

@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import QhullError
 
 from softhand_common.documents.output_file import written_whole
+from softhand_common.numerics.arrays import Array
 
 if TYPE_CHECKING:
     import trimesh  # else in functions, as it takes long to load
-
-Array = NDArray[np.float64]
 
 CREASE_ANGLE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides looks round
 MESH_SUFFIXES = (".stl", ".obj")

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -20,8 +19,7 @@ from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.solids import box_solid
 from pneuflex_sim.world import World
 from softhand_common.documents.output_file import write_file
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 # [rad] by which strips stand up and down at first: a flat sheet would not buckle
 HINGE_WAVE_ANGLE = 0.1

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.objects import ObjectDescription
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 
 class BodyOfObject(Protocol):

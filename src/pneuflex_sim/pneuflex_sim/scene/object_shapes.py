@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.scene.bodies import without_overlap
 from pneuflex_sim.scene.mesh import (
@@ -32,9 +31,9 @@ from pneuflex_sim.scene.solids import (
     joined,
     mesh_solid,
 )
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.hulls import COLLISION_MARGIN
 
-Array = NDArray[np.float64]
 Dimensions = Mapping[str, Any]
 
 CUP_STAVES = 16  # of a cup's wall

@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.object_protocol import BodyOfObject
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 SPRING_STIFFNESS, SPRING_TURN_STIFFNESS = 500.0, 5.0  # [N/m], [N m/rad]
 HOLDING_MASS, HOLDING_INERTIA = 0.1, 5e-4  # of what holds it [kg], [kg m2]

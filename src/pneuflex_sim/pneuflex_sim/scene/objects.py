@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.friction import FrictionTable
@@ -25,10 +24,9 @@ from softhand_common.documents.yaml_document import (
     is_document,
     read_document,
 )
+from softhand_common.numerics.arrays import Array
 from softhand_model.chain.hulls import COLLISION_MARGIN
 from softhand_model.hand import plausible
-
-Array = NDArray[np.float64]
 
 OBJECT_FORMAT, OBJECTS_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
 MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML

@@ -21,16 +21,15 @@ from importlib import import_module, metadata
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.bodies import bodies_of
 from pneuflex_sim.scene.mesh import Mesh, hull_mesh
 from softhand_common.documents.output_file import UnwritableFile, written_whole
+from softhand_common.numerics.arrays import Array
 from softhand_common.progress import Progress
-
-Array = NDArray[np.float64]
 
 NEAR_DIAGONAL = 1e-9  # products of inertia below this share of the trace count as none
 CONVEX_VOLUME_SHARE = 0.99  # share of the hull's volume from which a mesh counts as convex

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from pneuflex_sim.hand.wrist import WristParameters
@@ -14,9 +13,8 @@ from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation.config import SimulationConfig
 from pneuflex_sim.simulation.simulation import Simulation
 from pneuflex_sim.world import Diverged
+from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import to_rpy
-
-Array = NDArray[np.float64]
 
 FOLLOWING_ARM = WristParameters(
     stiffness=1e5, rotational_stiffness=3e3, force_limit=1e4, torque_limit=1e3, mass=1.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.engines import build_engine
@@ -22,13 +22,12 @@ from pneuflex_sim.scene.object_protocol import BodyOfObject
 from pneuflex_sim.scene.object_spring import HOLDING_MASS as HOLDING_MASS
 from pneuflex_sim.scene.object_spring import ObjectSpring
 from pneuflex_sim.simulation.config import SimulationConfig
+from softhand_common.numerics.arrays import Array
 from softhand_model.effects import FlowEffect
 from softhand_model.effects.hand import object_mass_factor
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.pneumatics.plant import PneumaticPlant
-
-Array = NDArray[np.float64]
 
 SAVED_ATTRIBUTES = (
     "steps",

@@ -16,12 +16,7 @@ from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, Trajecto
 from pneumaticbox_driver.box.estimates import EstimateCheck
 from pneumaticbox_driver.box.ranges import target_ranges
 from pneumaticbox_driver.calibration.run import CalibrationRun, CalibrationSession
-from pneumaticbox_driver.control.channels import (
-    PRESENT,
-    ChannelControl,
-    ControlError,
-    PulseTiming,
-)
+from pneumaticbox_driver.control.channels import PRESENT, ChannelControl, ControlError, PulseTiming
 from pneumaticbox_driver.control.interface import BoxView
 from pneumaticbox_driver.faults.fault_watch import FaultView, FaultWatch
 from pneumaticbox_driver.modes import MODES

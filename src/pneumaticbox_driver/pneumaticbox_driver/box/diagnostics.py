@@ -259,8 +259,7 @@ def _commands(box: PneumaticBox, link: LinkState) -> Report:
         report.raise_to(Level.WARN, f"{count} nodes command the box: the latest command wins")
     if link.storm:
         report.raise_to(
-            Level.WARN,
-            f"command storm: {link.storm:.0f} messages a second, the newest are taken",
+            Level.WARN, f"command storm: {link.storm:.0f} messages a second, the newest are taken"
         )
     return report
 

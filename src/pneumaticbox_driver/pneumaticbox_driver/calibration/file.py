@@ -296,10 +296,7 @@ def _negative_flow(name: str, calibration: ChannelCalibration) -> list[str]:
     low, high = (p + AMBIENT_PRESSURE for p in _within(calibration.pressure_range))
     supply = np.array([p + AMBIENT_PRESSURE for p in calibration.supply_range])
     channel = np.array([low, high])
-    ends = {
-        "inflate": (supply, channel[::-1]),
-        "deflate": (channel, np.full(2, AMBIENT_PRESSURE)),
-    }
+    ends = {"inflate": (supply, channel[::-1]), "deflate": (channel, np.full(2, AMBIENT_PRESSURE))}
     return [
         f"channel {name}: coefficients of {direction} give a negative flow: calibrate anew"
         for direction, (upstream, downstream) in ends.items()

@@ -28,10 +28,7 @@ def points_of(message: JointTrajectory) -> list[TrajectoryPoint]:
     """The points of a message as TrajectoryPoints."""
     return [
         TrajectoryPoint(
-            seconds(point.time_from_start),
-            point.positions,
-            point.velocities,
-            point.effort,
+            seconds(point.time_from_start), point.positions, point.velocities, point.effort
         )
         for point in message.points
     ]

@@ -463,14 +463,11 @@ def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
         node.keep_serving("service", node.serve_others, SERVE_SLICE)
 
 
-def run_board(
-    node: PneumaticBoxNode, stop: threading.Event, loop: DeadlineLoop | None = None
-) -> None:
-    """Read and command the board, while there is one, at a fixed rate until `stop` is set.
-
-    `loop` gives the rate; None for that of the parameter embedded_rate.
+def run_board(node: PneumaticBoxNode, stop: threading.Event) -> None:
+    """Read and command the board, while there is one, at the rate of the parameter embedded_rate
+    until `stop` is set.
     """
-    loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
+    loop = DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
 
     def step() -> None:
         if node.board is not None:

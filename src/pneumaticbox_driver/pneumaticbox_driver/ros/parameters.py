@@ -67,11 +67,7 @@ PARAMETERS = (
         read_only=False,
     ),
     Parameter(
-        "calibration_supplies",
-        2,
-        "supply pressures for calibrate",
-        bounds=(1, 20),
-        read_only=False,
+        "calibration_supplies", 2, "supply pressures for calibrate", bounds=(1, 20), read_only=False
     ),
     Parameter(
         "calibration_leak_test",

@@ -12,13 +12,12 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import Qos
 from rosbags.typesys import Stores, get_typestore
 
 from softhand_bringup.bags.writing import BagWriter
+from softhand_common.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 TF, TF_STATIC, TF_TYPE = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
 WORLD = "world"
 KINDS = {  # of the topics from which frames are made

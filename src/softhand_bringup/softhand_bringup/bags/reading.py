@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from model_lab.measurements.bags.limits import AnyReader
 from softhand_common.documents.quoted import shortened
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

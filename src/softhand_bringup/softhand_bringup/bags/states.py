@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from softhand_bringup.bags.writing import BagWriter
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 STATE_TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",

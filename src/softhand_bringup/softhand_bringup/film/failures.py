@@ -16,7 +16,6 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_strategies.judging.failure import GraspWatch
 from grasp_strategies.judging.judge import OUTCOME_GRIPPED, GraspResult
@@ -25,13 +24,13 @@ from pneuflex_sim.pictures.render import HandState, Renderer
 from softhand_bringup.film.command import CAMERA_VIEWS, camera_of
 from softhand_bringup.film.recording import FilmedScene, Recording
 from softhand_common.documents.output_file import save_figure
+from softhand_common.numerics.arrays import Array
 from softhand_common.progress import Progress
 from softhand_trials.sweep.results import read_results
 from softhand_trials.sweep.trial_task import trial_of
 from softhand_trials.trials import started_scene
 
 Record = Mapping[str, Any]
-Array = NDArray[np.float64]
 
 FRAME_OFFSETS = (-1.0, -0.4, 0.0, 0.4)  # [s] from the failure to each picture of it
 FAILURE_SIZE = (480, 400)  # of a picture [pixels]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grasp_strategies.in_process_scene import InProcessScene
 from pneuflex_sim.pictures.render import HandState, Renderer
@@ -23,14 +22,8 @@ from softhand_bringup.figures import (
     recorded_segments,
     recorded_states,
 )
-from softhand_trials.trials import (
-    Placement,
-    TrialSettings,
-    run_in_process,
-    started_scene,
-)
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
+from softhand_trials.trials import Placement, TrialSettings, run_in_process, started_scene
 
 NEAR_WRIST = 0.40  # from wrist to object [m]; an object at the fingertips is nearer
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.layout import HandLayout
 from pneuflex_sim.pictures.render import HandState
@@ -19,9 +18,8 @@ from softhand_common.documents.json_document import read_json
 from softhand_common.documents.output_file import write_file
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import Node
+from softhand_common.numerics.arrays import Array
 from softhand_model.model_file import FORMAT as MODEL_FORMAT
-
-Array = NDArray[np.float64]
 
 DIAGNOSIS_FORMAT = "softhand-diagnosis/1"
 PRESSURE_STEPS = 9  # from 0 to the largest measured pressure

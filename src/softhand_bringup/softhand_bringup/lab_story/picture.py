@@ -20,11 +20,10 @@ from softhand_common.documents.json_document import read_json
 from softhand_common.documents.output_file import save_figure
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import Node
+from softhand_common.numerics.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 SESSIONS = {"measured": "base model", "mended": "with the effect added"}
 
 

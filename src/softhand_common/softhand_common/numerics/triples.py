@@ -1,7 +1,8 @@
 """Vectors and rotations of a single point inside compiled kernels.
 
 Vectors are tuples of three numbers and matrices tuples of three rows, which the compiler keeps in
-registers. `vector_at` and `matrix_at` read them from arrays (3, n) and (3, 3, n) over points.
+registers. Vectors that are only read may also be rows of arrays. `vector_at` and `matrix_at` read
+from arrays (3, n) and (3, 3, n) over points.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand_common.numerics.compiled import compiled
+from softhand_common.numerics.compiled import compiled, without_allocation
 
 SMALL_SQUARE = 0.5  # [rad2] below which the coefficients are computed from their series
 SERIES_TERMS = 7  # exact to rounding
@@ -47,25 +48,25 @@ def scaled(factor: float, a: Vector) -> Vector:
     return (factor * a[0], factor * a[1], factor * a[2])
 
 
-@compiled
+@without_allocation
 def plus(a: Vector, b: Vector) -> Vector:
     """Sum of vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@compiled
+@without_allocation
 def minus(a: Vector, b: Vector) -> Vector:
     """Difference of vectors."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@compiled
+@without_allocation
 def dot(a: Vector, b: Vector) -> float:
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@compiled
+@without_allocation
 def cross(a: Vector, b: Vector) -> Vector:
     """Cross product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
@@ -77,7 +78,7 @@ def largest(a: Vector) -> float:
     return max(abs(a[0]), abs(a[1]), abs(a[2]))
 
 
-@compiled
+@without_allocation
 def transposed(m: Matrix) -> Matrix:
     """Transpose."""
     return (
@@ -87,17 +88,17 @@ def transposed(m: Matrix) -> Matrix:
     )
 
 
-@compiled
-def turned(m: Matrix, a: Vector) -> Vector:
+@without_allocation
+def apply(m: Matrix, a: Vector) -> Vector:
     """Matrix times vector."""
     return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
 
 
-@compiled
-def product(m: Matrix, n: Matrix) -> Matrix:
+@without_allocation
+def multiply(m: Matrix, n: Matrix) -> Matrix:
     """Product of matrices."""
     columns = transposed(n)
-    return (turned(columns, m[0]), turned(columns, m[1]), turned(columns, m[2]))
+    return (apply(columns, m[0]), apply(columns, m[1]), apply(columns, m[2]))
 
 
 @compiled

@@ -21,6 +21,7 @@ from softhand_common.documents.yaml_document import NAME_RULE, Bounds, DocumentE
 from softhand_common.documents.yaml_reading import read_yaml
 from softhand_design.commands import design_output as output
 from softhand_design.commands.design_output import KILO, MILLI
+from softhand_design.commands.materials import within
 from softhand_design.hand_file import finger_text
 from softhand_design.requirements import RequirementError, Requirements, of_numbers
 from softhand_design.sizing import Design, Ranking, design_actuator, rank_rubbers
@@ -287,13 +288,3 @@ def chosen_rubber(
     modulus = within("modulus", modulus, REQUIRED_MODULUS)
     max_stretch = within("max-stretch", max_stretch, REQUIRED_STRETCH)
     return Rubber("custom", "", "", max_stretch, modulus * KILO, found.density)
-
-
-def within(option: str, value: float, bounds: Bounds) -> float:
-    """The value of an option, if it is within bounds; else raises ValueError naming option and
-    bounds.
-    """
-    if not bounds.low <= value <= bounds.high:
-        limits = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}".rstrip()
-        raise ValueError(f"{option}: expected {limits}, got {value:g}")
-    return value

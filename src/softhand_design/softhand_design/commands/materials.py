@@ -134,11 +134,7 @@ def _parser() -> argparse.ArgumentParser:
     number: dict[str, Any] = {"type": float}
     youngs = "Young's modulus of the rubber [MPa] (%(default)s)"
     add = _adder(commands, "table", rubbers, "rubbers and their suitability (Table 3.2)")
-    add(
-        "--tear-strength",
-        **number,
-        help="of all rubbers [kPa], to add the index by eq. 3.11",
-    )
+    add("--tear-strength", **number, help="of all rubbers [kPa], to add the index by eq. 3.11")
     add = _adder(commands, "fibres", fibres, "how far fibres let the hull grow (Table 3.1)")
     add("--modulus", **number, default=SOFT_SILICONE, help=youngs)
     add("--share", **number, help="share of fibre in the hull's volume [-] (0.02)")
@@ -166,7 +162,7 @@ def rubbers(options: argparse.Namespace) -> str:
     """Output of the command `table`."""
     strength = options.tear_strength
     if strength is not None:
-        strength = KILO * _within("tear-strength", strength, Bounds(1.0, 1e6, "kPa"))
+        strength = KILO * within("tear-strength", strength, Bounds(1.0, 1e6, "kPa"))
     return rubber_table(strength)
 
 
@@ -174,30 +170,30 @@ def fibres(options: argparse.Namespace) -> str:
     """Output of the command `fibres`."""
     share = load_fibres().share if options.share is None else options.share
     return fibre_table(
-        MEGA * _within("modulus", options.modulus, MODULUS),
-        _within("share", share, STRETCH_SHARE),
-        _within("stretch", options.stretch, STRETCH),
+        MEGA * within("modulus", options.modulus, MODULUS),
+        within("share", share, STRETCH_SHARE),
+        within("stretch", options.stretch, STRETCH),
     )
 
 
 def defects(options: argparse.Namespace) -> str:
     """Output of the command `defect`."""
     used = [thread.width / MICRO for thread in load_fibres().threads.values()]
-    widths = [MICRO * _within("widths", width, WIDTH) for width in options.widths or used]
+    widths = [MICRO * within("widths", width, WIDTH) for width in options.widths or used]
     energy = options.surface_energy
     if energy is not None:
-        _within("surface-energy", energy, ENERGY)
-    return defect_table(widths, MEGA * _within("modulus", options.modulus, MODULUS), energy)
+        within("surface-energy", energy, ENERGY)
+    return defect_table(widths, MEGA * within("modulus", options.modulus, MODULUS), energy)
 
 
 def rubber_for(options: argparse.Namespace) -> str:
     """Output of the command `choose`; raises ValueError if no rubber suits."""
-    curvature = _within("curvature", options.curvature, FINGER_CURVATURE)
-    stiffness = MILLI * _within("stiffness", options.stiffness, STIFFNESS)
+    curvature = within("curvature", options.curvature, FINGER_CURVATURE)
+    stiffness = MILLI * within("stiffness", options.stiffness, STIFFNESS)
     diameter = options.diameter
     if diameter is not None:
-        diameter = MILLI * _within("diameter", diameter, DIAMETER)
-    share = _within("share", options.share, STRETCH_SHARE)
+        diameter = MILLI * within("diameter", diameter, DIAMETER)
+    share = within("share", options.share, STRETCH_SHARE)
     choices = choose(curvature, stiffness, diameter, share)
     needed = demand(curvature, stiffness)
     if options.json:
@@ -215,7 +211,10 @@ def rubber_for(options: argparse.Namespace) -> str:
     return shown
 
 
-def _within(option: str, value: float, bounds: Bounds) -> float:
+def within(option: str, value: float, bounds: Bounds) -> float:
+    """The value of an option, if it is within bounds; else raises ValueError naming option and
+    bounds.
+    """
     if not bounds.low <= value <= bounds.high:
         limits = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}".rstrip()
         raise ValueError(f"{option}: expected {limits}, got {value:g}")

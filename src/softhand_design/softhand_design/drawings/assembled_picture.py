@@ -14,8 +14,6 @@ from pneuflex_sim.pictures.render import Camera, draw_mesh, photograph
 from pneuflex_sim.scene.mesh import Mesh, creased, mesh_of
 from softhand_design.kit.kit import Kit
 
-Array = NDArray[np.float64]
-
 MILLI = 1e-3
 PART_COLORS = {"actuators": "#e8894a", "passive layers": "#7a3b1d", "scaffold": "#59606f"}
 PART_COLORS |= {"saddles": "#2f7d4f", "sheet": "#f3d2a0"}

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from pneuflex_sim.bullet import pybullet
 from pneuflex_sim.pictures.render import Camera, draw_mesh, photograph
 from pneuflex_sim.scene.mesh import creased, mesh_of
+from softhand_common.numerics.arrays import Array
 from softhand_design.mould.parts import Mould
 from softhand_design.mould.report import CheckedMould
-
-Array = NDArray[np.float64]
 
 MILLI = 1e-3
 COLORS = {"shell": "#8fa3bf", "core": "#6c7686", "rubber": "#f0a35a"}

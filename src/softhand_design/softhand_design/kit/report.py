@@ -10,11 +10,9 @@ from typing import Any
 from softhand_common.documents.output_file import json_text, write_files
 from softhand_design.kit.bill import Item, bill_csv, bill_of, bill_text
 from softhand_design.kit.checks import check_kit
-from softhand_design.kit.kit import Kit, build_kit
-from softhand_design.kit.parameters import KitParameters
+from softhand_design.kit.kit import Kit
 from softhand_design.kit.part import Part
 from softhand_design.mould.checks import Check, check_lines, shown_failures
-from softhand_model.hand.hand import HandDescription
 
 FORMAT = "softhand-parts/1"
 PARTS_NOTE = (
@@ -64,11 +62,6 @@ class CheckedKit:
         rows = [f"Parts of {self.kit.hand.name}", "", *check_lines(self.checks), ""]
         rows += [f"{name + ':':<28}{far:g} mm" for name, far in self.moved.items() if far]
         return "\n".join([*rows, PARTS_NOTE]) + "\n"
-
-
-def make_kit(hand: HandDescription, used: KitParameters | None = None) -> CheckedKit:
-    """Build and check all parts of a hand; raises ValueError as `build_kit` does."""
-    return checked_kit(build_kit(hand, used))
 
 
 def checked_kit(kit: Kit) -> CheckedKit:

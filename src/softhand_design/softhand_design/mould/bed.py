@@ -13,13 +13,11 @@ from pathlib import Path
 
 import manifold3d
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand_common.documents.output_file import write_file
+from softhand_common.numerics.arrays import Array
 from softhand_design.mould.measure import stl_of
 from softhand_design.mould.report import PARTS, CheckedMould
-
-Array = NDArray[np.float64]
 
 SPACE = 4.0  # between parts [mm]
 TURNS = (0.0, 90.0)

@@ -110,11 +110,7 @@ def rubber_volumes(found: Finished, actuator: Actuator) -> Volumes:
     model = actuator.rubber_volume() * MM3
     listed["shrinkage"] = (model + sum(listed.values())) * (scale**3 - 1.0)
     return Volumes(
-        model,
-        listed,
-        found.cast.volume(),
-        actuator.chamber_volume() * MM3,
-        _chamber(found),
+        model, listed, found.cast.volume(), actuator.chamber_volume() * MM3, _chamber(found)
     )
 
 

@@ -74,15 +74,13 @@ def build_mould(
     return Mould(line, used, chambers, fillet, shell.scale(grow), core.scale(grow))
 
 
-def build_cast(
-    actuator: Actuator, parameters: MouldParameters | None = None
-) -> tuple[manifold3d.Manifold, manifold3d.Manifold]:
+def build_cast(actuator: Actuator) -> tuple[manifold3d.Manifold, manifold3d.Manifold]:
     """The cured rubber [mm] of an actuator's mould as it lies there, first with its chamber filled,
     then as it is.
 
     Raises ValueError as `build_mould` does.
     """
-    line, used = Line(actuator), parameters or MouldParameters()
+    line, used = Line(actuator), MouldParameters()
     chambers, fillet = _room(line, used, None)
     outside = _outside(line, used)
     inner = _inner(line, used, outside)
@@ -91,9 +89,9 @@ def build_cast(
     return filled, filled - _core(line, used, outside, chambers, fillet)
 
 
-def check_room(actuator: Actuator, parameters: MouldParameters | None = None) -> None:
+def check_room(actuator: Actuator) -> None:
     """Raise ValueError as `build_mould` does, without building anything."""
-    _room(Line(actuator), parameters or MouldParameters(), None)
+    _room(Line(actuator), MouldParameters(), None)
 
 
 def _room(
@@ -225,12 +223,7 @@ def _shell(line: Line, used: MouldParameters, outside: Outline) -> manifold3d.Ma
         used.shell,
     )
     edge = np.column_stack([outside.moved(used.reach), np.full(len(outside.s), used.plate)])
-    rings = [
-        *inner.reversed_rings,
-        *_interface(used, outside, used.clearance),
-        edge,
-        *outer.rings,
-    ]
+    rings = [*inner.reversed_rings, *_interface(used, outside, used.clearance), edge, *outer.rings]
     whole = closed(rings, inner.lid, outer.lid).trim_by_plane((1.0, 0.0, 0.0), 0.0)
     return whole + _foot(line, used, edge)
 

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.profile import Profile
 
-Array = NDArray[np.float64]
 Along = Callable[[Array], Array]
 
 MILLI = 1e-3

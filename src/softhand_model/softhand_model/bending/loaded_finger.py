@@ -80,10 +80,7 @@ class Weight:
     def of_rows(self, rows: Indices) -> Weight:
         """The same for a selection of the rows, in which rows may repeat."""
         return Weight(
-            self.pull[:, rows],
-            self.tilt[:, rows],
-            self.weights[:, rows],
-            self.running[rows],
+            self.pull[:, rows], self.tilt[:, rows], self.weights[:, rows], self.running[rows]
         )
 
     def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:

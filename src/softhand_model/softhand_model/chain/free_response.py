@@ -56,11 +56,7 @@ class RestTable:
     """
 
     def __init__(
-        self,
-        actuator: Actuator,
-        segments: int,
-        onto_joints: Array,
-        model: Model = WITHOUT_EFFECTS,
+        self, actuator: Actuator, segments: int, onto_joints: Array, model: Model = WITHOUT_EFFECTS
     ) -> None:
         self.step = float(_table_pressures(actuator)[-1]) / REST_INTERVALS
         acting = ((e.name, *map(float, e.values.values())) for e in model.effects if _acts(e))

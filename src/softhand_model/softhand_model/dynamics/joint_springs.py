@@ -178,7 +178,7 @@ def elastic_torque(
 
 
 @without_allocation
-def _beyond_stop(angle: float) -> float:
+def beyond_stop(angle: float) -> float:
     """Angle [rad] by which a rotation from rest exceeds the stop; 0 within."""
     if angle > STOP_ANGLE:
         return angle - STOP_ANGLE
@@ -254,7 +254,7 @@ def _pull(
             slack = springs.damping[i, k] + dt * gas
             torque[i, k] = elastic[k] - (dt * tangent + slack) * v[i, k]
             equation.added[i, k] = dt * (slack + dt * tangent)
-            over = _beyond_stop(bend[i, k] + error[k] + dt * v[i, k])
+            over = beyond_stop(bend[i, k] + error[k] + dt * v[i, k])
             if over != 0.0:
                 torque[i, k] -= STOP_SHARE * stiffness[k] * over
                 equation.added[i, k] += dt * dt * STOP_SHARE * stiffness[k]

@@ -14,6 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand_common.numerics.compiled import without_allocation
+from softhand_common.numerics.triples import apply as apply
+from softhand_common.numerics.triples import cross, minus, plus
+from softhand_common.numerics.triples import multiply as multiply
+from softhand_common.numerics.triples import transposed as transposed
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -103,34 +107,6 @@ def rotation_between(reference: QuaternionRow, q: QuaternionRow) -> Vector:
 
 
 @without_allocation
-def plus(a: Row, b: Row) -> Vector:
-    """The sum a + b of vectors (3,)."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@without_allocation
-def minus(a: Row, b: Row) -> Vector:
-    """The difference a - b of vectors (3,)."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@without_allocation
-def cross(a: Row, b: Row) -> Vector:
-    """The cross product a x b of vectors (3,)."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@without_allocation
-def apply(a: Matrix, vector: Row) -> Vector:
-    """The vector a @ vector."""
-    return (
-        a[0][0] * vector[0] + a[0][1] * vector[1] + a[0][2] * vector[2],
-        a[1][0] * vector[0] + a[1][1] * vector[1] + a[1][2] * vector[2],
-        a[2][0] * vector[0] + a[2][1] * vector[1] + a[2][2] * vector[2],
-    )
-
-
-@without_allocation
 def apply_transposed(a: Matrix, vector: Row) -> Vector:
     """The vector a^T @ vector."""
     return (
@@ -150,18 +126,6 @@ def plus_matrix(a: Matrix, b: Matrix) -> Matrix:
 def minus_matrix(a: Matrix, b: Matrix) -> Matrix:
     """The difference a - b."""
     return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
-
-
-@without_allocation
-def transposed(a: Matrix) -> Matrix:
-    """The transposed matrix."""
-    return (a[0][0], a[1][0], a[2][0]), (a[0][1], a[1][1], a[2][1]), (a[0][2], a[1][2], a[2][2])
-
-
-@without_allocation
-def multiply(a: Matrix, b: Matrix) -> Matrix:
-    """The product a @ b."""
-    return apply_transposed(b, a[0]), apply_transposed(b, a[1]), apply_transposed(b, a[2])
 
 
 @without_allocation

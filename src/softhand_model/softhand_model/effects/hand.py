@@ -218,7 +218,7 @@ class MountTilt(HandEffect):
     place_keys = ("chain",)
     parameters = turn_parameters("about the chain's")
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "actuator_scatter": "pitch acts alike where the chain is bent alike in all poses",
+        "actuator_scatter": "pitch acts alike where the chain is bent alike in all poses"
     }
 
     @classmethod
@@ -255,7 +255,7 @@ class Crosstalk(HandEffect):
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "actuator_scatter": "alike where both channels always have the same pressure",
+        "actuator_scatter": "alike where both channels always have the same pressure"
     }
 
     @classmethod
@@ -291,7 +291,7 @@ class ChannelGain(HandEffect):
     )
     refines = ("actuator_scatter",)  # of all actuators of the channel
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "actuator_scatter": "nearly alike where the channel feeds one actuator",
+        "actuator_scatter": "nearly alike where the channel feeds one actuator"
     }
 
     @classmethod

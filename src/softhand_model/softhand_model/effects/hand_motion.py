@@ -35,7 +35,7 @@ class JointDamping(HandEffect):
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "channel_lag": "both delay what pressure does: a wrist that moves shows damping alone",
+        "channel_lag": "both delay what pressure does: a wrist that moves shows damping alone"
     }
 
     @classmethod

@@ -9,12 +9,7 @@ import numpy as np
 
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.hand import (
-    WITH_CONTACT,
-    WITH_MARKERS,
-    HandEffect,
-    turn_parameters,
-)
+from softhand_model.effects.hand import WITH_CONTACT, WITH_MARKERS, HandEffect, turn_parameters
 from softhand_model.hand.hand import HandDescription
 
 FARTHEST_MARKER, USUAL_MARKER_OFFSET = 0.05, 0.008  # [m]
@@ -37,7 +32,7 @@ class StrutStiffness(HandEffect):
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "mount_tilt": "alike where the hand is always held in the same way",
+        "mount_tilt": "alike where the hand is always held in the same way"
     }
 
     @classmethod
@@ -85,13 +80,7 @@ class TipMass(HandEffect):
     place_keys = ("chain",)
     parameters = (
         Parameter(
-            "mass",
-            "kg",
-            0.0,
-            0.2,
-            "mass beyond that of the rubber",
-            (0.002, 0.03),
-            neutral=0.0,
+            "mass", "kg", 0.0, 0.2, "mass beyond that of the rubber", (0.002, 0.03), neutral=0.0
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {

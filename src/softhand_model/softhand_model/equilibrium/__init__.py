@@ -1,1 +1,1 @@
-"""Static equilibrium of chains, without a time step: in the plane and in space."""
+"""Static equilibrium of chains in space, without a time step."""

@@ -16,15 +16,15 @@ from softhand_common.numerics.triples import (
     Matrix,
     Vector,
     about_y,
+    apply,
     cross,
     left_jacobian,
     minus,
+    multiply,
     plus,
-    product,
     rotation,
     scaled,
     transposed,
-    turned,
     vector_at,
 )
 from softhand_model.chain.segments import SegmentChain
@@ -92,18 +92,19 @@ def march(
         place = plus(place, reach)
         rest = about_y(turn, springs.sine[joint, point], springs.cosine[joint, point])
         carried = minus(moment, cross(place, force))
-        local = turned(transposed(rest), carried)
+        local = apply(transposed(rest), carried)
         bent = joint_rotation(springs, joint, point, local)
-        turn = product(rest, rotation(bent))
+        turn = multiply(rest, rotation(bent))
         if sloped:
             _advance(change, reach)
             inward = compliance(springs, joint, point, bent, local)
-            outward = product(product(rest, product(left_jacobian(bent), inward)), transposed(rest))
+            turned = multiply(rest, multiply(left_jacobian(bent), inward))
+            outward = multiply(turned, transposed(rest))
             _bend(change, outward, place, force, carried)
         if heavy:
             weight = scaled(links.mass[joint], vector_at(gravity, point))
             center = links.center[joint, 0], links.center[joint, 1], links.center[joint, 2]
-            arm = turned(turn, center)
+            arm = apply(turn, center)
             moment = minus(moment, cross(plus(place, arm), weight))
             force = minus(force, weight)
             if sloped:
@@ -138,7 +139,7 @@ def _bend(change: Array, outward: Matrix, place: Vector, force: Vector, moment: 
         more = minus(more, cross(_of(change, SPIN, by), moment))
         if by < 3:
             more = plus(more, by_force[by])
-        _add(change, SPIN, by, turned(outward, more))
+        _add(change, SPIN, by, apply(outward, more))
 
 
 @compiled

@@ -19,14 +19,14 @@ from softhand_common.numerics.rotations import matrices
 from softhand_common.numerics.triples import (
     Matrix,
     Vector,
+    apply,
     cross,
     minus,
+    multiply,
     plus,
-    product,
     rotation,
     scaled,
     transposed,
-    turned,
 )
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import NoEquilibriumError
@@ -312,9 +312,8 @@ def settle(
         turns[:] = 0.0
         moved = 1.0
         for joint in range(joints):
-            _fill(
-                free[joint], product(_matrix(body.rest[joint]), rotation(_vector(bend[row, joint])))
-            )
+            turn = rotation(_vector(bend[row, joint]))
+            _fill(free[joint], multiply(_matrix(body.rest[joint]), turn))
         for _ in range(MOST_PASSES):
             _place(body, free, turns, resting, places[row], frames[row])
             moved = _yield(
@@ -342,9 +341,9 @@ def _place(
     """
     place, frame = _vector(body.place), _matrix(body.frame)
     for joint in range(len(body.mass)):
-        place = plus(place, turned(frame, _vector(body.offset[joint])))
-        rest = product(frame, _matrix(free[joint]))
-        frame = product(rest, rotation(_vector(turns[joint])))
+        place = plus(place, apply(frame, _vector(body.offset[joint])))
+        rest = multiply(frame, _matrix(free[joint]))
+        frame = multiply(rest, rotation(_vector(turns[joint])))
         for row in range(3):
             places[joint, row] = place[row]
         _fill(resting[joint], rest)
@@ -369,11 +368,11 @@ def _yield(
     beyond = _vector(places[-1])
     for joint in range(len(body.mass) - 1, -1, -1):
         place, weight = _vector(places[joint]), scaled(body.mass[joint], _vector(gravity))
-        arm = turned(_matrix(frames[joint]), _vector(body.center[joint]))
+        arm = apply(_matrix(frames[joint]), _vector(body.center[joint]))
         moment = plus(moment, cross(minus(beyond, place), force))
         moment = plus(moment, cross(arm, weight))
         force, beyond = plus(force, weight), place
-        local = turned(transposed(_matrix(resting[joint])), moment)
+        local = apply(transposed(_matrix(resting[joint])), moment)
         turn = _turn(springs, joint, row, local)
         for axis in range(3):
             moved = max(moved, abs(turn[axis] - turns[joint, axis]))

@@ -10,6 +10,7 @@ from softhand_common.numerics.triples import (
     IDENTITY_MATRIX,
     Matrix,
     Vector,
+    apply,
     coefficients,
     cross,
     dot,
@@ -17,11 +18,10 @@ from softhand_common.numerics.triples import (
     largest,
     left_jacobian,
     minus,
+    multiply,
     plus,
-    product,
     scaled,
     transposed,
-    turned,
 )
 from softhand_model.hand.joint_stiffness import rubber_terms
 
@@ -69,7 +69,7 @@ def joint_rotation(springs: SpringArrays, joint: int, point: int, moment: Vector
         residual = minus(_elastic(springs, joint, point, turn), pulled(turn, moment))
         if not fresh:
             per_residual, fresh = inverse(_slope(springs, joint, point, turn, moment)), True
-        step = turned(per_residual, residual)
+        step = apply(per_residual, residual)
         turn = minus(turn, step)
         size = largest(step)
         if size * min(size / before, 1.0) < JOINT_TOLERANCE:  # what the next step would be
@@ -88,7 +88,7 @@ def compliance(
         per_moment = 1.0 / springs.stiffness[joint, point]
         return ((per_moment, 0.0, 0.0), (0.0, per_moment, 0.0), (0.0, 0.0, per_moment))
     slope = _slope(springs, joint, point, turn, moment)
-    return product(inverse(slope), transposed(left_jacobian(turn)))
+    return multiply(inverse(slope), transposed(left_jacobian(turn)))
 
 
 @compiled

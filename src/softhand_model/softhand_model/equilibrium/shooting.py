@@ -19,8 +19,8 @@ from softhand_common.numerics.triples import (
     dot,
     matrix_at,
     minus,
+    multiply,
     plus,
-    product,
     rotation_vector,
     scaled,
     transposed,
@@ -134,7 +134,7 @@ def turn_tips(held: HeldPoints, turning: Array) -> None:
             _put_moment(held, point, (0.0, -curl, 0.0), here)
             continue
         _, free = _weightless(held, point, here, rooms)
-        turn = rotation_vector(product(matrix_at(held.orientation, point), transposed(free)))
+        turn = rotation_vector(multiply(matrix_at(held.orientation, point), transposed(free)))
         _put_moment(held, point, turn, here)
         angle = np.sqrt(dot(turn, turn))
         if angle > AMBIGUOUS:
@@ -208,7 +208,7 @@ def _gap(
     give = softness * CLAMP * STRONG_FORCE / 3.0 + YIELD * dot(relative, relative)
     way = scaled(1.0 / held.length, minus(place, vector_at(held.position, point)))
     way = plus(way, scaled(give, relative))
-    error = rotation_vector(product(turn, transposed(matrix_at(held.orientation, point))))
+    error = rotation_vector(multiply(turn, transposed(matrix_at(held.orientation, point))))
     for axis in range(3):
         rooms.gap[axis], rooms.gap[3 + axis] = way[axis], error[axis]
     if sloped:

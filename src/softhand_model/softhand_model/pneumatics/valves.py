@@ -120,24 +120,10 @@ class CommandWatch:
     ([1, 0], [-1, -1])
     """
 
-    def __init__(
-        self, channels: int, time: float = 0.0, silence_limit: float = PLANT_SILENCE_LIMIT
-    ) -> None:
-        """Start with closed valves.
-
-        Args:
-            channels: number of channels.
-            time: of the plant, now [s].
-            silence_limit: longest time without a command [s].
-
-        Raises:
-            ValueError: `silence_limit` is not above zero.
-        """
-        if not silence_limit > 0:
-            raise ValueError(f"silence_limit must be above 0 s, got {silence_limit}")
-        self.silence_limit = silence_limit
+    def __init__(self, channels: int) -> None:
+        """Start with closed valves at time 0, for a number of channels."""
         self._vent: Spools = np.full(channels, -1, dtype=np.int8)
-        self.reset(time)
+        self.reset(0.0)
 
     def reset(self, time: float) -> None:
         """Close the valves and restart the time without commands at `time` [s]."""
@@ -155,7 +141,7 @@ class CommandWatch:
 
     def silent(self, time: float) -> bool:
         """Whether at `time` [s] the last command is longer ago than the limit."""
-        return time - self._last > self.silence_limit + 1e-9
+        return time - self._last > PLANT_SILENCE_LIMIT + 1e-9
 
     def valves(self, time: float) -> Spools:
         """Valves at `time` [s]: the last command, or all outlets open without commands."""

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -24,6 +23,7 @@ from pneuflex_sim.urdf import joint_orientations
 from pneumaticbox_driver.ros.client import PneumaticboxClient, PneumaticboxError
 from softhand_bringup.figures import recorded_segments
 from softhand_common.documents.quoted import listed, quoted
+from softhand_common.numerics.arrays import Array
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_play.frames import INTERVAL, NO_ARROWS, Frame, StaticScene
@@ -31,8 +31,6 @@ from softhand_play.messages import Look, Report
 from softhand_play.player import Source
 from softhand_ros.client_link import ClientLink
 from softhand_ros.topics import latched, seconds
-
-Array = NDArray[np.float64]
 
 FRAME_SPACING = INTERVAL - 1e-6  # smallest time between frames [s]
 ANSWER_LIMIT = 5.0  # wall time for the answer of a service [s]

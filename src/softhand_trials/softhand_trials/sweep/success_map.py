@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from grasp_strategies.judging.judge import OUTCOME_GRIPPED
+from softhand_common.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Cells = NDArray[np.bool_]
 
 REGION_SHARE = 0.5  # share of successes from which a cell belongs to the region

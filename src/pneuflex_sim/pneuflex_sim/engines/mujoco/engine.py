@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.engines.contract import Surroundings
@@ -20,10 +19,9 @@ from pneuflex_sim.hand.layout import HandLayout
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.world import Diverged, SolverSettings
+from softhand_common.numerics.arrays import Array
 from softhand_model.dynamics.joint_springs import look_at_joints
 from softhand_model.effects.load import STANDARD_GRAVITY
-
-Array = NDArray[np.float64]
 
 FASTEST = 1e4  # [rad/s]; faster, a joint has no meaning any more
 LARGEST_TOUCHING_STEP = 0.004  # at which fingers that touch come to rest [s]; not at 0.005

@@ -6,11 +6,11 @@ from typing import Any
 from xml.etree import ElementTree as xml
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pneuflex_sim.hand.collision import SKIN_TWIST
+from softhand_common.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 Element = xml.Element
 
 BITS = 0x7FFFFFFF  # of MuJoCo's masks, whose numbers have a sign

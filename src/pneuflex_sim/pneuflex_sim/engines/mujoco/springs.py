@@ -21,6 +21,7 @@ from softhand_model.dynamics.joint_springs import (
     STOP_ANGLE,
     STOP_SHARE,
     Actuation,
+    beyond_stop,
     elastic_torque,
 )
 from softhand_model.dynamics.spatial import (
@@ -96,7 +97,7 @@ def set_springs(
         write(found, torque)
         for k in range(3):
             tangent[k] = stiffness[i, k] * (here if k == 1 else 1.0)
-            over = _beyond(bend[i, k] + error[k])
+            over = beyond_stop(bend[i, k] + error[k])
             if over != 0.0:
                 torque[k] -= STOP_SHARE * stiffness[i, k] * over
                 tangent[k] += STOP_SHARE * stiffness[i, k]
@@ -104,13 +105,6 @@ def set_springs(
             _set_ball(i, q, torque, max(tangent[0], tangent[1], tangent[2]), places, engine)
         else:
             _set_hinges(i, torque, tangent, places, engine)
-
-
-@compiled
-def _beyond(angle: float) -> float:
-    if angle > STOP_ANGLE:
-        return angle - STOP_ANGLE
-    return min(0.0, angle + STOP_ANGLE)
 
 
 @compiled

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.engines.mujoco.compliance import update_constants
@@ -13,8 +12,7 @@ from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.scene.object_body import Sheet
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.world import Diverged
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 
 class MujocoObject:

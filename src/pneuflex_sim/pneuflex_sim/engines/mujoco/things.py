@@ -7,7 +7,6 @@ priority of geoms). Object and scene touch in pairs of geoms of their own.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.engines.contract import Surroundings
 from pneuflex_sim.engines.mujoco.mjcf import Element, add, hull, put, touching, wxyz
@@ -18,8 +17,6 @@ from pneuflex_sim.scene.object_body import SHEET_SIDES, Sheet
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import TABLE_SIZE, Table, Wall
 from softhand_model.chain.hulls import COLLISION_MARGIN
-
-Array = NDArray[np.float64]
 
 OF_TABLE, OF_WALL = "table", "wall"  # names of geoms
 PLANE_SIZE = (1.0, 1.0, 0.1)  # drawn; it has no end

@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.engines.mujoco.world import PALM_PAD, PLATE_OF_PALM
 from pneuflex_sim.hand.layout import HandLayout
 from pneuflex_sim.scene.contacts import OBJECT, Contact
-
-Array = NDArray[np.float64]
+from softhand_common.numerics.arrays import Array
 
 PALM_NAME = "palm_plate"
 

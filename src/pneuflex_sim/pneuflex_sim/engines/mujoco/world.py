@@ -15,26 +15,19 @@ from itertools import combinations
 from xml.etree import ElementTree as xml
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneuflex_sim.engines.contract import Surroundings
 from pneuflex_sim.engines.mujoco.mjcf import Element, add, hull, put, touching, wxyz
 from pneuflex_sim.engines.mujoco.things import add_object, add_scene
-from pneuflex_sim.hand.collision import (
-    BOXES,
-    PALM_GROUP,
-    collides_with,
-    collision_groups,
-)
+from pneuflex_sim.hand.collision import BOXES, PALM_GROUP, collides_with, collision_groups
 from pneuflex_sim.hand.layout import Body
 from pneuflex_sim.hand.palm_pad import PalmPad, pad_vertices
 from pneuflex_sim.scene.friction import RUBBER_MATERIAL
+from softhand_common.numerics.arrays import Array
 from softhand_common.numerics.rotations import compose, from_rpy, rotate
 from softhand_model.chain.hulls import COLLISION_MARGIN, collision_hulls
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.hand.joint_stiffness import DAMPING_TIME
-
-Array = NDArray[np.float64]
 
 WRIST, PALM_PAD, PLATE_OF_PALM = "wrist", "palm_plate", "plate"
 HINGES = {"y": (0.0, 1.0, 0.0), "x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0)}

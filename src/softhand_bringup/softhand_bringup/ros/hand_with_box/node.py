@@ -81,14 +81,7 @@ def run(node: simulator.HandSim, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the nodes; returns the exit status of `run_node`."""
-    return run_node(
-        "hand_with_box",
-        make,
-        run,
-        usage=HELP,
-        args=args,
-        failures=failures(),
-    )
+    return run_node("hand_with_box", make, run, usage=HELP, args=args, failures=failures())
 
 
 if __name__ == "__main__":

@@ -5,7 +5,12 @@ import pytest
 from scipy.optimize import minimize
 
 from softhand_model.chain.chain import discretise
-from softhand_model.equilibrium.planar import (
+from softhand_model.hand import section
+from softhand_model.hand.actuator import Actuator, load_actuator
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.profile import ConstantProfile, TaperedProfile
+from softhand_model.model_file import Model
+from thesis.chapter_3_and_5.planar import (
     PlanarFinger,
     Stop,
     equilibrium,
@@ -13,11 +18,6 @@ from softhand_model.equilibrium.planar import (
     linear_springs,
     planar_finger,
 )
-from softhand_model.hand import section
-from softhand_model.hand.actuator import Actuator, load_actuator
-from softhand_model.hand.hand import load_hand
-from softhand_model.hand.profile import ConstantProfile, TaperedProfile
-from softhand_model.model_file import Model
 
 STRAIGHT = Stop((-1.0, 0.0), 0.0)
 
