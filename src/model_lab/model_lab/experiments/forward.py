@@ -264,7 +264,7 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
         return "the set has no time column, and it depends on what was before"
     weighs = effect.name in ("gravity", "tip_load")
     if weighs and data.experiment == "free_bending" and _is_level(data):
-        return "no weight acts in the plane of bending, as the mount of all specimens says"
+        return "no weight acts in the plane of bending: the mount is level, or not stated"
     if len(data.runs) < effect.fewest_runs:
         return "in a single run its time is one with what the input does"
     if base not in effect.bases:
