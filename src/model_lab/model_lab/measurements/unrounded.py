@@ -30,7 +30,8 @@ def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
     step = sensor_step([run.columns[name] for run in data.runs], RULES.input_levels)
     if not step:
         return None
-    return replace(data, runs=tuple(_unrounded_run(run, name, step) for run in data.runs))
+    runs = tuple(_unrounded_run(run, name, step) for run in data.runs)
+    return replace(data, runs=runs, input_step=step)
 
 
 def _unrounded_run(run: Run, name: str, step: float) -> Run:
