@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import isclose
 from typing import Any
 
+from model_lab.diagnosis.limited_sensor import SENSOR_LIMIT
 from model_lab.diagnosis.own_moduli import OWN_MODULI, varies_with_castings
 from model_lab.diagnosis.result import (
     ADEQUATE,
@@ -115,18 +116,24 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     The data fit if pressure is psi, not kPa as stated
     """
     fit = "fit" if whole else "fit better"
-    claims = [
-        f"The specimens of a batch differ: the data {fit} if each has its own modulus, {slip.fits}"
-        if slip.name == OWN_MODULI
-        else f"The data {'may ' if slip.factor != 1.0 else ''}{fit} if {_other_mix(slip)}"
-        f"{slip.column} is {slip.fits}, not {slip.said} as stated"
-        for slip in slips
-    ]
+    claims = [_claim(slip, fit) for slip in slips]
     return [
         f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
         f"{slip.mend}{_or_else(slip)}{_not_exactly(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
+
+
+def _claim(slip: Slip, fit: str) -> str:
+    """What a slip says of the data, which then `fit`."""
+    if slip.name == OWN_MODULI:
+        own = f"if each has its own modulus, {slip.fits}"
+        return f"The specimens of a batch differ: the data {fit} {own}"
+    if slip.name == SENSOR_LIMIT:
+        return f"The sensor of the {slip.column} stands {slip.fits}, without which the data {fit}"
+    may = "may " if slip.factor != 1.0 else ""
+    other = _other_mix(slip)
+    return f"The data {may}{fit} if {other}{slip.column} is {slip.fits}, not {slip.said} as stated"
 
 
 def _other_mix(slip: Slip) -> str:
@@ -231,7 +238,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
-            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_sensor(diagnosis)}"
+            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_threshold(diagnosis)}"
+            f"{_or_a_sensor(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -343,6 +351,18 @@ def _or_a_size(diagnosis: Diagnosis) -> str:
         f" A finger {longer:.3g} times as long looks the same, and one {higher:.3g} times as "
         f"high nearly so{gauge}."
     )
+
+
+def _or_a_threshold(diagnosis: Diagnosis) -> str:
+    """That a threshold of the output's sensor looks like one of the pressure."""
+    sensors = {"blocked_tip": ("A force gauge", "force"), "free_bending": ("A sensor", "angle")}
+    zones = [one for one in diagnosis.effects if one.name == "dead_zone"]
+    if diagnosis.experiment not in sensors or not zones:
+        return ""
+    sensor, shown = sensors[diagnosis.experiment]
+    entry = zones[0].parameters["threshold"]
+    reached = display_among(diagnosis.units, entry.unit).shown(entry.value)
+    return f" {sensor} that shows nothing below the {shown} at {reached} looks the same."
 
 
 def _or_a_sensor(diagnosis: Diagnosis) -> str:
