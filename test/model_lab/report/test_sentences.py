@@ -244,3 +244,10 @@ def test_a_sentence_is_in_the_units_that_the_user_stated():
     assert "its error of 0.1 rad can be noise alone (noise floor 0.01 rad)" in verdict_sentence(
         stated
     )
+
+
+def test_after_one_relaxation_time_a_second_one_is_searched():
+    said = replace(diagnosis("unexplained"), helps=(Help("viscoelasticity", 0.03),))
+    assert verdict_sentence(said).endswith(
+        "(`model-lab add`), a second relaxation time is searched, too."
+    )

@@ -340,7 +340,8 @@ def _judged_search(
 
 def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
     """(names of effects that could be missing, effects that the specimens may have but that cannot
-    show in this set with the reason). Built-in effects of other experiments are in neither.
+    show in this set with the reason). Built-in effects of other experiments are in neither, nor are
+    those that need another effect in the model.
     """
     present, data = {effect.name for effect in model.effects}, problem.data
     built_in = effect_classes()
@@ -349,6 +350,7 @@ def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[No
         for name, effect in problem.classes.items()
         if name not in present
         and effect.physical
+        and (not effect.beside or present & set(effect.beside))
         and (name not in built_in or data.experiment in {*effect.experiments, *effect.unseen_in})
     }
     candidates = [name for name, reason in absent.items() if reason is None]

@@ -26,6 +26,7 @@ from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
 from model_lab.rules import RULES
 from model_lab.slips.slip import Slip
+from softhand_model.effects.second_relaxation import SecondRelaxation
 
 SENTENCE_PARAMETERS = 4  # that a sentence bears
 AXIS_WORDS = {
@@ -252,7 +253,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         f"floor of {floor}"
     )
     helped = f". {_helps(diagnosis)}" if diagnosis.helps else _greater_part(diagnosis)
-    return f"{fails}{helped}; {_depends(diagnosis)}{_freed(diagnosis)}."
+    more = f"{_freed(diagnosis)}{_second_time(diagnosis)}"
+    return f"{fails}{helped}; {_depends(diagnosis)}{more}."
 
 
 def _depends(diagnosis: Diagnosis) -> str:
@@ -273,6 +275,16 @@ def _freed(diagnosis: Diagnosis) -> str:
         f". If the moduli of the castings may differ by more than {most:.0f} %, --free-modulus "
         "tries one for each"
     )
+
+
+def _second_time(diagnosis: Diagnosis) -> str:
+    """That a second relaxation time is searched beside one that the model has."""
+    part = diagnosis.greater_part
+    helping = [one.name for one in diagnosis.helps] + ([part.effect.name] if part else [])
+    first = next((name for name in helping if name in SecondRelaxation.beside), None)
+    if first is None:
+        return ""
+    return f". Once {first} is added (`model-lab add`), a second relaxation time is searched, too"
 
 
 def _helps(diagnosis: Diagnosis) -> str:
