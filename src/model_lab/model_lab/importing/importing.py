@@ -49,6 +49,7 @@ from model_lab.importing.set_columns import (
     remarks_on_air,
     temperatures_in_names,
     temperatures_of,
+    with_temperatures,
 )
 from model_lab.importing.specimens import (
     Assigned,
@@ -61,7 +62,7 @@ from model_lab.importing.stated_noise import stated_noise
 from model_lab.importing.strips import strip_modulus
 from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.drives import drive_of
-from model_lab.measurements.measurement_set import SET_FORMAT
+from model_lab.measurements.measurement_set import SET_FORMAT, TEMPERATURE
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
 from softhand_common.documents.quoted import listed, shortened
@@ -313,6 +314,7 @@ def make_set(
     )
     if experiment == RUBBER_TEST:  # which is not driven before its first stress
         runs = tuple(replace(run, lead={}) for run in runs)
+    runs = runs if many else with_temperatures(runs, sources, needed)
     modes = {run.name: proposal.modes[run.files[0].name] for run in runs if proposal.modes}
     name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
     name = name if hand else STRIPS.get(experiment, SPECIMEN)
@@ -378,7 +380,7 @@ def make_set(
         low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
         remarks.append(
             "temperature: "
-            + ("the mean of its column in each run" if measured else "as in the names of the runs")
+            + _source_of_temperatures(runs, bool(measured))
             + f", {low:.1f} to {high:.1f} degC (in "
             "experiment.yaml in K); runs more than 1 K apart are no repeats"
         )
@@ -399,6 +401,13 @@ def make_set(
         )
     sized = bool(entry) or experiment == VALVE_PULSE
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
+
+
+def _source_of_temperatures(runs: Sequence[ImportedRun], measured: bool) -> str:
+    """Where the temperatures of runs are from, in words."""
+    if any(TEMPERATURE in run.columns for run in runs):
+        return "its column, which changes within runs; means"
+    return "the mean of its column in each run" if measured else "as in the names of the runs"
 
 
 def _noise(sources: Sequence[Source], needed: Sequence[str], experiment: str) -> dict[str, float]:

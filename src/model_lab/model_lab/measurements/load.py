@@ -52,11 +52,12 @@ from model_lab.measurements.measurement_set import (
     ROOM_TEMPERATURE,
     SET_FORMAT,
     STRETCHED,
+    TEMPERATURE,
     MeasurementSet,
     Run,
     Specimen,
 )
-from model_lab.measurements.rows import STRETCHES, check_rows
+from model_lab.measurements.rows import STRETCHES, TEMPERATURES, check_rows
 from model_lab.measurements.specimens import (
     bent_length,
     document_of,
@@ -79,7 +80,6 @@ TOP_KEYS = ("format", "experiment", "specimens", "runs")
 HAND_KEYS = ("markers", "plate", "object", "scene")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
-TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 STRETCHED_TO = "stretched_to"  # key of a run
 LIMIT = "limit"  # key of a column: the largest reading of its sensor
 COLUMN_WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
@@ -283,11 +283,11 @@ class _RunReader:
         fields = known_fields(node, ["specimen"], more)
         mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
-        temperature = _temperature(fields)
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
         columns, lead = self._columns(node, fields, told, self._specimens[specimen])
+        temperature = _temperature(fields, columns)
         if "bag" in fields:
             self.bags.add(name)
         steady = initial == "steady"
@@ -497,9 +497,10 @@ def _mode(node: Node, fields: Mapping[str, Node]) -> str:
     return str(fields["mode"].choice(MODES))
 
 
-def _temperature(fields: Mapping[str, Node]) -> float:
+def _temperature(fields: Mapping[str, Node], columns: Mapping[str, Array]) -> float:
+    """Temperature [K] of a run: as stated, else the mean of its column, else that of a room."""
     if "temperature" not in fields:
-        return ROOM_TEMPERATURE
+        return float(np.mean(columns.get(TEMPERATURE, ROOM_TEMPERATURE)))
     node = fields["temperature"]
     value = node.number()
     if not TEMPERATURES[0] <= value <= TEMPERATURES[1]:

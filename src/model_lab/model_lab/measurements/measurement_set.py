@@ -88,6 +88,7 @@ INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
 MODE_HOLDOUT = "modes"
 SAME_TEMPERATURE = 1.0  # [K] within which runs are repeats
 ROOM_TEMPERATURE = 293.15
+TEMPERATURE = "temperature"  # column of a run in which it changes
 UNSTATED_BATCH = "all"  # of specimens of which a set states none
 
 
@@ -153,6 +154,12 @@ class Run:
     def samples(self) -> int:
         """Number of samples."""
         return len(next(iter(self.columns.values())))
+
+    @property
+    def warmth(self) -> Array:
+        """Temperature (samples,) [K]: its column if it was recorded, else that of the run."""
+        usual = np.full(self.samples, self.temperature)
+        return self.columns.get(TEMPERATURE, usual)
 
     def measured(self, outputs: Sequence[str]) -> Array:
         """Values (outputs, samples) of the columns with these names; NaN for a column that the run
