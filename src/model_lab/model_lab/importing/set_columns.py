@@ -28,6 +28,7 @@ TEMPERATURE_IN_NAME = re.compile(
 )  # of a run, in degrees Celsius
 AIR_COLUMN = "pressure"  # which may be absolute
 KELVIN = 273.15  # [K], 0 degC
+PARTS = 10  # of a run, whose mean temperatures are compared
 NOT_CONVERTED = ("time", "strain", "stretch", "temperature")  # in SI units, or with an offset
 Columns = dict[str, dict[str, object]]
 """The entry of each column under `columns` of a set."""
@@ -97,9 +98,9 @@ def with_temperatures(
             return tuple(runs)
         time, values, unit = course
         kelvin = column_unit(TEMPERATURE, unit).to_si(values)
-        if kelvin.min() < TEMPERATURES[0] or kelvin.max() > TEMPERATURES[1]:
+        if len(kelvin) < PARTS or kelvin.min() < TEMPERATURES[0] or kelvin.max() > TEMPERATURES[1]:
             return tuple(runs)
-        most = max(most, float(np.ptp(kelvin)))
+        most = max(most, float(np.ptp([part.mean() for part in np.array_split(kelvin, PARTS)])))
         columns, lead = (
             {**part, TEMPERATURE: np.interp(part["time"], time, values)} if part else part
             for part in (run.columns, run.lead)
