@@ -69,7 +69,7 @@ def test_a_sensor_at_its_limit_is_the_first_that_is_said():
     assert found.verdict_mended == "adequate"
     said = verdict_sentence(found)
     assert said.startswith("The sensor of the pressure stands at its limit of 25 kPa")
-    assert "limit: 25.0" in said
+    assert "columns: {pressure: {unit: Pa, limit: 25000.0}}" in said
 
 
 def test_a_stated_limit_leaves_these_samples_out(tmp_path):

@@ -8,6 +8,7 @@ from model_lab.diagnosis.result import ADEQUATE, SLIP, UNEXPLAINED, Diagnosis
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.limited_input import Limit, limit_reached, within_limit
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.units import column_unit, unit_of
 from model_lab.rules import RULES
 from model_lab.slips.columns import column_mend
 from model_lab.slips.slip import Slip
@@ -37,13 +38,15 @@ def with_limit(
     if verdict == UNEXPLAINED or limited.guess or not little:
         return None
     column = DRIVING_COLUMN[data.experiment]
-    unit = data.shown_in("Pa" if column == "pressure" else "")
-    entry = {"unit": data.units.get(column, unit.unit), "limit": float(unit.number(limit.reading))}
+    usual = unit_of(column) or ""
+    shown, stated = data.shown_in(usual).shown(limit.reading, 4), data.units.get(column, usual)
+    number = limit.reading / column_unit(column, stated).scale
+    entry = {"unit": stated, "limit": float(f"{number:.5g}")}
     slip = Slip(
         SENSOR_LIMIT,
         column,
         "what acts on the actuator",
-        f"at its limit of {unit.shown(limit.reading, 4)} in some samples",
+        f"at its limit of {shown} in some samples",
         found.rmse_before,
         limited.rmse_after,
         column_mend(data, {column: entry}),

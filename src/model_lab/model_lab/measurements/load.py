@@ -181,22 +181,21 @@ def _stated(node: Node) -> dict[str, _Column]:
         source = fields["from"].text() if "from" in fields else name
         unit = _unit(fields["unit"], name)
         meaning, ambient = _meaning(fields, name), _ambient(fields, unit)
-        text, limit = fields["unit"].value, _limit(fields, name, unit, meaning, ambient)
+        text, limit = fields["unit"].value, _limit(fields, name, unit)
         found[name] = _Column(unit, text, source, meaning, ambient, limit)
     return found
 
 
-def _limit(
-    fields: Mapping[str, Node], name: str, unit: Unit, meaning: str, ambient: float
-) -> float:
-    """Largest reading of a column's sensor in SI units, stated in the unit of the column."""
+def _limit(fields: Mapping[str, Node], name: str, unit: Unit) -> float:
+    """Largest reading of a column's sensor in SI units, stated in the unit of the column, but as
+    what is expected of it, such as a gauge pressure.
+    """
     if LIMIT not in fields:
         return float(np.inf)
     if name not in DRIVING_COLUMN.values():
         known = listed(sorted(set(DRIVING_COLUMN.values())))
         raise fields[LIMIT].error(f"the key `limit` only for {known}", f"this key for {name}")
-    stated = {name: unit.to_si(np.array([fields[LIMIT].number()]))}
-    return float(as_expected(stated, {name: meaning} if meaning else {}, ambient)[name][0])
+    return float(unit.to_si(np.array(fields[LIMIT].number())))
 
 
 def _ambient(fields: Mapping[str, Node], unit: Unit) -> float:
@@ -443,10 +442,7 @@ class _RunReader:
         )
         meanings = {n: word for n, entry in entries.items() if (word := _meaning(entry, n))}
         air = [_ambient(entries[name], units[name]) for name in meanings] or [ATMOSPHERE]
-        self.limits += [
-            _limit(entry, name, units[name], meanings.get(name, ""), air[0])
-            for name, entry in entries.items()
-        ]
+        self.limits += [_limit(entry, name, units[name]) for name, entry in entries.items()]
         length = bent_length(node, specimen, meanings.values())
         in_si = (_in_si(read, units) for read in (columns, lead))
         of_run, before = (as_expected(read, meanings, air[0], length) for read in in_si)

@@ -86,9 +86,10 @@ def _of_course(driving: Array, group: IntArray, step: float, random: np.random.G
 
 def _slope(driving: Array, predicted: Array) -> Array:
     """Slope (n,) of a prediction over what drives it, by a polynomial."""
-    if not np.ptp(driving):
+    levels = len(np.unique(driving))
+    if levels < 2:
         return np.zeros_like(driving)
-    course = Polynomial.fit(driving, predicted, SLOPE_DEGREE)
+    course = Polynomial.fit(driving, predicted, min(SLOPE_DEGREE, levels - 1))
     return np.asarray(course.deriv()(driving), float)
 
 
