@@ -60,7 +60,7 @@ def rounding_errors(data: MeasurementSet, predicted: Array, repeated: bool = Fal
         return None
     random = np.random.default_rng(0)
     error_in = (
-        _of_course(driving, table.group, step_in, random)
+        _of_course(driving - (1.0 if data.stretched else 0.0), table.group, step_in, random)
         if data.input_step
         else step_in * _drawn(_rests(driving), random)
     )
@@ -71,17 +71,22 @@ def rounding_errors(data: MeasurementSet, predicted: Array, repeated: bool = Fal
 
 def _of_course(driving: Array, group: IntArray, step: float, random: np.random.Generator) -> Array:
     """Errors (draws, n) that are left of an input's rounding once its steps are taken out: where it
-    is held, that of the reading, alike in all repeats of a group; where it moves, at most its
-    change from sample to sample.
+    is held, but not at rest, that of the reading, alike in all repeats of a group; where it moves,
+    at most its change from sample to sample. driving (n,): less that at rest.
     """
     level = np.round(driving / step)
-    regions, still = _rests(level), _long(_rests(driving, HELD * step))
-    held = np.bincount(regions, still)[regions] > 0.0
+    regions = _rests(level)
+    held = (np.bincount(regions, held_still(driving, step))[regions] > 0.0) & (level != 0.0)
     alike = np.unique([group, level], axis=1, return_inverse=True)[1].reshape(-1)
     change = np.abs(np.diff(driving, prepend=driving[0]))
     moving = np.minimum(np.maximum(change, np.append(change[1:], 0.0)), step)
     every = np.arange(len(driving))
     return np.where(held, step * _drawn(alike, random), moving * _drawn(every, random))
+
+
+def held_still(driving: Array, step: float) -> Mask:
+    """Which samples (n,) of an input whose steps were taken out are held at one reading."""
+    return _long(_rests(driving, HELD * step), RULES.held_samples)
 
 
 def _slope(driving: Array, predicted: Array) -> Array:
@@ -93,9 +98,9 @@ def _slope(driving: Array, predicted: Array) -> Array:
     return np.asarray(course.deriv()(driving), float)
 
 
-def _long(rests: IntArray) -> Mask:
+def _long(rests: IntArray, least: float = RULES.sensor_alike) -> Mask:
     """Which samples (n,) belong to a rest of several ones."""
-    return np.asarray((np.bincount(rests) >= RULES.sensor_alike)[rests])
+    return np.asarray((np.bincount(rests) >= least)[rests])
 
 
 def _rests(readings: Array, alike: float = 0.0) -> IntArray:

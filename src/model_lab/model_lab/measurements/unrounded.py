@@ -3,7 +3,8 @@
 A lag or a late clock smooths the steps by which a coarse sensor rounds, so a model with one of them
 predicts better than one without, though nothing lags. Where a reading goes to the next step, the
 input was halfway between both; between such times it is taken to go straight. What is left, as
-where noise lets a reading flicker between two steps, is smoothed as noise of the input is.
+where noise lets a reading flicker between two steps, is smoothed as noise of the input is, but not
+what is held.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from model_lab.aliases import Array
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import by_parabolas
-from model_lab.measurements.resolution import sensor_step
+from model_lab.measurements.resolution import held_still, sensor_step
 from model_lab.rules import RULES
 
 
@@ -37,7 +38,9 @@ def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
 def _unrounded_run(run: Run, name: str, step: float) -> Run:
     parts = [run.lead, run.columns] if name in run.lead else [run.columns]
     time, values = (np.concatenate([part[key] for part in parts]) for key in ("time", name))
-    whole = by_parabolas(unrounded(time, values, step), step / np.sqrt(12.0))
+    course = unrounded(time, values, step)
+    smooth = by_parabolas(course, step / np.sqrt(12.0))
+    whole = np.where(held_still(course, step), course, smooth)
     before = len(whole) - run.samples
     lead = {**run.lead, name: whole[:before]} if before else run.lead
     return replace(run, columns={**run.columns, name: whole[before:]}, lead=lead)
