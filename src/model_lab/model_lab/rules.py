@@ -607,6 +607,7 @@ class Rules:
     output_levels: int = _rule(10, "the same of an output", BY_HAND)
     sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
     sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
+    input_rounded: float = _rule(0.1, "rounding that was taken out, over its step (rms)", BY_HAND)
     held_samples: int = _rule(10, "samples of one reading from which it is held", BY_HAND)
     input_levels: int = _rule(15, "levels over the range of an input that is rounded", BY_HAND)
     input_one_step: float = _rule(1.5, "steps up to which a reading goes to the next one", BY_HAND)

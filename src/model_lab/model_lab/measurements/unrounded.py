@@ -23,7 +23,8 @@ from model_lab.rules import RULES
 
 def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
     """The set with the rounding of its input removed; None if its sensor is not seen to be coarse,
-    or without time.
+    or without time. Where next to nothing was removed, inputs that were made in steps, as those of
+    a program are, may be no rounding.
     """
     name = DRIVING_COLUMN.get(data.experiment)
     if name is None or not data.has_time:
@@ -31,11 +32,13 @@ def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
     step = sensor_step([run.columns[name] for run in data.runs], RULES.input_levels)
     if not step:
         return None
-    runs = tuple(_unrounded_run(run, name, step) for run in data.runs)
-    return replace(data, runs=runs, input_step=step)
+    runs, taken = zip(*(_unrounded_run(run, name, step) for run in data.runs), strict=True)
+    rounded = np.sqrt(np.mean(np.concatenate(taken) ** 2)) >= RULES.input_rounded * step
+    return replace(data, runs=runs, input_step=step if rounded else 0.0)
 
 
-def _unrounded_run(run: Run, name: str, step: float) -> Run:
+def _unrounded_run(run: Run, name: str, step: float) -> tuple[Run, Array]:
+    """(the run without the rounding of a column, what was taken out (k,) before smoothing)."""
     parts = [run.lead, run.columns] if name in run.lead else [run.columns]
     time, values = (np.concatenate([part[key] for part in parts]) for key in ("time", name))
     course = unrounded(time, values, step)
@@ -43,7 +46,8 @@ def _unrounded_run(run: Run, name: str, step: float) -> Run:
     whole = np.where(held_still(course, step), course, smooth)
     before = len(whole) - run.samples
     lead = {**run.lead, name: whole[:before]} if before else run.lead
-    return replace(run, columns={**run.columns, name: whole[before:]}, lead=lead)
+    new = replace(run, columns={**run.columns, name: whole[before:]}, lead=lead)
+    return new, course - values
 
 
 def unrounded(time: Array, readings: Array, step: float) -> Array:
