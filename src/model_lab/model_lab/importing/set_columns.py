@@ -28,7 +28,7 @@ TEMPERATURE_IN_NAME = re.compile(
 )  # of a run, in degrees Celsius
 AIR_COLUMN = "pressure"  # which may be absolute
 KELVIN = 273.15  # [K], 0 degC
-PARTS = 10  # of a run, whose mean temperatures are compared
+MEANS_A_RUN = 10  # temperatures of a run that are compared
 NOT_CONVERTED = ("time", "strain", "stretch", "temperature")  # in SI units, or with an offset
 Columns = dict[str, dict[str, object]]
 """The entry of each column under `columns` of a set."""
@@ -98,9 +98,16 @@ def with_temperatures(
             return tuple(runs)
         time, values, unit = course
         kelvin = column_unit(TEMPERATURE, unit).to_si(values)
-        if len(kelvin) < PARTS or kelvin.min() < TEMPERATURES[0] or kelvin.max() > TEMPERATURES[1]:
+        if (
+            len(kelvin) < MEANS_A_RUN
+            or kelvin.min() < TEMPERATURES[0]
+            or kelvin.max() > TEMPERATURES[1]
+        ):
             return tuple(runs)
-        most = max(most, float(np.ptp([part.mean() for part in np.array_split(kelvin, PARTS)])))
+        most = max(
+            most,
+            float(np.ptp([part.mean() for part in np.array_split(kelvin, MEANS_A_RUN)])),
+        )
         columns, lead = (
             {**part, TEMPERATURE: np.interp(part["time"], time, values)} if part else part
             for part in (run.columns, run.lead)
