@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.hidden.elastica import bulging_force
 from bench.hidden.plant import Body, Plant
 
 Array = np.ndarray
@@ -36,6 +37,8 @@ def stretches(
     dt (rows,) [s], pressure (rows, steps) in the chamber, temperature (rows,).
     """
     if stepwise(plant, blocked):
+        if plant.bulges:
+            raise ValueError("expected a finger that bulges to have no memory")
         return _stepped(plant, body, dt, pressure, temperature, blocked)
     return _without_memory(plant, body, pressure, temperature, blocked)
 
@@ -86,6 +89,8 @@ def _without_memory(
     for part in np.arange(1, STRIDES + 1) / STRIDES:
         goal = TOLERANCE if part == 1 else ON_THE_WAY
         state = _solve(plant, wide, part * final, unit, np.zeros((1, 1)), state, blocked, goal)
+    if blocked and plant.bulges:
+        state.force = bulging_force(plant, wide, final, unit, state.force)
     return state.stretch.reshape(rows, steps, sections), state.force.reshape(rows, steps)
 
 

@@ -45,7 +45,8 @@ CATALOGUE = {
     "free_bending": "gent_stiffening yeoh_stiffening viscoelasticity tube_lag hysteresis "
     "mullins_softening pressure_offset dead_zone section_rounding temperature_modulus gravity "
     "tip_load thick_wall actuation_nonlinearity angle_offset angle_sensor_lag clock_offset "
-    "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation angle_gain",
+    "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation angle_gain "
+    "permanent_set",
     "blocked_tip": "pressure_offset pressure_gain tube_lag dead_zone section_rounding "
     "gauge_compliance tip_friction force_offset clock_offset chamber_contact ballooning "
     "sensor_drift saturation",
@@ -55,6 +56,8 @@ CATALOGUE = {
     "valve_pulse": "line_friction switching_volume pulse_bias valve_delay leakage",
     "base_torque": "bend_twist_coupling passive_layer_slack",
 }
+
+THIN = {"design": "thin", "scatter": 0.002}  # in which a blocked finger bulges enough to show
 
 
 def _designed(experiment: str, *laws: str) -> dict[str, Any]:
@@ -286,6 +289,7 @@ def all_cases() -> tuple[Case, ...]:
     return (
         *(case for experiment in DRIVEN for case in catalogue(experiment)),
         _fixed_strength("free_bending", "side_wall_integral", LOW_NOISES, {"design": "walls"}),
+        _fixed_strength("blocked_tip", "finite_rotation", LOW_NOISES, THIN),
         *(case for experiment in DRIVEN for case in other_forms(experiment)),
         *tests_of_rubber(),
         *(case for experiment in DRIVEN for case in pairs(experiment)),

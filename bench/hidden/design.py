@@ -165,6 +165,13 @@ def standard(
     return {"finger": specimen(wall)}, _passes(["finger"], drives, repeats, False)
 
 
+def thin(
+    rng: np.random.Generator, drives: list[Protocol], repeats: int
+) -> tuple[dict[str, Any], list[PlannedRun]]:
+    """One specimen with the wall of the thesis's finger, under all protocols."""
+    return {"finger": specimen(0.002)}, _passes(["finger"], drives, repeats, False)
+
+
 def recovered(
     rng: np.random.Generator, drives: list[Protocol], repeats: int
 ) -> tuple[dict[str, Any], list[PlannedRun]]:
@@ -233,6 +240,7 @@ def _some(rng: np.random.Generator, drives: list[Protocol], count: int) -> list[
 
 DESIGNS: dict[str, Make] = {
     "standard": standard,
+    "thin": thin,
     "recovered": recovered,
     "walls": walls,
     "shapes": shapes,

@@ -61,6 +61,8 @@ def _inflate(experiment: str, scene: Scene, plant: Plant, time: Array, supply: A
     stretch, force = balance.stretches(plant, body, dt, pressure, scene.temperature, blocked)
     if blocked:
         return force
+    if plant.set_share:
+        stretch = _longer_at_rest(scene, plant, stretch)
     if plant.printed is not None:
         return _printed_angle(plant, body, pressure)
     return balance.tip_angle(stretch, body)
@@ -83,6 +85,20 @@ def _carry_softening(
     else:
         so_far = np.maximum(np.maximum.accumulate(stretch, axis=1), start[:, None])
         plant.softening.largest = so_far.reshape(-1, stretch.shape[2])
+
+
+def _longer_at_rest(scene: Scene, plant: Plant, stretch: Array) -> Array:
+    """Stretch (runs, steps, sections) of fingers that keep a share of their largest strain, from
+    that of fingers that do not: lam = u*(1 + share*(largest - 1)).
+
+    While it grows, lam is the largest one itself, which makes it u*(1 - share)/(1 - share*u).
+    """
+    if plant.mass_scale or plant.tip_mass or plant.remembers:
+        raise ValueError("expected a permanent set without weight or memory")
+    growing = stretch * (1 - plant.set_share) / (1 - plant.set_share * stretch)
+    start = carried(scene, growing.max(axis=1))
+    largest = np.maximum(np.maximum.accumulate(growing, axis=1), start[:, None])
+    return stretch * (1 + plant.set_share * (largest - 1))
 
 
 def carried(scene: Scene, peaks: Array) -> Array:

@@ -69,10 +69,10 @@ class Plant:
     mass_tilt: float = 0.0  # 1: mass per length grows from zero at the base to twice the mean
     side_walls: bool = False
     printed: tuple[float, float] | None = None
-    set_share: float = 0.0  # of the largest strain so far, which stays in a strip
+    set_share: float = 0.0  # of the largest strain so far, which stays in the rubber
     grips: float = 0.0  # stretch by which the grips of a strip yield per stress [1/Pa]
     tip_compliance: Callable[[Array], Array] | None = None  # force [N] -> deflection [m]
-    tip_friction: float = 0.0
+    bulges: bool = False  # between base and gauge, where the tip is blocked
     sensors: list[Callable[[Array, Array, Array], Array]] = field(default_factory=list)
     bend_twist: float = 0.0  # these three of the chain whose torque is measured
     slack: float = 1.0

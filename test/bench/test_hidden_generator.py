@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from scipy.integrate import solve_ivp, trapezoid
+from scipy.integrate import solve_bvp, solve_ivp, trapezoid
 from scipy.optimize import brentq
 
 from bench.hidden import balance, flow, rubber, sensing
@@ -183,6 +183,40 @@ def test_a_blocked_straight_finger_pushes_with_its_moment_at_small_load():
     force = measure("blocked_tip", scene, Plant()).output[0, -1]
     moment = 0.02**2 * 0.02 * 50.0 / 2
     assert force == pytest.approx(moment * (0.09**2 / 2) / (0.09**3 / 3), rel=1e-3)
+
+
+def test_a_blocked_finger_bulges_by_a_few_percent():
+    """By collocation over the arc: theta' = kappa(M), y' = sin(theta), M' = -F*cos(theta)."""
+    scene = scene_of(STEADY)
+    scene = Scene(scene.specimens, scene.runs, 5, 31e3, 10, True, np.ones(1))
+    straight = measure("blocked_tip", scene, Plant()).output[0, -1]
+    force = measure("blocked_tip", scene, build([("finite_rotation", {})], 1.0)).output[0, -1]
+    ratio = 2 / (1 + 0.018**2 / 0.02**2)
+    load, unit = 31e3 * ratio * 0.02 / (4 * 73.7e3 * 0.002), ratio / (2 * 73.7e3 * 0.02**2 * 0.002)
+
+    def slopes(x, y, p):
+        stress = load - unit * y[2]
+        stretch = [brentq(lambda lam, q=q: lam - lam**-3 - q, 0.3, 5.0) for q in stress]
+        return [(np.array(stretch) - 1) / 0.02, np.sin(y[0]), -p[0] * np.cos(y[0])]
+
+    x = np.linspace(0, 0.09, 15)
+    guess = [0 * x, 0 * x, straight * (0.09 - x)]
+    found = solve_bvp(
+        slopes, lambda a, b, p: [a[0], a[1], b[1], b[2]], x, guess, p=[straight], tol=1e-8
+    )
+    assert force == pytest.approx(found.p[0], rel=1e-6)
+    assert 1.005 < force / straight < 1.03
+
+
+def test_a_finger_with_a_permanent_set_stays_bent_and_rises_again_on_its_return():
+    scene = scene_of(Protocol("two", 8.0, triangles([0.6, 1.0], 0.4)[1]), samples=81)
+    share, base = 0.1, measure("free_bending", scene, Plant()).output[0]
+    angle = measure("free_bending", scene, build([("permanent_set", {"share": share})], 1.0))
+    lam, plain = 1 + np.array([angle.output[0], base]) / 0.09 * 0.02
+    largest = np.maximum.accumulate(lam)
+    rest = 1 + share * (largest - 1)
+    assert lam / rest == pytest.approx(plain, rel=1e-12)  # the rubber's own stretch
+    assert lam[-1] == pytest.approx(1 + share * (lam.max() - 1), rel=1e-12)
 
 
 def test_other_forms_start_with_the_modulus_of_the_base():

@@ -45,6 +45,7 @@ VALUES = {
     "permanent_set": {"share": 0.2},
     "pressure_gain": {"gain": 1.2},
     "pressure_offset": {"offset": 3e3},
+    "second_relaxation": {"relative_modulus": 0.4, "relaxation_time": 0.5},
     "section_rounding": {"gain": 0.5, "pressure_scale": 15e3},
     "side_wall_integral": {},
     "thick_wall": {"gain": 3.0},

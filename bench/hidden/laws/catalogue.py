@@ -136,8 +136,14 @@ def actuation_nonlinearity(plant: Plant, a: float, p0: float) -> None:
 
 @law("permanent_set", ("share", 1e-3, 0.5))
 def permanent_set(plant: Plant, share: float) -> None:
-    """A strip stays longer, and hangs slack below that."""
+    """Rubber stays longer; a strip hangs slack below that, a finger stays bent."""
     plant.set_share = share
+
+
+@law("finite_rotation", None)
+def finite_rotation(plant: Plant) -> None:
+    """A blocked finger bulges."""
+    plant.bulges = True
 
 
 @law("machine_compliance", ("stiffness", 1e9, 3e4))
@@ -273,7 +279,7 @@ def camera_perspective(plant: Plant, foreshortening: float) -> None:
 
 @law(
     "sensor_drift",
-    ("rate", 1e-5, 1.0),
+    ("rate", 1e-5, 1e4),
     lambda rng: {"settling_time": log_uniform(rng, 6.0, 30.0), "per_run": 0.0},
     signed=True,
 )

@@ -549,11 +549,11 @@ class Rules:
     notice_zero: float = _rule(3.0, "how repeats differ over their scatter within", BY_HAND)
     notice_zero_left: float = _rule(0.3, "of it that is left without their zeros", BY_HAND)
     notice_clip_within: float = _rule(0.003, "of the largest reading, of the same", BY_HAND)
-    notice_clip_share: float = _rule(0.8, "share of samples in between that are it too", BY_HAND)
     notice_clip_back: float = _rule(
         0.25, "difference of the output at both ends over how far it goes on", BY_HAND
     )
     notice_clipped: int = _rule(5, "samples at the largest reading of an input, clipped", BY_HAND)
+    limit_part: int = _rule(10, "samples of a run kept between two times at the limit", BY_HAND)
     notice_swing: float = _rule(
         2.0, "error just after a step over that at the end, of a swing", BY_HAND
     )
@@ -623,6 +623,8 @@ class Rules:
     output_levels: int = _rule(10, "the same of an output", BY_HAND)
     sensor_alike: float = _rule(3.0, "samples per level of a coarse sensor", BY_HAND)
     sensor_whole: float = _rule(0.02, "distance from whole steps of a coarse sensor", BY_HAND)
+    input_rounded: float = _rule(0.1, "rounding that was taken out, over its step (rms)", BY_HAND)
+    held_samples: int = _rule(10, "samples of one reading from which it is held", BY_HAND)
     input_levels: int = _rule(15, "levels over the range of an input that is rounded", BY_HAND)
     input_one_step: float = _rule(1.5, "steps up to which a reading goes to the next one", BY_HAND)
     input_holds: float = _rule(

@@ -76,3 +76,12 @@ def test_pulses_and_held_tips_can_be_predicted(experiment):
     forward = Forward(planned, "pneuflex", calibration=calibration, free_calibration=False)
     predicted = forward.predict(np.zeros((1, 0)))
     assert np.isfinite(predicted).all() and np.abs(predicted).max() > 0.0
+
+
+def test_a_ramp_is_slow_only_if_it_is_slower_than_all_runs_so_far():
+    trials = trial_runs(bending(specimen()), "pneuflex")
+    lasting = {
+        name: [t.columns["time"][-1] for t in trials if t.protocol == name]
+        for name in ("ramp", "slow_ramp")
+    }
+    assert max(lasting["ramp"]) < TIME[-1] <= min(lasting["slow_ramp"]) * 1.001

@@ -413,6 +413,26 @@ def test_of_a_class_of_causes_the_tied_member_of_the_least_error_is_named(choose
     assert chosen.final.effects == ("b",) and set(chosen.ties[0]) == {"a", "c"}
 
 
+@pytest.mark.parametrize(
+    ("left_by_b", "parameters", "answer"), [(0.1, 1, "b"), (0.1, 3, "a"), (0.8, 1, "a")]
+)
+def test_an_empirical_effect_gives_way_to_one_that_says_why_as_well(
+    choose, monkeypatch, left_by_b, parameters, answer
+):
+    """With no more parameters, and no clearly larger error."""
+    monkeypatch.setattr(module, "EMPIRICAL", {"a", "c"})
+    problem = made_up_problem()
+    counts = {"a": 2, "b": parameters, "c": 1}
+    some, plain = {}, SimpleNamespace(name="x", unit="", neutral=0.0)
+    for one, count in counts.items():
+        more = {"parameters": (plain,) * count}
+        some[one] = SimpleNamespace(**vars(problem.classes[one]) | more)
+    models = {"": BASE, "a": leaves(0.1), "b": leaves(left_by_b, 503.0), "c": leaves(0.1, 502.0)}
+    problem = replace(problem, classes={**problem.classes, **some})
+    chosen = choose(models, problem=problem)[0]
+    assert chosen.final.effects == (answer,)
+
+
 def test_nothing_is_tied_whose_error_is_many_times_larger(choose):
     """Errors of 4.8 and 24.2 are no tie, whatever the likelihood of their shapes says."""
     small = leaves(0.1)

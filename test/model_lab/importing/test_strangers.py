@@ -255,6 +255,22 @@ def test_the_temperature_of_a_run_is_that_of_its_column(tmp_path):
     assert any("19.5 to 28.0 degC" in remark for remark in found.remarks)
 
 
+@pytest.mark.parametrize(("rise", "kept"), [(0.5, False), (18.0, True)])
+def test_a_temperature_that_changes_within_a_run_stays_a_column(tmp_path, rise, kept):
+    celsius = np.linspace(20.0, 20.0 + rise, len(TIME))
+    header = "t [s],p [kPa],angle [deg],T_Raum [°C]"
+    files = [
+        write(tmp_path / f"a_{run}.csv", header, TIME, PRESSURE, ANGLE, celsius) for run in (1, 2)
+    ]
+    found = make_set(propose(files), HAND)
+    found.write(tmp_path / "set")
+    data = load_measurements(tmp_path / "set")
+    assert all(("temperature" in run.columns) == kept for run in data.runs)
+    assert any("changes within runs" in remark for remark in found.remarks) == kept
+    if kept:
+        np.testing.assert_allclose(data.runs[0].warmth, 273.15 + celsius, atol=1e-3)
+
+
 def test_repeats_are_counted_by_a_column_wdh(tmp_path):
     words = 2 * len(TIME) * ["duenn"] + 2 * len(TIME) * ["dick"]
     repeat = 2 * (len(TIME) * [1] + len(TIME) * [2])

@@ -84,3 +84,22 @@ def test_readings_that_flicker_need_no_rounding():
     data = made_of(3e4 * COURSE, flicker)
     assert sensor_step([flicker]) == pytest.approx(STEP, rel=1e-4)
     assert not np.any(rounding_errors(data, np.tile(COURSE, data.table.runs)))
+
+
+def test_what_is_held_is_uncertain_by_the_steps_of_its_sensor_in_all_repeats():
+    """Levels held between whole steps, read alike in all repeats, and ramps between them."""
+    levels = np.random.default_rng(4).uniform(0.1, 1.0, 40)
+    held = np.repeat(levels, 10)
+    pressure = 3e4 * rounded(held, 1 / 22)
+    data = made_of(pressure, held)
+    runs = tuple(replace(run, protocol="stairs") for run in data.runs)
+    coarse = replace(data, runs=runs, noise={}, input_step=3e4 / 22)
+    off = rounded(held, 1 / 22) - held
+
+    def total(read):
+        residual = np.tile(off, len(runs)) + np.random.default_rng(5).normal(0.0, 1e-3, 12 * 400)
+        return noise_floor(read, make_spectrum(read.table, read.table.value), residual)
+
+    assert total(coarse).total == pytest.approx(np.std(off), rel=0.15)
+    assert total(replace(coarse, input_step=0.0)).total < 0.1 * np.std(off)
+    assert total(coarse).upper > 1.02 * total(coarse).total  # few levels tell it

@@ -91,6 +91,13 @@ def test_a_scale_of_the_pressure_of_a_blocked_tip_may_be_a_wrong_size():
     assert "a force gauge that reads 0.81 times the force" in said
 
 
+def test_a_dead_zone_may_be_a_threshold_of_the_force_gauge():
+    zone = NamedEffect("dead_zone", {"threshold": Estimate(2260.0, 13.0, (2230.0, 2290.0), "Pa")})
+    blocked = replace(diagnosis("effects_missing", (zone,)), experiment="blocked_tip")
+    said = verdict_sentence(blocked)
+    assert "A force gauge that shows nothing below the force at 2.26 kPa looks the same." in said
+
+
 def test_an_effect_that_explains_most_is_told_where_nothing_explains_all():
     lags = {"tube_lag": "tube", "angle_sensor_lag": "sensor"}
     lag = replace(LAG, cause="lag", members=lags)
@@ -236,4 +243,11 @@ def test_a_sentence_is_in_the_units_that_the_user_stated():
     stated = replace(diagnosis("adequate"), units={"pressure": "psi", "tip_angle": "rad"})
     assert "its error of 0.1 rad can be noise alone (noise floor 0.01 rad)" in verdict_sentence(
         stated
+    )
+
+
+def test_after_one_relaxation_time_a_second_one_is_searched():
+    said = replace(diagnosis("unexplained"), helps=(Help("viscoelasticity", 0.03),))
+    assert verdict_sentence(said).endswith(
+        "(`model-lab add`), a second relaxation time is searched, too."
     )

@@ -44,6 +44,7 @@ BY_STAGE = {
         "ogden",
         "creep",
         "permanent_set",
+        "second_relaxation",
     },
     "structure": {
         "side_wall_integral",

@@ -28,6 +28,8 @@ from model_lab.measurements.measurement_set import (
 )
 from model_lab.measurements.specimens import MOUNTS
 
+SLOW_RAMP = "slow_ramp"  # which is called slow only if it is slower than all runs so far
+SAME_PACE = 1.001
 DURATION_FACTORS = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
 LONGEST_FACTOR = 4.0  # of the longest run so far
 USUAL_DURATION = 20.0  # [s] of a run by hand, where no time was recorded
@@ -113,11 +115,14 @@ def _driven(data: MeasurementSet, base: str) -> Iterator[TrialRun]:
         for duration in _durations(data, protocol.fastest() * abs(peak), abs(peak), driving)
         for time, course in [protocol.course(duration, peak, SAMPLES_A_RUN)]
     ]
+    slowest = _slowest(data, driving)
     for specimen, temperature, changes in _settings(data, base):
         for protocol, columns in courses:
-            yield TrialRun(
-                protocol.name, protocol.description, specimen, temperature, columns, changes
-            )
+            name, words = protocol.name, protocol.description
+            pace = protocol.fastest() * abs(peak) / columns["time"][-1]
+            if name == SLOW_RAMP and pace > SAME_PACE * slowest:
+                name, words = "ramp", "one ramp up and down"
+            yield TrialRun(name, words, specimen, temperature, columns, changes)
 
 
 def _durations(data: MeasurementSet, steepest: float, peak: float, driving: str) -> list[float]:
@@ -136,12 +141,25 @@ def _durations(data: MeasurementSet, steepest: float, peak: float, driving: str)
 
 def _fastest(data: MeasurementSet, driving: str, window: float) -> float:
     """Largest rate of the input over a window [s]."""
-    rates = [
+    return max(_rates(data, driving, window))
+
+
+def _slowest(data: MeasurementSet, driving: str) -> float:
+    """Largest rate of the input in the run in which that is least."""
+    if not data.has_time:
+        return np.inf
+    longest = max(float(np.ptp(run.columns["time"])) for run in data.runs)
+    return min(_rates(data, driving, longest / 50.0))
+
+
+def _rates(data: MeasurementSet, driving: str, window: float) -> list[float]:
+    """Largest rate of the input over a window [s] in each run."""
+    changes = [
         np.abs(np.interp(run.columns["time"] + window, run.columns["time"], values) - values)
         for run in data.runs
         for values in [run.columns[driving]]
     ]
-    return max(float(rate.max()) for rate in rates) / window
+    return [float(change.max()) / window for change in changes]
 
 
 def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float, tuple[str, ...]]]:

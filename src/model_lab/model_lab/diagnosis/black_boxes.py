@@ -247,11 +247,11 @@ def _largest(inputs: _Inputs) -> Array | None:
 
 
 def _temperature(inputs: _Inputs) -> Array | None:
-    temperatures = np.array([run.temperature for run in inputs.data.runs])
+    temperatures = np.concatenate([run.warmth for run in inputs.data.runs])
     if np.ptp(temperatures) < 1.0:
         return None
-    warm = (inputs.run.temperature - temperatures.mean()) / np.ptp(temperatures)
-    return warm * np.stack([np.ones_like(inputs.predicted), inputs.predicted], axis=1)
+    warm = (inputs.run.warmth - temperatures.mean()) / np.ptp(temperatures)
+    return warm[:, None] * np.stack([np.ones_like(inputs.predicted), inputs.predicted], axis=1)
 
 
 def _specimen(inputs: _Inputs) -> Array | None:

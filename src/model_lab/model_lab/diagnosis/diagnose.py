@@ -26,6 +26,7 @@ from model_lab.diagnosis.error_by_step import (
 from model_lab.diagnosis.first_look import TellFirst, first_look, tell_no_first
 from model_lab.diagnosis.forward_selection import closer
 from model_lab.diagnosis.judgement import Judgement
+from model_lab.diagnosis.limited_sensor import with_limit, without_limit
 from model_lab.diagnosis.new_specimens import as_new, with_new_specimens
 from model_lab.diagnosis.own_moduli import may_differ, with_batches, with_own_moduli
 from model_lab.diagnosis.own_sizes import other_sizes, with_other_size
@@ -85,7 +86,8 @@ def diagnose(
     is left.
 
     First the data are searched for slips (mistakes in how the data are stated) and for events in
-    the series of runs, which are then taken out of the data. If no effect explains the set, each
+    the series of runs, which are then taken out of the data. If the model fails, samples whose
+    input is at the limit of its sensor are left out; if no effect explains the set, each
     specimen is given a modulus of its own where the error depends on the specimen, and each run a
     new specimen where softening then explains it. Long recordings are thinned. Effects of the model
     that have standard errors are fitted again, the others keep their values.
@@ -105,6 +107,12 @@ def diagnose(
     known = effect_classes() if classes is None else classes
     options = _Options(known, seed, jobs, tell)
     outcome = _diagnosed(data, model, options, tell_first)
+    limited = without_limit(data, outcome.diagnosis)
+    if limited is not None:
+        parted = _diagnosed(limited[0], model, options, tell_no_first)
+        told = with_limit(data, outcome.diagnosis, parted.diagnosis, limited[1])
+        if told is not None:
+            return replace(parted, diagnosis=told)
     batches = may_differ(data, outcome.diagnosis)
     if batches:
         parted = _diagnosed(with_batches(data, batches), model, options, tell_no_first)
@@ -332,7 +340,8 @@ def _judged_search(
 
 def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
     """(names of effects that could be missing, effects that the specimens may have but that cannot
-    show in this set with the reason). Built-in effects of other experiments are in neither.
+    show in this set with the reason). Built-in effects of other experiments are in neither, nor are
+    those that need another effect in the model.
     """
     present, data = {effect.name for effect in model.effects}, problem.data
     built_in = effect_classes()
@@ -341,6 +350,7 @@ def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[No
         for name, effect in problem.classes.items()
         if name not in present
         and effect.physical
+        and (not effect.beside or present & set(effect.beside))
         and (name not in built_in or data.experiment in {*effect.experiments, *effect.unseen_in})
     }
     candidates = [name for name, reason in absent.items() if reason is None]

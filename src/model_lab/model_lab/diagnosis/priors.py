@@ -16,6 +16,17 @@ from model_lab.rules import RULES, Rules
 from softhand_model.effects import Effect
 
 GAUGE_ZERO = "pressure_offset.offset"
+EMPIRICAL = frozenset(
+    {
+        "actuation_nonlinearity",
+        "ballooning",
+        "chamber_contact",
+        "passive_layer_slack",
+        "section_rounding",
+        "thick_wall",
+    }
+)
+"""Effects that say how much an actuator moves, not why: of a geometry that was measured."""
 
 
 def unusual(fit: Fit) -> float:

@@ -30,7 +30,7 @@ from model_lab.diagnosis.forward_selection import (
     select_forward,
     with_own_held_out,
 )
-from model_lab.diagnosis.priors import is_between_samples
+from model_lab.diagnosis.priors import EMPIRICAL, is_between_samples
 from model_lab.diagnosis.result import Detectable
 from model_lab.diagnosis.search import (
     Scored,
@@ -108,6 +108,7 @@ def select(
     ties = _ties(problem, forward.final, base, singles, search)
     for _ in range(problem.rules.most_effects):
         better = _better_member(problem, forward.final, base, ties)
+        better = better or _with_a_reason(problem, forward.final, base, ties)
         if better is None:
             break
         forward = replace(forward, final=better)
@@ -167,6 +168,22 @@ def _better_member(
     if best is None or error_of(problem, best) >= error_of(problem, final):
         return None
     return with_own_held_out(problem, best)
+
+
+def _with_a_reason(
+    problem: FitProblem, final: Scored, base: Scored, ties: Sequence[Sequence[Scored]]
+) -> Scored | None:
+    """The nearest model in which an effect that says why stands for one of `EMPIRICAL`, as well and
+    with no more parameters.
+    """
+    added = [name for name in final.effects if name not in base.effects]
+    for effect, group in zip(added, ties, strict=True):
+        for other in group if effect in EMPIRICAL else ():
+            new, old = (len(problem.classes[name].parameters) for name in (other.added, effect))
+            alike = other.plausible and not lowers(problem, final, other)
+            if other.added not in EMPIRICAL and alike and new <= old:
+                return with_own_held_out(problem, other)
+    return None
 
 
 def _ties(

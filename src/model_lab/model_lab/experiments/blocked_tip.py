@@ -55,7 +55,9 @@ class BlockedTip:
         staged, rows = StagedEffects(effects), self._rows
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * rows.modulus_factor(staged)
-        force = self._force(staged, modulus, rows.chamber_pressure(staged, self._pressure))
+        warming = rows.warming(staged)
+        pressure = rows.chamber_pressure(staged, self._pressure) / warming
+        force = warming * self._force(staged, modulus, pressure)
         rubbing = [e for e in staged.structure if overrides(e, StructureEffect, "tip_force")]
         force = rows.through(staged, rubbing, "tip_force", force)
         return rows.reading(staged, "tip_force", force)

@@ -70,6 +70,7 @@ class FreeBending:
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * self._rows.modulus_factor(staged)
         pressure = self._rows.chamber_pressure(staged, self._pressure)
+        pressure = pressure / self._rows.warming(staged)  # as the load is, but for a weight
         angle = self._angle(staged, modulus, pressure)
         return self._rows.reading(staged, "tip_angle", angle)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.bent_input import begun, bends, between
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.measurement_set import TEMPERATURE, MeasurementSet
 from softhand_model.bending.whole_runs import Runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, overrides
@@ -97,6 +97,17 @@ class SampleRows:
         self._surround(staged.load, self._starts)
         temperature = np.array([run.temperature for run in self._data.runs])
         return staged.modulus_factor(temperature[None, :, None])
+
+    def warming(self, staged: StagedEffects) -> Array | float:
+        """Shear modulus (lanes, rows, 1) over that of `modulus_factor`, where a run has a column of
+        its temperature. The load goes with its inverse, a force or stress with itself.
+        """
+        if not any(TEMPERATURE in run.columns for run in self._data.runs):
+            return 1.0
+        whole = self.modulus_factor(staged) + np.zeros((1, len(self._starts), 1))
+        self._surround(staged.load, slice(None))
+        warmth = np.concatenate([run.warmth for run in self._data.runs])
+        return staged.modulus_factor(warmth[None, :, None]) / whole[:, self.run]
 
     def peaks(self, values: Array) -> Array:
         """Largest value (lanes, runs, 1) in each run, of values (lanes, rows, 1)."""

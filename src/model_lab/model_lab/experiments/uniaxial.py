@@ -67,7 +67,7 @@ class Uniaxial:
         staged = StagedEffects(effects)
         scale = modulus_of_runs(self._data, calibration)
         modulus = self._modulus * scale * self._rows.modulus_factor(staged)
-        modulus = modulus[:, self._rows.run]
+        modulus = modulus[:, self._rows.run] * self._rows.warming(staged)
 
         def stress_at(stretch: Array) -> Array:
             return modulus * imposed(staged, self._mode, self._memory, stretch - 1.0)

@@ -194,10 +194,12 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
         seen = dof > 0.0
         variance = np.where(seen, power / np.where(seen, dof, 1.0), 0.0)
         variance = _falling(np.where(seen, variance, variance[seen].min()), dof, spectrum)
-        rounding = rounding_errors(data, data.table.value - residual, of_input=False)
+        rounding = rounding_errors(data, data.table.value - residual, repeated=True)
         if rounding is not None:  # alike in all repeats that pass through the same values
-            rounded = spectrum.power(spectrum.coefficients(rounding)).mean(axis=0) / counts
-            variance = np.maximum(variance, rounded)
+            rounded, freedom = _level(spectrum.power(spectrum.coefficients(rounding)) / counts)
+            larger = rounded > variance
+            variance = np.where(larger, rounded, variance)
+            dof = np.where(larger & seen, np.minimum(dof, freedom), dof)
         return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
     stated = [data.noise.get(name) for name in data.outputs]
     if all(level is not None for level in stated):
@@ -215,6 +217,12 @@ def _measured_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -
         variance[0] += _unseen_gain(spectrum)
         return _floor(variance, counts * 0.0 + RULES.rubber_freedom, spectrum, source)
     return _floor(variance, counts * 0.0, spectrum, source)
+
+
+def _level(drawn: Array) -> tuple[Array, Array]:
+    """Mean (bands,) of mean squares (draws, bands), and the degrees of freedom of one draw."""
+    mean, spread = drawn.mean(axis=0), drawn.var(axis=0)
+    return mean, 2.0 * mean**2 / np.maximum(spread, SMALLEST_SHARE * mean**2 + SMALLEST_LEVEL**4)
 
 
 def _floor(variance: Array, dof: Array, spectrum: Spectrum, source: str) -> NoiseFloor:

@@ -10,6 +10,7 @@ from model_lab.aliases import Array
 from model_lab.fitting.noise_floor import NoiseFloor
 from model_lab.fitting.notice import NAMED_RUNS, Notice
 from model_lab.measurements.held_input import DRIVING_COLUMN, jumps
+from model_lab.measurements.limited_input import limit_reached
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 
@@ -68,24 +69,10 @@ def _held_input(data: MeasurementSet) -> Notice | None:
 
 def _clipped(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
     """An input that stays at its largest reading while the output goes on and comes back."""
-    if not data.has_time or data.experiment not in DRIVING_COLUMN or len(data.outputs) > 1:
+    limit = limit_reached(data, floor.within)
+    if limit is None:
         return None
-    largest = max(float(np.max(data.driving(run))) for run in data.runs)
-    found = {}
-    for index, run in enumerate(data.runs):
-        at = np.flatnonzero(data.driving(run) >= (1.0 - RULES.notice_clip_within) * largest)
-        if not len(at) or len(at) < max(
-            RULES.notice_clipped, RULES.notice_clip_share * (at[-1] - at[0])
-        ):
-            continue
-        output = run.columns[data.outputs[0]][at[0] : at[-1] + 1]
-        ends = np.linspace(output[0], output[-1], len(output))
-        goes_on = float(np.max(np.abs(output - ends)))
-        comes_back = abs(output[-1] - output[0]) < RULES.notice_clip_back * goes_on
-        if comes_back and goes_on > RULES.notice_wild * floor.within:
-            found[index] = goes_on
-    if not found:
-        return None
+    found, largest = limit.runs, limit.reading
     names = [data.runs[index].name for index in found]
     more = f" and {len(names) - NAMED_RUNS} more" if len(names) > NAMED_RUNS else ""
     size, order = max(found.values()), np.arange(len(data.runs), dtype=float)
@@ -93,8 +80,8 @@ def _clipped(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
     text = (
         f"{', '.join(names[:NAMED_RUNS])}{more}: the input stays at its largest reading, "
         f"{unit.shown(largest, 4)}, while the output goes on by {data.output_display.shown(size)} "
-        "and comes back, as if its sensor were at the limit; leave these samples out, or use a "
-        "sensor with a larger range"
+        "and comes back, as if its sensor were at the limit; state this `limit` under `columns`, "
+        "which leaves these samples out, or use a sensor with a larger range"
     )
     ranges = np.array([found.get(index, 0.0) for index in range(len(data.runs))])
     marked = np.array([*found], np.int64)

@@ -56,6 +56,7 @@ from model_lab.importing.set_columns import (
     remarks_on_air,
     temperatures_in_names,
     temperatures_of,
+    with_temperatures,
 )
 from model_lab.importing.specimens import (
     Assigned,
@@ -65,10 +66,10 @@ from model_lab.importing.specimens import (
     protocols_of,
 )
 from model_lab.importing.stated_noise import stated_noise
-from model_lab.importing.strips import strip_modulus
+from model_lab.importing.strips import moduli_words, own_moduli, strip_modulus
 from model_lab.importing.tables import Table, read_tables
 from model_lab.measurements.drives import drive_of
-from model_lab.measurements.measurement_set import SET_FORMAT
+from model_lab.measurements.measurement_set import SET_FORMAT, TEMPERATURE
 from model_lab.measurements.units import column_unit
 from softhand_common.documents.output_file import write_files
 from softhand_common.documents.quoted import listed, shortened
@@ -321,6 +322,7 @@ def make_set(
     runs, copied = without_copies(runs)
     if experiment == RUBBER_TEST:  # which is not driven before its first stress
         runs = tuple(replace(run, lead={}) for run in runs)
+    runs = runs if many else with_temperatures(runs, sources, needed)
     modes = {run.name: proposal.modes[run.files[0].name] for run in runs if proposal.modes}
     name, entry = finger_of_hand(hand, runs) if hand else (SPECIMEN, {})
     name = name if hand else STRIPS.get(experiment, SPECIMEN)
@@ -346,7 +348,7 @@ def make_set(
     modulus = strip_modulus(runs, columns, modes) if strips else None
     if modulus is not None:
         entry = {"shear_modulus": modulus}
-    of_strips = _own_moduli(runs, found, columns, modes) if strips else {}
+    of_strips = own_moduli(runs, found.specimens, columns, modes) if strips else {}
     measured = temperatures_of(runs, sources)
     temperatures = measured or temperatures_in_names(names)
     document = {
@@ -388,7 +390,7 @@ def make_set(
         low, high = (end(temperatures.values()) - KELVIN for end in (min, max))
         remarks.append(
             "temperature: "
-            + ("the mean of its column in each run" if measured else "as in the names of the runs")
+            + _source_of_temperatures(runs, bool(measured))
             + f", {low:.1f} to {high:.1f} degC (in "
             "experiment.yaml in K); runs more than 1 K apart are no repeats"
         )
@@ -399,7 +401,7 @@ def make_set(
     ]
     if modulus is not None or of_strips:
         remarks.append(
-            f"the shear modulus is not stated: {_moduli_words(modulus, of_strips)}, from the first "
+            f"the shear modulus is not stated: {moduli_words(modulus, of_strips)}, from the first "
             "part of the pull, is a start, and the modulus is fitted freely (in experiment.yaml: "
             "shear_modulus"
             + (
@@ -412,30 +414,11 @@ def make_set(
     return ImportedSet(document, runs, tuple(dict.fromkeys(remarks)), sized)
 
 
-def _own_moduli(
-    runs: Sequence[ImportedRun],
-    found: Assigned,
-    columns: Mapping[str, Mapping[str, object]],
-    modes: Mapping[str, str],
-) -> dict[str, dict[str, object]]:
-    """Entries of several strips, each with a modulus and a batch of its own, by their names; empty
-    if there is one strip, or the first part of a pull gives no modulus.
-    """
-    moduli = {
-        name: strip_modulus(
-            [run for run in runs if found.specimens[run.name] == name], columns, modes
-        )
-        for name in found.names
-    }
-    if len(moduli) < 2 or None in moduli.values():
-        return {}
-    return {name: {"shear_modulus": value, "batch": name} for name, value in moduli.items()}
-
-
-def _moduli_words(modulus: float | None, of_strips: Mapping[str, Mapping[str, object]]) -> str:
-    """The moduli of strips, in words."""
-    each = [f"{entry['shear_modulus']:g} Pa of {name}" for name, entry in of_strips.items()]
-    return listed(each) if each else f"{modulus:g} Pa"
+def _source_of_temperatures(runs: Sequence[ImportedRun], measured: bool) -> str:
+    """Where the temperatures of runs are from, in words."""
+    if any(TEMPERATURE in run.columns for run in runs):
+        return "its column, which changes within runs; means"
+    return "the mean of its column in each run" if measured else "as in the names of the runs"
 
 
 def _noise(sources: Sequence[Source], needed: Sequence[str], experiment: str) -> dict[str, float]:

@@ -8,12 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from model_lab.aliases import Array
 from model_lab.importing.many_columns import gauge_entries
 from model_lab.importing.runs import ImportedRun, Source
 from model_lab.importing.units import ABSOLUTE, GAUGE
 from model_lab.measurements.at_rest import lowest
-from model_lab.measurements.load import TEMPERATURES
 from model_lab.measurements.meanings import AMBIENT, air_pressure
+from model_lab.measurements.measurement_set import SAME_TEMPERATURE, TEMPERATURE
+from model_lab.measurements.rows import TEMPERATURES
 from model_lab.measurements.units import column_unit
 from model_lab.rules import RULES
 from softhand_common.documents.yaml_document import DocumentError
@@ -26,6 +28,7 @@ TEMPERATURE_IN_NAME = re.compile(
 )  # of a run, in degrees Celsius
 AIR_COLUMN = "pressure"  # which may be absolute
 KELVIN = 273.15  # [K], 0 degC
+MEANS_A_RUN = 10  # temperatures of a run that are compared
 NOT_CONVERTED = ("time", "strain", "stretch", "temperature")  # in SI units, or with an offset
 Columns = dict[str, dict[str, object]]
 """The entry of each column under `columns` of a set."""
@@ -78,6 +81,63 @@ def temperatures_of(runs: Sequence[ImportedRun], sources: Sequence[Source]) -> d
             if TEMPERATURES[0] <= kelvin <= TEMPERATURES[1]:
                 found[run.name] = round(kelvin, 2)
     return found
+
+
+def with_temperatures(
+    runs: Sequence[ImportedRun], sources: Sequence[Source], needed: Sequence[str]
+) -> tuple[ImportedRun, ...]:
+    """The runs with a column of their temperature, if all were recorded with it and it changes
+    within one by so much that it would be no repeat.
+    """
+    by_file = {source.table.path: source for source in sources}
+    found, most = [], 0.0
+    for run in runs:
+        members = [by_file[path] for path in run.files if path in by_file]
+        course = _temperature_of(members, needed)
+        if course is None or len(by_file) < len(sources) or "time" not in run.columns:
+            return tuple(runs)
+        time, values, unit = course
+        kelvin = column_unit(TEMPERATURE, unit).to_si(values)
+        if (
+            len(kelvin) < MEANS_A_RUN
+            or kelvin.min() < TEMPERATURES[0]
+            or kelvin.max() > TEMPERATURES[1]
+        ):
+            return tuple(runs)
+        most = max(
+            most,
+            float(np.ptp([part.mean() for part in np.array_split(kelvin, MEANS_A_RUN)])),
+        )
+        columns, lead = (
+            {**part, TEMPERATURE: np.interp(part["time"], time, values)} if part else part
+            for part in (run.columns, run.lead)
+        )
+        found.append(replace(run, columns=columns, lead=lead))
+    return tuple(found) if most > SAME_TEMPERATURE else tuple(runs)
+
+
+def _temperature_of(
+    members: Sequence[Source], needed: Sequence[str]
+) -> tuple[Array, Array, str] | None:
+    """(time since a run began, temperature, its unit); None if no file of the run has it with a
+    time.
+    """
+    begins, found = [], None
+    for source in members:
+        for meant in source.meanings:
+            if meant.quantity not in (*needed, TEMPERATURE):
+                continue
+            time, values = source.series(meant.quantity)
+            if time is None or not len(time):
+                return None
+            if meant.quantity != TEMPERATURE:
+                begins.append(float(time[0]))
+            elif meant.unit:
+                found = time, values, meant.unit
+    if found is None or not begins:
+        return None
+    time, values, unit = found
+    return time - min(begins), values, unit
 
 
 def temperatures_in_names(names: Sequence[str]) -> dict[str, float]:

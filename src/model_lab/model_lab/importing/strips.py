@@ -9,6 +9,7 @@ import numpy as np
 from model_lab.importing.cell_words import BIAXIAL_MODE, SHEAR_MODE, TENSION_MODE
 from model_lab.importing.runs import ImportedRun
 from model_lab.measurements.units import column_unit
+from softhand_common.documents.quoted import listed
 
 EARLY = 0.3  # of the largest elongation, by hand: the modulus is only a start of the fit
 EXPONENTS = {TENSION_MODE: -2.0, SHEAR_MODE: -3.0, BIAXIAL_MODE: -5.0}
@@ -43,3 +44,28 @@ def strip_modulus(
         return None
     slope = float(np.polyfit(law, stress, 1)[0])
     return float(f"{slope:.{MODULUS_DIGITS}g}") if slope > 0.0 else None
+
+
+def own_moduli(
+    runs: Sequence[ImportedRun],
+    specimens: Mapping[str, str],
+    columns: Mapping[str, Mapping[str, object]],
+    modes: Mapping[str, str],
+) -> dict[str, dict[str, object]]:
+    """Entries of several strips in experiment.yaml, each with a modulus [Pa] and a batch of its
+    own, by their names; empty if there is one strip, or the first part of a pull gives no modulus.
+    specimens: name of the strip of each run. columns, modes: as for `strip_modulus`.
+    """
+    moduli = {
+        name: strip_modulus([run for run in runs if specimens[run.name] == name], columns, modes)
+        for name in dict.fromkeys(specimens.values())
+    }
+    if len(moduli) < 2 or None in moduli.values():
+        return {}
+    return {name: {"shear_modulus": value, "batch": name} for name, value in moduli.items()}
+
+
+def moduli_words(modulus: float | None, of_strips: Mapping[str, Mapping[str, object]]) -> str:
+    """The moduli of strips, in words."""
+    each = [f"{entry['shear_modulus']:g} Pa of {name}" for name, entry in of_strips.items()]
+    return listed(each) if each else f"{modulus:g} Pa"

@@ -14,7 +14,13 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.hands import FORCES, GRASP, MARKER_AXES, PRESS
-from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, down_of
+from model_lab.measurements.measurement_set import (
+    DEFLATE,
+    TEMPERATURE,
+    MeasurementSet,
+    Run,
+    down_of,
+)
 from model_lab.measurements.units import Display
 from model_lab.rules import RULES
 
@@ -174,6 +180,12 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
         Axis(name, noun, unit, _of_runs(data, data.of_runs(name)), of_run=True)
         for name, noun, unit in AXES_OF_RUNS
     ]
+    if any(TEMPERATURE in run.columns for run in data.runs):
+        warmth = _in_runs(data, [run.warmth for run in data.runs])
+        axes = [
+            replace(axis, values=warmth, of_run=False) if axis.name == TEMPERATURE else axis
+            for axis in axes
+        ]
     return [
         *axes,
         *(_named_axis(data, name, data.of_runs(name)) for name in ("mode", "mount", "specimen")),

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.measurements.bags.columns import Source, read_bag_columns
 from model_lab.measurements.bags.fields import MessageField
@@ -33,6 +35,7 @@ from model_lab.measurements.hands import (
 )
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.lead import parted
+from model_lab.measurements.limited_input import within_limit
 from model_lab.measurements.meanings import (
     AMBIENT,
     ATMOSPHERE,
@@ -49,11 +52,12 @@ from model_lab.measurements.measurement_set import (
     ROOM_TEMPERATURE,
     SET_FORMAT,
     STRETCHED,
+    TEMPERATURE,
     MeasurementSet,
     Run,
     Specimen,
 )
-from model_lab.measurements.rows import STRETCHES, check_rows
+from model_lab.measurements.rows import STRETCHES, TEMPERATURES, check_rows
 from model_lab.measurements.specimens import (
     bent_length,
     document_of,
@@ -76,8 +80,8 @@ TOP_KEYS = ("format", "experiment", "specimens", "runs")
 HAND_KEYS = ("markers", "plate", "object", "scene")
 MORE_KEYS = ("title", "description", "columns", "noise", "calibration")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
-TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 STRETCHED_TO = "stretched_to"  # key of a run
+LIMIT = "limit"  # key of a column: the largest reading of its sensor
 COLUMN_WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
 LONGEST_PATH, LONGEST_NAME = 500, 255  # characters
 
@@ -129,7 +133,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
     runs = reader.runs(fields["runs"], tell)
     noise = _noise(fields["noise"], {**reader.bag_units, **units}) if "noise" in fields else {}
     free = "calibration" in fields and _free_modulus(fields["calibration"])
-    return MeasurementSet(
+    data = MeasurementSet(
         experiment,
         title,
         specimens,
@@ -144,6 +148,8 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         plate=plate,
         grasped=grasped,
     )
+    limits = [stated[name].limit for name in columns[0] if name in stated] + reader.limits
+    return within_limit(data, min(limits, default=float(np.inf)))
 
 
 def _free_modulus(node: Node) -> bool:
@@ -155,8 +161,8 @@ def _free_modulus(node: Node) -> bool:
 @dataclass(frozen=True)
 class _Column:
     """What a set states of a column: its unit, also as text, the name of the column in the files,
-    what it is in place of what is expected (a word of `MEANINGS`; empty: just that), and the
-    pressure of the air [Pa].
+    what it is in place of what is expected (a word of `MEANINGS`; empty: just that), the pressure
+    of the air [Pa], and the largest reading of its sensor in SI units.
     """
 
     unit: Unit
@@ -164,18 +170,32 @@ class _Column:
     source: str
     meaning: str
     ambient: float
+    limit: float = np.inf
 
 
 def _stated(node: Node) -> dict[str, _Column]:
     """What is stated under `columns`."""
     found = {}
     for name, entry in node.mapping().items():
-        fields = known_fields(entry, ["unit"], ["is", "from", AMBIENT])
+        fields = known_fields(entry, ["unit"], ["is", "from", AMBIENT, LIMIT])
         source = fields["from"].text() if "from" in fields else name
         unit = _unit(fields["unit"], name)
         meaning, ambient = _meaning(fields, name), _ambient(fields, unit)
-        found[name] = _Column(unit, fields["unit"].value, source, meaning, ambient)
+        text, limit = fields["unit"].value, _limit(fields, name, unit)
+        found[name] = _Column(unit, text, source, meaning, ambient, limit)
     return found
+
+
+def _limit(fields: Mapping[str, Node], name: str, unit: Unit) -> float:
+    """Largest reading of a column's sensor in SI units, stated in the unit of the column, but as
+    what is expected of it, such as a gauge pressure.
+    """
+    if LIMIT not in fields:
+        return float(np.inf)
+    if name not in DRIVING_COLUMN.values():
+        known = listed(sorted(set(DRIVING_COLUMN.values())))
+        raise fields[LIMIT].error(f"the key `limit` only for {known}", f"this key for {name}")
+    return float(unit.to_si(np.array(fields[LIMIT].number())))
 
 
 def _ambient(fields: Mapping[str, Node], unit: Unit) -> float:
@@ -219,7 +239,8 @@ def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
 class _RunReader:
     """Reads the runs of one document; `bag_units` holds the units of columns met in bags, `texts`
     the same as they were written, `bags` the names of runs read from them, and `doubts` what is
-    kept although it cannot be what its column is named.
+    kept although it cannot be what its column is named; `limits` holds the largest readings of
+    sensors that bags state.
     """
 
     def __init__(
@@ -239,6 +260,7 @@ class _RunReader:
         self.texts: dict[str, str] = {}
         self.bags: set[str] = set()
         self.doubts: list[str] = []
+        self.limits: list[float] = []
 
     def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
         """The runs of the document, in its order."""
@@ -260,11 +282,11 @@ class _RunReader:
         fields = known_fields(node, ["specimen"], more)
         mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
-        temperature = _temperature(fields)
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
         columns, lead = self._columns(node, fields, told, self._specimens[specimen])
+        temperature = _temperature(fields, columns)
         if "bag" in fields:
             self.bags.add(name)
         steady = initial == "steady"
@@ -397,7 +419,7 @@ class _RunReader:
                 "no time", "time; bags use the times of their messages, so remove this column"
             )
         entries = {
-            name: known_fields(entry, ["topic", "field"], ["unit", "is", "from", AMBIENT])
+            name: known_fields(entry, ["topic", "field"], ["unit", "is", "from", AMBIENT, LIMIT])
             for name, entry in topics.items()
         }
         units = {
@@ -420,6 +442,7 @@ class _RunReader:
         )
         meanings = {n: word for n, entry in entries.items() if (word := _meaning(entry, n))}
         air = [_ambient(entries[name], units[name]) for name in meanings] or [ATMOSPHERE]
+        self.limits += [_limit(entry, name, units[name]) for name, entry in entries.items()]
         length = bent_length(node, specimen, meanings.values())
         in_si = (_in_si(read, units) for read in (columns, lead))
         of_run, before = (as_expected(read, meanings, air[0], length) for read in in_si)
@@ -470,9 +493,10 @@ def _mode(node: Node, fields: Mapping[str, Node]) -> str:
     return str(fields["mode"].choice(MODES))
 
 
-def _temperature(fields: Mapping[str, Node]) -> float:
+def _temperature(fields: Mapping[str, Node], columns: Mapping[str, Array]) -> float:
+    """Temperature [K] of a run: as stated, else the mean of its column, else that of a room."""
     if "temperature" not in fields:
-        return ROOM_TEMPERATURE
+        return float(np.mean(columns.get(TEMPERATURE, ROOM_TEMPERATURE)))
     node = fields["temperature"]
     value = node.number()
     if not TEMPERATURES[0] <= value <= TEMPERATURES[1]:

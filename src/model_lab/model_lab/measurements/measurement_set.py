@@ -88,6 +88,7 @@ INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
 MODE_HOLDOUT = "modes"
 SAME_TEMPERATURE = 1.0  # [K] within which runs are repeats
 ROOM_TEMPERATURE = 293.15
+TEMPERATURE = "temperature"  # column of a run in which it changes
 UNSTATED_BATCH = "all"  # of specimens of which a set states none
 
 
@@ -154,6 +155,12 @@ class Run:
         """Number of samples."""
         return len(next(iter(self.columns.values())))
 
+    @property
+    def warmth(self) -> Array:
+        """Temperature (samples,) [K]: its column if it was recorded, else that of the run."""
+        usual = np.full(self.samples, self.temperature)
+        return self.columns.get(TEMPERATURE, usual)
+
     def measured(self, outputs: Sequence[str]) -> Array:
         """Values (outputs, samples) of the columns with these names; NaN for a column that the run
         does not have.
@@ -183,8 +190,9 @@ class MeasurementSet:
     free_modulus: whether the shear modulus itself is measured and therefore not limited to 15 %
     about the stated value; always true in the experiment `rubber`. jumps: whether the input is held
     between samples where it jumps (`measurements.held_input`); if not, it goes straight or bends as
-    its neighbours say (`measurements.bent_input`). wild: readings that were replaced
-    (`measurements.wild_samples`). units: units of the columns as stated; values are in SI units
+    its neighbours say (`measurements.bent_input`). input_step: of a coarse sensor of the input,
+    taken out where the input moves (`measurements.unrounded`); else 0. wild: readings that were
+    replaced (`measurements.wild_samples`). units: of the columns as stated; values are in SI units
     nevertheless. bags: names of the runs that were read from bags. doubts: error messages on values
     that were kept although they are impossible for their column (`measurements.rows`). markers: of
     a hand, by name. plate: onto which a hand was pressed; None in other experiments. grasped:
@@ -200,6 +208,7 @@ class MeasurementSet:
     folder: Path = Path()
     free_modulus: bool = False
     jumps: bool = False
+    input_step: float = 0.0
     wild: tuple[WildSample, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     bags: frozenset[str] = frozenset()

@@ -23,7 +23,7 @@ from model_lab.rules import RULES
 
 LARGEST_SET = 30000  # samples that are searched
 SHORTEST_RUN = 800  # samples that a run keeps
-DRIVING_COLUMNS = ("pressure", "stretch")
+NOISY_COLUMNS = ("pressure", "stretch", "temperature")
 WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
 CURVATURE = 2  # order of the polynomials
 NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
@@ -69,7 +69,7 @@ def _thin(run: Run, wanted: float, shortest: int) -> Run:
 
 
 def without_input_noise(data: MeasurementSet) -> MeasurementSet:
-    """The set with noise removed from its inputs; unchanged without time."""
+    """The set with noise removed from its inputs and temperature; unchanged without time."""
     if not data.has_time:
         return data
     return replace(data, runs=tuple(_steadied_run(run) for run in data.runs))
@@ -77,7 +77,7 @@ def without_input_noise(data: MeasurementSet) -> MeasurementSet:
 
 def _steadied_run(run: Run) -> Run:
     columns, lead = dict(run.columns), dict(run.lead)
-    for name in DRIVING_COLUMNS:
+    for name in NOISY_COLUMNS:
         if name in columns and run.samples >= RULES.input_samples:
             before = lead.get(name, columns[name][:0])
             whole = smoothed(np.concatenate([before, columns[name]]))

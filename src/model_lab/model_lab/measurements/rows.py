@@ -19,6 +19,7 @@ from model_lab.measurements.units import largest, unit_of
 from softhand_common.documents.quoted import shortened
 from softhand_common.documents.yaml_document import DocumentError
 
+TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 STRETCHES = (0.1, 50.0)  # what could be a stretch
 STRETCH_NUMBERS = (-90.0, 5000.0)  # what could be one, or a strain, in percent or not
 _NOT_STRETCHES = (
@@ -37,6 +38,11 @@ _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
     "stretch": (lambda values: ~_within(values, STRETCH_NUMBERS), *_NOT_STRETCHES),
     "p_in": (lambda values: values <= VACUUM, *_PULSES),
     "p_out": (lambda values: values <= VACUUM, *_PULSES),
+    "temperature": (
+        lambda values: ~_within(values, TEMPERATURES),
+        f"a temperature of {TEMPERATURES[0]:g} to {TEMPERATURES[1]:g} K",
+        "state its unit under columns, such as degC",
+    ),
     "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
     "direction": (
         lambda values: np.abs(values) != 1.0,

@@ -3,7 +3,8 @@
 A lag or a late clock smooths the steps by which a coarse sensor rounds, so a model with one of them
 predicts better than one without, though nothing lags. Where a reading goes to the next step, the
 input was halfway between both; between such times it is taken to go straight. What is left, as
-where noise lets a reading flicker between two steps, is smoothed as noise of the input is.
+where noise lets a reading flicker between two steps, is smoothed as noise of the input is, but not
+what is held.
 """
 
 from __future__ import annotations
@@ -16,13 +17,14 @@ from model_lab.aliases import Array
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import by_parabolas
-from model_lab.measurements.resolution import sensor_step
+from model_lab.measurements.resolution import held_still, sensor_step
 from model_lab.rules import RULES
 
 
 def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
     """The set with the rounding of its input removed; None if its sensor is not seen to be coarse,
-    or without time.
+    or without time. Where next to nothing was removed, inputs that were made in steps, as those of
+    a program are, may be no rounding.
     """
     name = DRIVING_COLUMN.get(data.experiment)
     if name is None or not data.has_time:
@@ -30,16 +32,22 @@ def without_rounding(data: MeasurementSet) -> MeasurementSet | None:
     step = sensor_step([run.columns[name] for run in data.runs], RULES.input_levels)
     if not step:
         return None
-    return replace(data, runs=tuple(_unrounded_run(run, name, step) for run in data.runs))
+    runs, taken = zip(*(_unrounded_run(run, name, step) for run in data.runs), strict=True)
+    rounded = np.sqrt(np.mean(np.concatenate(taken) ** 2)) >= RULES.input_rounded * step
+    return replace(data, runs=runs, input_step=step if rounded else 0.0)
 
 
-def _unrounded_run(run: Run, name: str, step: float) -> Run:
+def _unrounded_run(run: Run, name: str, step: float) -> tuple[Run, Array]:
+    """(the run without the rounding of a column, what was taken out (k,) before smoothing)."""
     parts = [run.lead, run.columns] if name in run.lead else [run.columns]
     time, values = (np.concatenate([part[key] for part in parts]) for key in ("time", name))
-    whole = by_parabolas(unrounded(time, values, step), step / np.sqrt(12.0))
+    course = unrounded(time, values, step)
+    smooth = by_parabolas(course, step / np.sqrt(12.0))
+    whole = np.where(held_still(course, step), course, smooth)
     before = len(whole) - run.samples
     lead = {**run.lead, name: whole[:before]} if before else run.lead
-    return replace(run, columns={**run.columns, name: whole[before:]}, lead=lead)
+    new = replace(run, columns={**run.columns, name: whole[before:]}, lead=lead)
+    return new, course - values
 
 
 def unrounded(time: Array, readings: Array, step: float) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import isclose
 from typing import Any
 
+from model_lab.diagnosis.limited_sensor import SENSOR_LIMIT
 from model_lab.diagnosis.own_moduli import OWN_MODULI, varies_with_castings
 from model_lab.diagnosis.result import (
     ADEQUATE,
@@ -25,6 +26,7 @@ from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
 from model_lab.rules import RULES
 from model_lab.slips.slip import Slip
+from softhand_model.effects.second_relaxation import SecondRelaxation
 
 SENTENCE_PARAMETERS = 4  # that a sentence bears
 AXIS_WORDS = {
@@ -120,18 +122,24 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     The data fit if pressure is psi, not kPa as stated
     """
     fit = "fit" if whole else "fit better"
-    claims = [
-        f"The specimens of a batch differ: the data {fit} if each has its own modulus, {slip.fits}"
-        if slip.name == OWN_MODULI
-        else f"The data {'may ' if slip.factor != 1.0 else ''}{fit} if {_other_mix(slip)}"
-        f"{slip.column} is {slip.fits}, not {slip.said} as stated"
-        for slip in slips
-    ]
+    claims = [_claim(slip, fit) for slip in slips]
     return [
         f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
         f"{slip.mend}{_or_else(slip)}{_not_exactly(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
+
+
+def _claim(slip: Slip, fit: str) -> str:
+    """What a slip says of the data, which then `fit`."""
+    if slip.name == OWN_MODULI:
+        own = f"if each has its own modulus, {slip.fits}"
+        return f"The specimens of a batch differ: the data {fit} {own}"
+    if slip.name == SENSOR_LIMIT:
+        return f"The sensor of the {slip.column} stands {slip.fits}, without which the data {fit}"
+    may = "may " if slip.factor != 1.0 else ""
+    other = _other_mix(slip)
+    return f"The data {may}{fit} if {other}{slip.column} is {slip.fits}, not {slip.said} as stated"
 
 
 def _other_mix(slip: Slip) -> str:
@@ -236,7 +244,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return (
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
-            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_sensor(diagnosis)}"
+            f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_threshold(diagnosis)}"
+            f"{_or_a_sensor(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -249,7 +258,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         f"floor of {floor}"
     )
     helped = f". {_helps(diagnosis)}" if diagnosis.helps else _greater_part(diagnosis)
-    return f"{fails}{helped}; {_depends(diagnosis)}{_freed(diagnosis)}."
+    more = f"{_freed(diagnosis)}{_second_time(diagnosis)}"
+    return f"{fails}{helped}; {_depends(diagnosis)}{more}."
 
 
 def _depends(diagnosis: Diagnosis) -> str:
@@ -270,6 +280,16 @@ def _freed(diagnosis: Diagnosis) -> str:
         f". If the moduli of the castings may differ by more than {most:.0f} %, --free-modulus "
         "tries one for each"
     )
+
+
+def _second_time(diagnosis: Diagnosis) -> str:
+    """That a second relaxation time is searched beside one that the model has."""
+    part = diagnosis.greater_part
+    helping = [one.name for one in diagnosis.helps] + ([part.effect.name] if part else [])
+    first = next((name for name in helping if name in SecondRelaxation.beside), None)
+    if first is None:
+        return ""
+    return f". Once {first} is added (`model-lab add`), a second relaxation time is searched, too"
 
 
 def _helps(diagnosis: Diagnosis) -> str:
@@ -348,6 +368,18 @@ def _or_a_size(diagnosis: Diagnosis) -> str:
         f" A finger {longer:.3g} times as long looks the same, and one {higher:.3g} times as "
         f"high nearly so{gauge}."
     )
+
+
+def _or_a_threshold(diagnosis: Diagnosis) -> str:
+    """That a threshold of the output's sensor looks like one of the pressure."""
+    sensors = {"blocked_tip": ("A force gauge", "force"), "free_bending": ("A sensor", "angle")}
+    zones = [one for one in diagnosis.effects if one.name == "dead_zone"]
+    if diagnosis.experiment not in sensors or not zones:
+        return ""
+    sensor, shown = sensors[diagnosis.experiment]
+    entry = zones[0].parameters["threshold"]
+    reached = display_among(diagnosis.units, entry.unit).shown(entry.value)
+    return f" {sensor} that shows nothing below the {shown} at {reached} looks the same."
 
 
 def _or_a_sensor(diagnosis: Diagnosis) -> str:

@@ -152,6 +152,9 @@ class Effect:
     In tests of the rubber alone (`uniaxial`, `rubber`) it searches the effect if the simpler ones
     leave too much error, and else ties it with one that it refines, if it explains as much.
 
+    beside: names of effects of which the model must have one before the lab searches this one; ()
+    for an effect that needs none.
+
     fewest_runs: least number of runs in a measurement set with which the effect can be told from
     one that changes the input over time.
 
@@ -182,6 +185,7 @@ class Effect:
     physical: ClassVar[bool] = True
     axes: ClassVar[tuple[str, ...]] = ()
     refines: ClassVar[tuple[str, ...]] = ()
+    beside: ClassVar[tuple[str, ...]] = ()
     fewest_runs: ClassVar[int] = 1
     not_simulated: ClassVar[str] = ""
     kernel: ClassVar[Kernel | None] = None
