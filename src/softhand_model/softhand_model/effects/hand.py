@@ -104,6 +104,10 @@ class HandEffect(Effect):
         """
         return 0.0
 
+    def offset_of(self, channel: str) -> float:
+        """Pressure [Pa] that the sensor of a channel reads without pressure."""
+        return 0.0
+
     def strut_factor(self) -> float:
         """Factor [-] on the stiffness of all struts."""
         return 1.0
@@ -305,6 +309,38 @@ class ChannelGain(HandEffect):
         return 1.0 / float(self.values["gain"]) - 1.0 if here else 0.0
 
 
+class ChannelOffset(HandEffect):
+    """The pressure sensor of one channel has a wrong zero: where it reads p, p - offset acts."""
+
+    name = "channel_offset"
+    experiments = POSED
+    place_keys = ("channel",)
+    parameters = (
+        Parameter(
+            "offset",
+            "Pa",
+            -20e3,
+            20e3,
+            "reading of the sensor without pressure",
+            (-3e3, 3e3),
+            neutral=0.0,
+        ),
+    )
+    refines = ("actuator_scatter",)  # of all actuators of the channel
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "channel_gain": "alike where the channel always has the same pressure",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every channel."""
+        return [{"channel": name} for name in hand.channels]
+
+    def offset_of(self, channel: str) -> float:
+        """Pressure [Pa] that the sensor of a channel reads without pressure."""
+        return float(self.values["offset"]) if channel == self.where["channel"] else 0.0
+
+
 # ---------------------------------------------------------------------- on a hand
 def effects_of_hand(effects: Iterable[Effect]) -> list[HandEffect]:
     """The effects that act on a whole hand."""
@@ -402,6 +438,14 @@ def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
         ]
     )
     return between[[hand.channel_of(name) for name in hand.actuator_names]]
+
+
+def pressure_offsets(hand: HandDescription, effects: Iterable[Effect]) -> Array:
+    """What the sensors of the channels read without pressure (channels,) [Pa], which is to be
+    subtracted from pressures before their shares are taken.
+    """
+    acting = effects_of_hand(effects)
+    return np.array([sum(e.offset_of(name) for e in acting) for name in hand.channels], float)
 
 
 def at_places(
