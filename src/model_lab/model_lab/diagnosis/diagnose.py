@@ -42,6 +42,7 @@ from model_lab.diagnosis.result import (
     Diagnosis,
     NotVisible,
 )
+from model_lab.diagnosis.run_left_out import without_odd_run
 from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.diagnosis.selection import (
     Selection,
@@ -54,11 +55,13 @@ from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.experiments.grasp_rollouts import use_processes
+from model_lab.experiments.hand_pose import WEIGHT
 from model_lab.fitting.problem import (
     FitProblem,
     pose_problem,
     with_lower_floor,
 )
+from model_lab.measurements.hands import HAND_POSE
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
@@ -164,6 +167,8 @@ def _diagnosed(
     judged, faults = judged_series(
         checked.data, pose, lambda problem: candidates_of(problem, model)[0], judge
     )
+    if not faults.events:
+        judged, faults = without_odd_run(checked.data, judged, pose, judge) or (judged, faults)
     absent = candidates_of(judged.problem, model)[1]
     outcome = described(judged, absent, seed, faults.doubted is not None)
     instead = _instead(data, model, known, checked) if checked.slips else ()
@@ -335,6 +340,8 @@ def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[No
     show in this set with the reason). Built-in effects of other experiments are in neither.
     """
     present, data = {effect.name for effect in model.effects}, problem.data
+    if data.experiment == HAND_POSE and WEIGHT not in model.std:
+        present -= {WEIGHT}
     built_in = effect_classes()
     absent = {
         name: not_searched(effect, data, model.base)
