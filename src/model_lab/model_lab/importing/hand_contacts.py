@@ -123,8 +123,9 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
         entries[name] = {"specimen": "hand", "protocol": protocol, "file": f"{name}.csv"}
         columns = _columns(recorded, span, specimen, kind)
         runs.append(ImportedRun(name, columns, {}, (bag,)))
-    where: dict[str, object] = {"plate": asdict(touched)}
-    if isinstance(touched, Grasped):
+    if isinstance(touched, Plate):
+        where: dict[str, object] = {"plate": touched.entry()}
+    else:
         where = {key: _stated(name) for key, name in asdict(touched).items()}
     document = {
         "format": SET_FORMAT,

@@ -148,6 +148,10 @@ class HandEffect(Effect):
         """
         return np.zeros(3)
 
+    def plate_offset(self) -> float:
+        """Height [m] of the plate that the hand is pressed on above the stated one."""
+        return 0.0
+
     def wrench_gain(self) -> float:
         """Factor [-] on the measured wrench at the wrist."""
         return 1.0
