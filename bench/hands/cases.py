@@ -20,6 +20,7 @@ from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import RestBend
 from softhand_model.effects.hand_motion import ChannelLag, JointDamping
 from softhand_model.effects.hand_parts import TipMass
 from softhand_model.hand.hand import ChainDescription, HandDescription
@@ -42,6 +43,10 @@ SENSOR_SIZES = {  # (strong, weak), apart, as they change no drawn seed
     "channel_gain": (1.20, 1.07),  # reading over the pressure, or one over that
     "channel_offset": (2.0e3, 0.8e3),  # [Pa] read without pressure, or the negative
 }
+LATER_SIZES = {  # the same
+    "rest_bend": (0.15, 0.05),  # [rad], or the negative
+    "gravity": (1.4, 1.15),  # weight over the stated one
+}
 SENSOR = "channel_gain and channel_offset"  # of one channel
 FIRST_KINDS = ("actuator_scatter", "mount_tilt", "crosstalk")
 OUTSIDE = {
@@ -58,6 +63,8 @@ ONE_VALUE = (
     "yeoh_stiffening",
     "channel_gain",
     "channel_offset",
+    "rest_bend",
+    "gravity",
     "joint_damping",
     "channel_lag",
 )
@@ -84,6 +91,10 @@ PLAN = [
     # later still, before any of these was run
     *[(kind, size) for kind in SENSOR_SIZES for size in ("strong", "weak")],
     *[(SENSOR, "two")] * 2,
+    # after case 63: channel_offset is searched from the beginning; before these were run
+    ("channel_offset", "strong"),
+    ("channel_offset", "weak"),
+    *[(kind, size) for kind in LATER_SIZES for size in ("strong", "weak")],
 ]
 HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
 OTHER_PLACES, OTHER_STRUTS = 0.9, 0.8  # of another hand, over those of the stated one
@@ -121,7 +132,8 @@ class Hidden:
     @property
     def model(self) -> Model:
         """The model of the simulated hand, with its weight."""
-        return Model(effects=(effect_classes()["gravity"](mass_scale=1.0), *self.effects))
+        weight = self.value if self.name == "gravity" else 1.0
+        return Model(effects=(effect_classes()["gravity"](mass_scale=weight), *self.effects))
 
 
 def hidden_in(
@@ -133,7 +145,7 @@ def hidden_in(
     sizes: Mapping[str, tuple[float, float]] = SIZES,
 ) -> Hidden:
     """A case of the plan; share: of the way from the strong size to the weak one."""
-    sizes = {**sizes, **SENSOR_SIZES}
+    sizes = {**sizes, **SENSOR_SIZES, **LATER_SIZES}
     if kind == SENSOR:
         return _of_a_sensor(hand, random)
     if strength == "two":
@@ -201,6 +213,11 @@ def hidden_in(
         name = str(random.choice(hand.channels))
         lag = ChannelLag.at(channel=name)(time_constant=size)
         return replace(plain, effects=(lag,), where={"channel": name})
+    if kind == "rest_bend":
+        name = str(random.choice(hand.tips))
+        angle = float(size if random.uniform() < 0.5 else -size)
+        effect = RestBend.at(actuator=name)(angle=angle)
+        return replace(plain, effects=(effect,), where={"actuator": name}, value=angle)
     if kind in SENSOR_SIZES:
         channel = int(random.integers(len(hand.channels)))
         gains, offsets = np.ones(len(hand.channels)), np.zeros(len(hand.channels))

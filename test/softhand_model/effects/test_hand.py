@@ -12,6 +12,7 @@ from softhand_model.effects.hand import (
     ChannelOffset,
     Crosstalk,
     MountTilt,
+    RestBend,
     altered,
     at_places,
     pressure_offsets,
@@ -80,6 +81,35 @@ def test_a_sensor_that_is_off_acts_alike_in_simulator_and_statics(more):
         places = np.concatenate([shape.places[0] for _, shape in rows])
         still.append(places)
     assert still[0] == pytest.approx(still[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.3, -0.3])
+def test_a_finger_bent_at_rest_is_an_arc(angle):
+    """Without pressure and weight the tip is where an arc of the finger's length has it."""
+    bent = Model(effects=(RestBend.at(actuator="index")(angle=angle),))
+    none, tips = np.zeros((len(HAND.channels), 1)), []
+    for model in (bent, Model()):
+        bodies = settled_hand(HAND, model, 40, none, np.zeros((1, 3)))
+        ((body, shape),) = [one for one in bodies if "index" in one[0].joints]
+        base, frame = body.placed(shape, "index", 0.0)
+        tips.append(body.placed(shape, "index", 1.0)[0][0] - base[0])
+    tips = [frame[0].T @ tip for tip in tips]  # along the straight finger
+    length = HAND.chain("index").actuators["index"].length
+    arc = length / angle * np.array([1.0 - np.cos(angle), 0.0, np.sin(angle)])
+    assert tips[0] == pytest.approx(arc, abs=2e-5)
+    assert tips[1] == pytest.approx([0.0, 0.0, length], abs=1e-6)
+
+
+def test_a_finger_bent_at_rest_hangs_alike_in_simulator_and_statics():
+    model = Model(effects=(Gravity(mass_scale=1.0), RestBend.at(actuator="index")(angle=0.3)))
+    found = settled_tips(held(model), READ)["index"]
+    bodies = settled_hand(HAND, model, 5, np.array([READ]).T, DOWN)
+    (still,) = [
+        body.point(shape, "index", 1.0, np.zeros(3))[0]
+        for body, shape in bodies
+        if "index" in body.joints
+    ]
+    assert found == pytest.approx(still, abs=1e-4)
 
 
 def test_a_tilt_turns_the_chain_about_its_own_axes():

@@ -36,6 +36,7 @@ from softhand_model.effects.hand import (
     palm_factor,
     pressure_offsets,
     pressure_shares,
+    rest_bend,
     tip_mass,
 )
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -225,8 +226,9 @@ class HandPose:
     def _key_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> Hashable:
         """What distinguishes the model of a chain under effects of a hand; not its mount."""
         moduli = (modulus_factor(name, effects) for name in chain.actuators)
+        bends = (rest_bend(name, effects) for name in chain.actuators)
         palm = palm_factor(effects) if chain.turn else 1.0
-        return (chain.name, chain.strut, palm, tip_mass(chain.name, effects), *moduli)
+        return (chain.name, chain.strut, palm, tip_mass(chain.name, effects), *moduli, *bends)
 
     def _model_of(
         self, chain: ChainDescription, effects: Sequence[Effect], of_rubber: Hashable

@@ -98,6 +98,10 @@ class HandEffect(Effect):
         """Rotation of the base of a chain about its own axes, as roll, pitch and yaw (3,) [rad]."""
         return np.zeros(3)
 
+    def rest_bend_of(self, actuator: str) -> float:
+        """Angle [rad] by which an actuator is bent without pressure and load."""
+        return 0.0
+
     def share_between(self, source: str, target: str) -> float:
         """Share [-] of the pressure of channel `source` that acts in the actuators of channel
         `target`.
@@ -217,6 +221,33 @@ class ActuatorScatter(HandEffect):
         return float(self.values["modulus_factor"]) if actuator == self.where["actuator"] else 1.0
 
 
+class RestBend(HandEffect):
+    """A finger is bent at rest: its whole length is curved alike without pressure and load, towards
+    its bending side if the angle is positive. It may have been cast so, or stored bent, or a tendon
+    or tube pulls at it.
+    """
+
+    name = "rest_bend"
+    experiments = POSED
+    place_keys = ("actuator",)
+    parameters = (
+        Parameter("angle", "rad", -1.0, 1.0, "bend without pressure", (-0.2, 0.2), neutral=0.0),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "mount_tilt": "pitch acts alike where only the fingertip is seen",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every actuator that is straight, as the only one of its chain."""
+        straight = (c.actuators for c in hand.chains if not c.turn and len(c.actuators) == 1)
+        return [{"actuator": name} for actuators in straight for name in actuators]
+
+    def rest_bend_of(self, actuator: str) -> float:
+        """Angle [rad] by which an actuator is bent without pressure and load."""
+        return float(self.values["angle"]) if actuator == self.where["actuator"] else 0.0
+
+
 class MountTilt(HandEffect):
     """A chain is mounted askew: its base is rotated in its mount by roll, pitch and yaw about its
     own x, y and z. Chains on its tip rotate with it.
@@ -330,9 +361,9 @@ class ChannelOffset(HandEffect):
             neutral=0.0,
         ),
     )
-    refines = ("actuator_scatter",)  # of all actuators of the channel
     confounded_with: ClassVar[Mapping[str, str]] = {
         "channel_gain": "alike where the channel always has the same pressure",
+        "marker_offset": "nearly alike where the channel feeds one finger",
     }
 
     @classmethod
@@ -365,6 +396,11 @@ def check_places(
 def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
     """Factor [-] of all effects on the shear modulus of an actuator."""
     return float(np.prod([effect.modulus_of(actuator) for effect in effects_of_hand(effects)]))
+
+
+def rest_bend(actuator: str, effects: Iterable[Effect]) -> float:
+    """Angle [rad] by which the effects bend an actuator without pressure and load."""
+    return float(sum(effect.rest_bend_of(actuator) for effect in effects_of_hand(effects)))
 
 
 def palm_factor(effects: Iterable[Effect]) -> float:
