@@ -95,6 +95,8 @@ PLAN = [
     ("channel_offset", "strong"),
     ("channel_offset", "weak"),
     *[(kind, size) for kind in LATER_SIZES for size in ("strong", "weak")],
+    # after case 65: a finer form is also tried with an effect of its place; before these were run
+    *[(SENSOR, "two")] * 3,
 ]
 HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
 OTHER_PLACES, OTHER_STRUTS = 0.9, 0.8  # of another hand, over those of the stated one

@@ -271,7 +271,7 @@ def searched(
     if len(plain) == len(candidates):
         return first
     refined = [name for name in candidates if name not in plain]
-    if _falls_short(first) or _is_one_finer(first, refined):
+    if _falls_short(first) or _is_one_finer(first, refined, candidates):
         finer = _judged_search(problem, candidates, search, tell)
         if _is_better(finer, first):
             return finer
@@ -284,25 +284,46 @@ def _falls_short(judged: Judgement) -> bool:
     return judged.verdict == UNEXPLAINED or (judged.verdict == EFFECTS_MISSING and much)
 
 
-def _is_one_finer(judged: Judgement, refined: Sequence[str]) -> bool:
-    """Whether a finer form of one of several named effects explains the data alone."""
+def _is_one_finer(judged: Judgement, refined: Sequence[str], candidates: Sequence[str]) -> bool:
+    """Whether a finer form of one of several named effects explains the data alone, or, at a place
+    of a hand, with another effect of the same place: a sensor may be off in scale and zero.
+    """
     if len(judged.added) < 2:
         return False
     problem, base = judged.problem, judged.selection.base
     finer = finer_forms(problem, refined, judged.added)
-    tried = (score_with(problem, base, name) for name in finer)
-    return any(
-        isinstance(scored, Scored) and scored.plausible and not material(problem, scored)
-        for scored in tried
-    )
+    tried = [one for name in finer if (one := _explaining(problem, base, name)) is not None]
+    best = min(tried, key=lambda one: one.held_out.rmse, default=None)
+    if best is None or not material(problem, best):
+        return best is not None
+    beside = [name for name in candidates if _at_one_place(problem, name, best.added)]
+    pairs = (_explaining(problem, best, name) for name in beside)
+    return any(pair is not None and not material(problem, pair) for pair in pairs)
+
+
+def _explaining(problem: FitProblem, before: Scored, name: str) -> Scored | None:
+    """The model with one more effect, if its parameters are plausible."""
+    scored = score_with(problem, before, name)
+    return scored if isinstance(scored, Scored) and scored.plausible else None
+
+
+def _at_one_place(problem: FitProblem, one: str, other: str) -> bool:
+    """Whether two effects of a hand act at the same place."""
+    first, second = (getattr(problem.classes[name], "where", {}) for name in (one, other))
+    return one != other and bool(first) and first == second
 
 
 def _is_better(finer: Judgement, plain: Judgement) -> bool:
-    """Whether refined effects explain what plain ones do not, or more, or with fewer effects."""
+    """Whether refined effects explain what plain ones do not, or more, or with fewer effects, or of
+    a hand with as many and fewer parameters.
+    """
     if UNEXPLAINED in (finer.verdict, plain.verdict):
         return plain.verdict == UNEXPLAINED
-    fewer = len(finer.added) < len(plain.added)
-    return fewer or lowers(plain.problem, finer.named, plain.named)
+    of_hand = plain.problem.data.of_hand
+    first, second = (
+        (len(one.added), len(one.named.fit.values) if of_hand else 0) for one in (finer, plain)
+    )
+    return first < second or lowers(plain.problem, finer.named, plain.named)
 
 
 def _judged_search(
