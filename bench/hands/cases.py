@@ -264,8 +264,8 @@ def _both(one: Hidden, other: Hidden) -> Hidden:
         "two",
         {**one.where, **other.where},
         one.effects + other.effects,
-        lambda pressures: other.acting(one.acting(pressures)),
-        lambda at, frames, down: other.seen(one.seen(at, frames, down), frames, down),
+        acting=lambda pressures: other.acting(one.acting(pressures)),
+        seen=lambda at, frames, down: other.seen(one.seen(at, frames, down), frames, down),
         both=((one.name, one.where), (other.name, other.where)),
     )
 
