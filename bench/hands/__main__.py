@@ -4,10 +4,11 @@ Criteria, fixed before the first run: a set is *right* if the verdict is effects
 effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
 unexplained. In a negative control (markers or pressures shuffled, another hand's model) nothing
-must be named, and the model must not be adequate. Of two effects both must be named at their
-places and nothing else, of a slip its name and columns, and no effect. A verdict is *sure* if it
-has a confidence that is no guess. Of a right one with a single parameter, the 95 % interval must
-hold the hidden value.
+must be named, and the model must not be adequate. Of two effects both must be named at their places
+and nothing else, of a slip its name and columns, and no effect. Wrong sensors of a channel (cases
+61 to 66) may be tied, too, where the channel feeds one actuator; none may be *wrong*. A verdict is
+*sure* if it has a confidence that is no guess. Of a right one with a single parameter, the 95 %
+interval must hold the hidden value.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_common.numerics.arrays import Array
 from softhand_model.effects import effect_classes
+from softhand_model.effects.hand import RestBend
 from softhand_model.effects.hand_motion import ChannelLag, JointDamping
 from softhand_model.effects.hand_parts import TipMass
 from softhand_model.hand.hand import ChainDescription, HandDescription
@@ -38,6 +39,15 @@ SIZES = {  # (strong, weak)
     "dead_zone": (4e3, 1.5e3),  # [Pa]
     "yeoh_stiffening": (0.30, 0.12),  # its c2
 }
+SENSOR_SIZES = {  # (strong, weak), apart, as they change no drawn seed
+    "channel_gain": (1.20, 1.07),  # reading over the pressure, or one over that
+    "channel_offset": (2.0e3, 0.8e3),  # [Pa] read without pressure, or the negative
+}
+LATER_SIZES = {  # the same
+    "rest_bend": (0.15, 0.05),  # [rad], or the negative
+    "gravity": (1.4, 1.15),  # weight over the stated one
+}
+SENSOR = "channel_gain and channel_offset"  # of one channel
 FIRST_KINDS = ("actuator_scatter", "mount_tilt", "crosstalk")
 OUTSIDE = {
     "limited_channel": 0.5,  # of the highest pressure, beyond which a drawn channel does not rise
@@ -51,6 +61,10 @@ ONE_VALUE = (
     "tip_mass",
     "dead_zone",
     "yeoh_stiffening",
+    "channel_gain",
+    "channel_offset",
+    "rest_bend",
+    "gravity",
     "joint_damping",
     "channel_lag",
 )
@@ -74,6 +88,15 @@ PLAN = [
     # later, before any of these was run
     *[(" and ".join(names), "two") for names in TWO],
     *[(name, "slip") for name in SLIPS],
+    # later still, before any of these was run
+    *[(kind, size) for kind in SENSOR_SIZES for size in ("strong", "weak")],
+    *[(SENSOR, "two")] * 2,
+    # after case 63: channel_offset is searched from the beginning; before these were run
+    ("channel_offset", "strong"),
+    ("channel_offset", "weak"),
+    *[(kind, size) for kind in LATER_SIZES for size in ("strong", "weak")],
+    # after case 65: a finer form is also tried with an effect of its place; before these were run
+    *[(SENSOR, "two")] * 3,
 ]
 HIGHEST = (26e3, 26e3, 30e3, 45e3)  # [Pa] of the channels
 OTHER_PLACES, OTHER_STRUTS = 0.9, 0.8  # of another hand, over those of the stated one
@@ -90,10 +113,10 @@ def _as_they_are(places: Array, frames: Array, down: Array) -> Array:
 @dataclass(frozen=True)
 class Hidden:
     """A hand with something hidden: its description, model, what pressures (channels,) [Pa] act in
-    place of those that are read, where fingertips are seen that are at places (tips, 3) [m] with
-    frames (tips, 3, 3) while (3,) is down, and the truth as a verdict would have it; value: of its
-    only parameter, if it has one; both: names and places of two effects; slip: its name and column,
-    if there is one.
+    place of those that are read, what sensors read (poses, channels) of pressures that act, where
+    fingertips are seen that are at places (tips, 3) [m] with frames (tips, 3, 3) while (3,) is
+    down, and the truth as a verdict would have it; value: of its only parameter, if it has one;
+    both: names and places of two effects; slip: its name and column, if there is one.
     """
 
     hand: HandDescription
@@ -102,6 +125,7 @@ class Hidden:
     where: dict[str, str] = field(default_factory=dict)
     effects: tuple[Any, ...] = ()
     acting: Callable[[Array], Array] = _same
+    read: Callable[[Array], Array] = _same
     seen: Callable[[Array, Array, Array], Array] = _as_they_are
     value: float | None = None
     both: tuple[tuple[str, dict[str, str]], ...] = ()
@@ -110,7 +134,8 @@ class Hidden:
     @property
     def model(self) -> Model:
         """The model of the simulated hand, with its weight."""
-        return Model(effects=(effect_classes()["gravity"](mass_scale=1.0), *self.effects))
+        weight = self.value if self.name == "gravity" else 1.0
+        return Model(effects=(effect_classes()["gravity"](mass_scale=weight), *self.effects))
 
 
 def hidden_in(
@@ -122,6 +147,9 @@ def hidden_in(
     sizes: Mapping[str, tuple[float, float]] = SIZES,
 ) -> Hidden:
     """A case of the plan; share: of the way from the strong size to the weak one."""
+    sizes = {**sizes, **SENSOR_SIZES, **LATER_SIZES}
+    if kind == SENSOR:
+        return _of_a_sensor(hand, random)
     if strength == "two":
         first, second = kind.split(" and ")
         one = hidden_in(hand, first, "strong", random, share, sizes)
@@ -187,6 +215,21 @@ def hidden_in(
         name = str(random.choice(hand.channels))
         lag = ChannelLag.at(channel=name)(time_constant=size)
         return replace(plain, effects=(lag,), where={"channel": name})
+    if kind == "rest_bend":
+        name = str(random.choice(hand.tips))
+        angle = float(size if random.uniform() < 0.5 else -size)
+        effect = RestBend.at(actuator=name)(angle=angle)
+        return replace(plain, effects=(effect,), where={"actuator": name}, value=angle)
+    if kind in SENSOR_SIZES:
+        channel = int(random.integers(len(hand.channels)))
+        gains, offsets = np.ones(len(hand.channels)), np.zeros(len(hand.channels))
+        larger = random.uniform() < 0.5
+        if kind == "channel_gain":
+            value = gains[channel] = size if larger else 1.0 / size
+        else:
+            value = offsets[channel] = size if larger else -size
+        where = {"channel": hand.channels[channel]}
+        return replace(plain, where=where, value=float(value), read=lambda p: gains * p + offsets)
     if kind == "limited_channel":
         limit = np.full(len(hand.channels), np.inf)
         channel = int(random.integers(len(limit)))
@@ -197,6 +240,22 @@ def hidden_in(
     return plain
 
 
+def _of_a_sensor(hand: HandDescription, random: np.random.Generator) -> Hidden:
+    """The sensor of a drawn channel with a wrong scale and a wrong zero, both strong."""
+    name = str(random.choice(hand.channels))
+    here = np.array([one == name for one in hand.channels])
+    gain, offset = (strong for strong, _ in SENSOR_SIZES.values())
+    kinds = tuple((kind, {"channel": name}) for kind in SENSOR_SIZES)
+    return Hidden(
+        hand,
+        SENSOR,
+        "two",
+        {"channel": name},
+        read=lambda pressures: np.where(here, gain * pressures + offset, pressures),
+        both=kinds,
+    )
+
+
 def _both(one: Hidden, other: Hidden) -> Hidden:
     """Two effects in one hand, of which the second was hidden in the hand of the first."""
     return Hidden(
@@ -205,8 +264,8 @@ def _both(one: Hidden, other: Hidden) -> Hidden:
         "two",
         {**one.where, **other.where},
         one.effects + other.effects,
-        lambda pressures: other.acting(one.acting(pressures)),
-        lambda at, frames, down: other.seen(one.seen(at, frames, down), frames, down),
+        acting=lambda pressures: other.acting(one.acting(pressures)),
+        seen=lambda at, frames, down: other.seen(one.seen(at, frames, down), frames, down),
         both=((one.name, one.where), (other.name, other.where)),
     )
 

@@ -71,7 +71,7 @@ def measured(
         for repeat in "ab"[:REPEATS]:
             frame = Rotation.from_rotvec(WRIST_NOISE * random.standard_normal(3)).as_matrix()
             seen = true @ frame.T + protocols.marker_noise * random.standard_normal(true.shape)
-            read = pressures + GAUGE_NOISE * random.standard_normal(pressures.shape)
+            read = hidden.read(pressures) + GAUGE_NOISE * random.standard_normal(pressures.shape)
             columns = dict(zip(pressure_columns(stated), read.T, strict=True))
             places = seen.transpose(1, 2, 0).reshape(-1, protocols.poses)
             columns |= dict(zip(marker_columns(markers), places, strict=True))

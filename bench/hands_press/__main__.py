@@ -4,9 +4,9 @@ MuJoCo, diagnoses them, and prints Markdown.
 Criteria, fixed before the first run: a set is *right* if the verdict is effects_missing with one
 effect, the hidden one at its place; *tied* if the hidden one is among what is tied with it; else
 *wrong* if something is named. Nothing hidden must be adequate, what is outside of the catalogue
-unexplained. With samples shuffled, nothing must be named, and the model must not be adequate. Of a
-right one with a single parameter, the 95 % interval must hold the hidden value. The lab searches
-its whole catalogue.
+unexplained; of a force sensor that was tared with bent fingers, the slip. With samples shuffled,
+nothing must be named, and the model must not be adequate. Of a right one with a single parameter,
+the 95 % interval must hold the hidden value. The lab searches its whole catalogue.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ from softhand_model.hand.hand import HandDescription
 
 SEED = 7900  # of the first case; the others follow
 CONTROL = "samples_shuffled"
+PLATE_HEIGHT, TARED = "plate_height", "tared"
+HIGHER = {"strong": 3e-3, "weak": 1e-3}  # [m] by which the plate is higher than stated, or lower
 PLAN = [
     ("nothing", ""),
     ("friction", "strong"),
@@ -28,6 +30,10 @@ PLAN = [
     ("actuator_scatter", "weak"),
     (CONTROL, "control"),
     ("nothing", ""),
+    # later, before any of these was run
+    (PLATE_HEIGHT, "strong"),
+    (PLATE_HEIGHT, "weak"),
+    (TARED, "slip"),
 ]
 SIZES = {  # (strong, weak)
     "friction": (0.5, 0.8),  # factor
@@ -56,6 +62,11 @@ def hidden_in(
     """A case of the plan, at a place that is drawn; share: of the way from the strong size to the
     weak one.
     """
+    if kind == PLATE_HEIGHT:
+        higher = float(random.choice([-1.0, 1.0])) * HIGHER[strength]
+        return Hidden(hand, kind, strength, value=higher)
+    if kind == TARED:
+        return Hidden(hand, kind, strength, slip=(TARED, "all forces"))
     if kind not in SIZES:
         return Hidden(hand, kind, strength)
     strong, weak = SIZES[kind]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.hands_motion.measure import ENGINE, GAUGE_NOISE, MODULUS_SCALES, SEGMENTS, STEP, impose
-from bench.hands_press.cases import CONTROL, Hidden
+from bench.hands_press.cases import CONTROL, PLATE_HEIGHT, TARED, Hidden
 from bench.kept import revision_of
 from model_lab.bench.hand_press_set import PRESS_FRICTION, PRESSES, Press, hand_press_set
 from model_lab.measurements.hands import WRENCH_COLUMNS, WRIST_POSE
@@ -39,6 +39,11 @@ def measured(
     empty = hand_press_set(presses=presses)
     scale = float(random.uniform(*MODULUS_SCALES))
     truth = {run.protocol: kept(hidden, empty, run, scale) for run in empty.runs[: len(presses)]}
+    for protocol, (wrench, wrist) in truth.items():
+        if hidden.name == PLATE_HEIGHT and hidden.value is not None:  # the wrist stands for it
+            truth[protocol] = wrench, wrist + np.eye(len(WRIST_POSE))[2] * hidden.value
+        if hidden.name == TARED:
+            truth[protocol] = wrench - wrench[0], wrist
     return noisy(empty, truth, random, shuffled=hidden.name == CONTROL)
 
 

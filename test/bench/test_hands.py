@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.hands import verdicts
-from bench.hands.cases import HIGHEST, PLAN, SIZES, hidden_in
+from bench.hands.cases import HIGHEST, PLAN, SENSOR, SIZES, hidden_in
 from bench.hands.drawn import DRAWN, PLANS, drawn
 from bench.hands.slips import SLIPS, with_slip
 from bench.hands.verdicts import judge, scored
@@ -25,7 +25,10 @@ MOVING = [
 ]
 
 
-@pytest.mark.parametrize("number", [n for n, (_, group) in enumerate(PLAN) if group == "two"])
+TWO = [n for n, (kind, group) in enumerate(PLAN) if group == "two" and kind != SENSOR]
+
+
+@pytest.mark.parametrize("number", TWO)
 def test_two_effects_act_in_one_hand_as_each_alone(number):
     hand, kind = load_hand("rbo_hand_2"), PLAN[number][0]
     both = hidden_in(hand, *PLAN[number], np.random.default_rng(number))
@@ -40,6 +43,17 @@ def test_two_effects_act_in_one_hand_as_each_alone(number):
     assert np.allclose(both.acting(pressures), other.acting(one.acting(pressures)))
     moved = other.seen(at, frames, down) + one.seen(at, frames, down) - at
     assert np.allclose(both.seen(at, frames, down), moved)
+
+
+def test_one_sensor_is_off_in_scale_and_zero():
+    hand = load_hand("rbo_hand_2")
+    hidden = hidden_in(hand, SENSOR, "two", np.random.default_rng(1))
+    ((gain, where), (offset, same)) = hidden.both
+    assert (gain, offset) == ("channel_gain", "channel_offset") and where == same == hidden.where
+    read = hidden.read(np.array([0.0, 10e3])[:, None] * np.ones(len(hand.channels)))
+    here = hand.channels.index(where["channel"])
+    assert read[:, here] == pytest.approx([2e3, 14e3])
+    assert np.delete(read, here, axis=1).tolist() == [[0.0] * 3, [10e3] * 3]
 
 
 @pytest.mark.parametrize("experiment", PLANS)

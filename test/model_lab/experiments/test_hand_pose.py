@@ -1,5 +1,6 @@
 """Poses of a hand in the lab: from a synthesised set to a verdict, a model file, the simulator."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from model_lab.measurements.hands import HandSpecimen, Marker
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
 from model_lab.report.sentences import verdict_sentence
+from model_lab.report.text import detectable_sentence, diagnosis_text
 from model_lab.rules import RULES
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import ActuatorScatter
@@ -240,3 +242,40 @@ def test_a_free_frame_leaves_the_same_residual_wherever_the_places_were_tracked(
     sizes = [np.sqrt(np.mean(residual**2)) for residual in left]
     # the frame is found by the hand as described, by which its weight is turned back, too
     assert sizes[1] == pytest.approx(sizes[0], rel=0.02)
+
+
+def test_a_hand_that_weighs_more_than_stated_is_named_so_and_the_weight_can_be_added(coarse_hands):
+    """The weight that every model of a hand has, 1.4 times as large in the set."""
+    made = synthesize("hand_pose", 3, False, noise=1e-3).data
+    heavy = Forward(made, fixed=[CLASSES["gravity"](mass_scale=1.4)])
+    stated = Forward(made, fixed=[CLASSES["gravity"](mass_scale=1.0)])
+    at = np.ones((1, 1))
+    more = heavy.predict(at)[0] - stated.predict(at)[0]
+    runs = []
+    for index, run in enumerate(made.runs):
+        columns = dict(run.columns)
+        for output, name in enumerate(made.outputs):
+            here = (made.table.run == index) & (made.table.output == output)
+            columns[name] = columns[name] + more[here]
+        runs.append(replace(run, columns=columns))
+    data = replace(made, runs=tuple(runs))
+    classes = {**SCATTER, "gravity": CLASSES["gravity"]}
+    found = diagnose(data, load_model(), classes).diagnosis
+    (named,) = found.effects
+    low, high = named.parameters["mass_scale"].interval
+    assert named.name == "gravity" and low <= 1.4 <= high and high - low < 0.3
+    assert "times their nominal mass" in verdict_sentence(found)
+    added = add_effect("gravity", data, load_model(), classes)
+    assert added.effect.parameters["mass_scale"].value == pytest.approx(1.4, abs=0.05)
+    known = [effect for effect in added.model.effects if effect.name == "gravity"]
+    assert len(known) == 1
+
+
+def test_an_adequate_hand_is_told_with_what_would_have_been_found(coarse_hands):
+    made = synthesize("hand_pose", 3, False, noise=1e-3).data
+    found = diagnose(made, load_model(), SCATTER).diagnosis
+    said = detectable_sentence(found)
+    assert found.verdict == "adequate" and said in diagnosis_text(found)
+    (factor,) = re.findall(r"actuator_scatter from ([0-9.]+[0-9])", said)
+    far = {abs(np.log(one.smallest)) for one in found.detectable}
+    assert abs(np.log(float(factor))) == pytest.approx(max(far), abs=0.01)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 from model_lab.bench.hand_press_set import hand_press_set
 from model_lab.bench.synthesize import synthesize, write_synthesised
@@ -20,9 +21,10 @@ from model_lab.measurements.hands import TORQUE_ARM, WRENCH_COLUMNS, Plate
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
 from model_lab.rules import RULES
+from model_lab.slips.candidates import candidates
 from softhand_model.effects import effect_classes
 from softhand_model.effects.hand_parts import Friction
-from softhand_model.effects.hand_wrench import WrenchBias, WrenchGain
+from softhand_model.effects.hand_wrench import PlateHeight, WrenchBias, WrenchGain
 from softhand_model.effects.load import Gravity
 from softhand_model.model_file import load_model
 
@@ -40,6 +42,16 @@ def single(*protocols):
         for run in chosen
     ]
     return replace(data, runs=tuple(lower))
+
+
+def synthesize_single(noise):
+    """A noisy set of a hand of one finger, with nothing hidden."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "model_lab.bench.synthesize.hand_press_set",
+            lambda: single("all_forward", "all_back", "fingers_aside"),
+        )
+        return synthesize("press", 1, False, noise=noise).data
 
 
 def rms(values):
@@ -256,3 +268,42 @@ def lowered(run):
 def test_what_cannot_be_followed_is_refused(change, message):
     with pytest.raises(ValueError, match=message):
         HandPress(change(hand_press_set()))
+
+
+def higher(data, way):
+    """The set with the wrist higher by a way [m]."""
+    runs = [
+        replace(run, columns={**run.columns, "wrist.z": run.columns["wrist.z"] + way})
+        for run in data.runs
+    ]
+    return replace(data, runs=tuple(runs))
+
+
+def test_a_higher_plate_presses_as_a_lower_wrist_does():
+    data = single("all_forward")
+    stated, lowered = (HandPress(one, step=PRESS_STEP) for one in (data, higher(data, -2e-3)))
+    lifted = stated.predict({}, [WEIGHT, PlateHeight(offset=2e-3)])
+    assert lifted == pytest.approx(lowered.predict({}, [WEIGHT]), abs=1e-4)
+    assert rms(lifted - stated.predict({}, [WEIGHT])) > 0.01
+
+
+def test_a_plate_that_is_higher_than_stated_is_named():
+    seen = {name: CLASSES[name] for name in ("friction", "wrench_gain", "plate_height")}
+    data = higher(synthesize_single(noise=0.005), 5e-3)
+    (named,) = diagnose(data, load_model("base"), seen).diagnosis.effects
+    assert named.name == "plate_height"
+    low, high = named.parameters["offset"].interval
+    assert low <= 5e-3 <= high and high - low < 2e-3
+
+
+def test_a_sensor_tared_with_bent_fingers_reads_zero_where_a_run_begins(tmp_path):
+    data = single("all_forward", "all_back")
+    (slip,) = [one for one in candidates(data) if one.name == "tared"]
+    plate = yaml.safe_load(slip.mend)["plate"]
+    write_set(replace(data, plate=Plate(**plate)), tmp_path / "set")
+    tared = load_measurements(tmp_path / "set")
+    assert tared.plate == slip.mended.plate == replace(data.plate, tared=True)
+    whole, less = (HandPress(one).predict({}, [WEIGHT])[0] for one in (data, slip.mended))
+    for part in data.table.series:
+        shift = whole[part.samples] - less[part.samples]
+        assert shift == pytest.approx(np.full(part.length, whole[part.start]), abs=1e-12)

@@ -104,6 +104,13 @@ def test_any_dialect_is_loaded_to_the_same_numbers(tmp_path, name):
     check_numbers(data, place=2e-3 if name == "a_body_whose_frame_nobody_aligned" else 0.1e-3)
 
 
+def test_runs_have_the_names_of_their_files(tmp_path):
+    data = import_files(one_row_a_pose(tmp_path, WITH_UNITS, (1e-3, 1e3)), hand=HAND, wrist=HELD)
+    assert list(data.runs) == [name.removesuffix(".csv") for name in HELD]
+    data = import_files(motion_capture(tmp_path), hand=HAND)
+    assert len({*data.runs} & {"r1", "r2"}) == 0
+
+
 def test_a_frame_is_freed_only_where_the_body_was_not_aligned(tmp_path):
     files = motion_capture(tmp_path, turn=(0.0, 0.0, 1.6))
     found, _ = set_of_hand(files, HAND)

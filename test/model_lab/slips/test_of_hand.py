@@ -13,6 +13,7 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.hands import MARKER_AXES
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.save import write_set
+from model_lab.report.sentences import verdict_sentence
 from model_lab.slips.find import find_slips
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
@@ -132,3 +133,31 @@ def test_markers_that_are_shuffled_from_sample_to_sample_are_not_named_for_sure(
     shuffled = replace(sound, runs=tuple(runs))
     found = diagnose(shuffled, load_model(), {}).diagnosis
     assert found.effects == ()
+
+
+def test_a_run_with_the_orientation_of_another_is_told_with_its_mend(coarse_hands):
+    quiet = synthesize("hand_pose", 3, False, noise=5e-4).data
+    runs, fourth = list(quiet.runs), quiet.runs[3]
+    assert runs[0].wrist_rpy != fourth.wrist_rpy
+    runs[3] = replace(fourth, wrist_rpy=runs[0].wrist_rpy, protocol="alone")
+    (slip,) = find_slips(replace(quiet, runs=tuple(runs)), load_model()).slips
+    assert (slip.name, slip.column) == ("odd_run", f"the orientation of the wrist of {fourth.name}")
+    stated = yaml.safe_load(slip.mend)["runs"][fourth.name]["wrist_rpy"]
+    assert stated == pytest.approx(fourth.wrist_rpy)
+
+
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside an effect"])
+def test_a_run_that_is_another_pose_is_left_out_by_its_name(coarse_hands, beside):
+    only = {"actuator_scatter": effect_classes()["actuator_scatter"]}
+    made = synthesize("hand_pose", 4, beside, only, noise=0.003)
+    first, *others, last = made.data.runs
+    count = min(first.samples, last.samples)
+    columns = {name: column[:count] for name, column in last.columns.items()}
+    columns |= {name: first.columns[name][:count] for name in made.data.outputs}
+    odd = replace(last, columns=columns, protocol="alone")
+    found = diagnose(replace(made.data, runs=(first, *others, odd)), load_model(), only).diagnosis
+    (slip,) = found.slips
+    assert (found.verdict, slip.name, slip.column) == ("slip", "odd_run", last.name)
+    hidden = [(effect["name"], effect["where"]) for effect in made.truth["effects"]]
+    assert [(effect.kind, effect.where) for effect in found.effects] == hidden
+    assert f"Run {last.name} does not fit with the others" in verdict_sentence(found)

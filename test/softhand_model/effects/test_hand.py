@@ -9,17 +9,22 @@ from softhand_model.effects import effect_classes
 from softhand_model.effects.hand import (
     ActuatorScatter,
     ChannelGain,
+    ChannelOffset,
     Crosstalk,
     MountTilt,
+    RestBend,
     altered,
     at_places,
+    pressure_offsets,
     pressure_shares,
 )
 from softhand_model.effects.load import Gravity
+from softhand_model.equilibrium.hand_statics import settled_hand
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model, load_model
 
 HAND = load_hand("rbo_hand_2")
+DOWN = np.array([[0.0, 0.0, -9.81]])
 LEAK = Crosstalk.at(**{"from": "a", "to": "c"})
 
 
@@ -49,6 +54,62 @@ def test_less_pressure_acts_than_a_sensor_with_a_large_gain_reads():
     shares = pressure_shares(HAND, [ChannelGain.at(channel="c")(gain=1.25)])
     acting = dict(zip(HAND.actuator_names, shares @ [8.0, 1.0, 2.0, 3.0], strict=True))
     assert (acting["thumb"], acting["palm_inner"], acting["palm_outer"]) == (1.6, 1.6, 3.0)
+
+
+READ, ACTING = [20e3, 5e3, 10e3, 10e3], [20e3, 5e3, (10e3 - 1.5e3) / 1.15, 10e3]  # [Pa]
+OFF = (ChannelGain.at(channel="c")(gain=1.15), ChannelOffset.at(channel="c")(offset=1.5e3))
+
+
+def test_a_sensor_with_a_wrong_zero_and_scale_reads_other_pressures_than_act():
+    """A sensor that reads 1.15 p + 1.5 kPa."""
+    felt = np.array(READ) - pressure_offsets(HAND, OFF)
+    acting = pressure_shares(HAND, OFF) @ felt
+    assert acting == pytest.approx(pressure_shares(HAND, []) @ ACTING)
+
+
+@pytest.mark.parametrize("more", [(), ("tube_lag",)], ids=["tables", "models"])
+def test_a_sensor_that_is_off_acts_alike_in_simulator_and_statics(more):
+    lag = tuple(effect_classes()[name](time_constant=0.01) for name in more)
+    weight = Gravity(mass_scale=1.0)
+    found = settled_tips(held(Model(effects=(weight, *lag, *OFF))), READ)
+    expected = settled_tips(held(Model(effects=(weight, *lag))), ACTING)
+    for name, place in found.items():
+        assert place == pytest.approx(expected[name], abs=1e-7)
+    still = []
+    for effects, pressures in ((OFF, READ), ((), ACTING)):
+        rows = settled_hand(HAND, Model(effects=effects), 5, np.array([pressures]).T, DOWN)
+        places = np.concatenate([shape.places[0] for _, shape in rows])
+        still.append(places)
+    assert still[0] == pytest.approx(still[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.3, -0.3])
+def test_a_finger_bent_at_rest_is_an_arc(angle):
+    """Without pressure and weight the tip is where an arc of the finger's length has it."""
+    bent = Model(effects=(RestBend.at(actuator="index")(angle=angle),))
+    none, tips = np.zeros((len(HAND.channels), 1)), []
+    for model in (bent, Model()):
+        bodies = settled_hand(HAND, model, 40, none, np.zeros((1, 3)))
+        ((body, shape),) = [one for one in bodies if "index" in one[0].joints]
+        base, frame = body.placed(shape, "index", 0.0)
+        tips.append(body.placed(shape, "index", 1.0)[0][0] - base[0])
+    tips = [frame[0].T @ tip for tip in tips]  # along the straight finger
+    length = HAND.chain("index").actuators["index"].length
+    arc = length / angle * np.array([1.0 - np.cos(angle), 0.0, np.sin(angle)])
+    assert tips[0] == pytest.approx(arc, abs=2e-5)
+    assert tips[1] == pytest.approx([0.0, 0.0, length], abs=1e-6)
+
+
+def test_a_finger_bent_at_rest_hangs_alike_in_simulator_and_statics():
+    model = Model(effects=(Gravity(mass_scale=1.0), RestBend.at(actuator="index")(angle=0.3)))
+    found = settled_tips(held(model), READ)["index"]
+    bodies = settled_hand(HAND, model, 5, np.array([READ]).T, DOWN)
+    (still,) = [
+        body.point(shape, "index", 1.0, np.zeros(3))[0]
+        for body, shape in bodies
+        if "index" in body.joints
+    ]
+    assert found == pytest.approx(still, abs=1e-4)
 
 
 def test_a_tilt_turns_the_chain_about_its_own_axes():

@@ -31,7 +31,7 @@ from model_lab.diagnosis.search import (
     with_trials,
 )
 from model_lab.experiments.forward import inapplicable
-from model_lab.experiments.hand_pose import with_weight
+from model_lab.experiments.hand_pose import WEIGHT, with_weight
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
@@ -43,7 +43,6 @@ from softhand_model.effects.hand import HandEffect, at_places
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 
-WEIGHT_EFFECT = "gravity"
 NOT_PHYSICS = "a generic term, not physics"
 
 
@@ -84,7 +83,7 @@ def add_effect(
         known = ", ".join(sorted(classes))
         raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
     there = any(effect.name == name for effect in model.effects)
-    fixed_weight = there and data.of_hand and name == WEIGHT_EFFECT and name not in model.std
+    fixed_weight = there and data.of_hand and name == WEIGHT and name not in model.std
     if there and not fixed_weight:
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
     reason = None if fixed_weight else inapplicable(classes[name], data, model.base)
@@ -96,7 +95,7 @@ def add_effect(
     names = [effect.name for effect in given]
     if fixed_weight:
         before = score_base(problem, names)
-        problem, after = _with_freed(problem, before, name)
+        after = _with_freed(problem, before, name)
     else:
         problem, before, after = _before_and_after(problem, names, name)
     named = [named_effect(after, effect) for effect in after.effects]
@@ -112,8 +111,8 @@ def add_effect(
     return Addition(problem, before, after, named[-1], new)
 
 
-def _with_freed(problem: FitProblem, before: Scored, name: str) -> tuple[FitProblem, Scored]:
-    """The problem, and the model `before`, in which a fixed effect is free."""
+def _with_freed(problem: FitProblem, before: Scored, name: str) -> Scored:
+    """The model `before` in which a fixed effect is free."""
     stated = {
         f"{name}.{key}": value
         for effect in problem.fixed
@@ -121,10 +120,9 @@ def _with_freed(problem: FitProblem, before: Scored, name: str) -> tuple[FitProb
         for key, value in effect.values.items()
     }
     stated |= dict(zip(before.fit.likelihood.names, before.fit.values.tolist(), strict=True))
-    fixed = tuple(effect for effect in problem.fixed if effect.name != name)
-    problem, names = replace(problem, fixed=fixed), (*before.effects, name)
+    names = (*before.effects, name)
     start = np.array([stated[p.name] for p in problem.likelihood(names).parameters], float)
-    return problem, _predicting(problem, closer(problem, score_base(problem, names, start)))
+    return _predicting(problem, closer(problem, score_base(problem, names, start)))
 
 
 def _at_best_place(

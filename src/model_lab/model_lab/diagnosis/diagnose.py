@@ -43,6 +43,7 @@ from model_lab.diagnosis.result import (
     Diagnosis,
     NotVisible,
 )
+from model_lab.diagnosis.run_left_out import without_odd_run
 from model_lab.diagnosis.search import Scored, score_base, score_with
 from model_lab.diagnosis.selection import (
     Selection,
@@ -55,11 +56,13 @@ from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.experiments.grasp_rollouts import use_processes
+from model_lab.experiments.hand_pose import WEIGHT
 from model_lab.fitting.problem import (
     FitProblem,
     pose_problem,
     with_lower_floor,
 )
+from model_lab.measurements.hands import HAND_POSE
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
@@ -172,6 +175,8 @@ def _diagnosed(
     judged, faults = judged_series(
         checked.data, pose, lambda problem: candidates_of(problem, model)[0], judge
     )
+    if not faults.events:
+        judged, faults = without_odd_run(checked.data, judged, pose, judge) or (judged, faults)
     absent = candidates_of(judged.problem, model)[1]
     outcome = described(judged, absent, seed, faults.doubted is not None)
     instead = _instead(data, model, known, checked) if checked.slips else ()
@@ -274,7 +279,7 @@ def searched(
     if len(plain) == len(candidates):
         return first
     refined = [name for name in candidates if name not in plain]
-    if _falls_short(first) or _is_one_finer(first, refined):
+    if _falls_short(first) or _is_one_finer(first, refined, candidates):
         finer = _judged_search(problem, candidates, search, tell)
         if _is_better(finer, first):
             return finer
@@ -287,25 +292,46 @@ def _falls_short(judged: Judgement) -> bool:
     return judged.verdict == UNEXPLAINED or (judged.verdict == EFFECTS_MISSING and much)
 
 
-def _is_one_finer(judged: Judgement, refined: Sequence[str]) -> bool:
-    """Whether a finer form of one of several named effects explains the data alone."""
+def _is_one_finer(judged: Judgement, refined: Sequence[str], candidates: Sequence[str]) -> bool:
+    """Whether a finer form of one of several named effects explains the data alone, or, at a place
+    of a hand, with another effect of the same place: a sensor may be off in scale and zero.
+    """
     if len(judged.added) < 2:
         return False
     problem, base = judged.problem, judged.selection.base
     finer = finer_forms(problem, refined, judged.added)
-    tried = (score_with(problem, base, name) for name in finer)
-    return any(
-        isinstance(scored, Scored) and scored.plausible and not material(problem, scored)
-        for scored in tried
-    )
+    tried = [one for name in finer if (one := _explaining(problem, base, name)) is not None]
+    best = min(tried, key=lambda one: one.held_out.rmse, default=None)
+    if best is None or not material(problem, best):
+        return best is not None
+    beside = [name for name in candidates if _at_one_place(problem, name, best.added)]
+    pairs = (_explaining(problem, best, name) for name in beside)
+    return any(pair is not None and not material(problem, pair) for pair in pairs)
+
+
+def _explaining(problem: FitProblem, before: Scored, name: str) -> Scored | None:
+    """The model with one more effect, if its parameters are plausible."""
+    scored = score_with(problem, before, name)
+    return scored if isinstance(scored, Scored) and scored.plausible else None
+
+
+def _at_one_place(problem: FitProblem, one: str, other: str) -> bool:
+    """Whether two effects of a hand act at the same place."""
+    first, second = (getattr(problem.classes[name], "where", {}) for name in (one, other))
+    return one != other and bool(first) and first == second
 
 
 def _is_better(finer: Judgement, plain: Judgement) -> bool:
-    """Whether refined effects explain what plain ones do not, or more, or with fewer effects."""
+    """Whether refined effects explain what plain ones do not, or more, or with fewer effects, or of
+    a hand with as many and fewer parameters.
+    """
     if UNEXPLAINED in (finer.verdict, plain.verdict):
         return plain.verdict == UNEXPLAINED
-    fewer = len(finer.added) < len(plain.added)
-    return fewer or lowers(plain.problem, finer.named, plain.named)
+    of_hand = plain.problem.data.of_hand
+    first, second = (
+        (len(one.added), len(one.named.fit.values) if of_hand else 0) for one in (finer, plain)
+    )
+    return first < second or lowers(plain.problem, finer.named, plain.named)
 
 
 def _judged_search(
@@ -344,6 +370,8 @@ def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[No
     those that need another effect in the model.
     """
     present, data = {effect.name for effect in model.effects}, problem.data
+    if data.experiment == HAND_POSE and WEIGHT not in model.std:
+        present -= {WEIGHT}
     built_in = effect_classes()
     absent = {
         name: not_searched(effect, data, model.base)

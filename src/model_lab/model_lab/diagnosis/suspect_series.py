@@ -19,7 +19,6 @@ from model_lab.aliases import Array
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING
 from model_lab.diagnosis.search import Scored, score_base, trial_values, with_trials
-from model_lab.experiments.forward import Forward
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.series.events import (
@@ -136,7 +135,7 @@ def _events_beside(problem: FitProblem, judged: Judgement) -> tuple[Event, ...]:
     """Events in a set under the model that was found without them; of two repeats of which one is
     odd, the one that the model does not predict.
     """
-    residual_of = _residual_of(problem, judged)
+    residual_of = residual_of_named(problem, judged)
     found = examine(problem.data, residual_of(problem.data), problem.floor.within).events
     return tuple(_the_odd_one(event, problem.data, residual_of) for event in found)
 
@@ -150,14 +149,13 @@ def _the_odd_one(
     return event if errors[0] >= errors[1] else of_the_other(event, data)
 
 
-def _residual_of(problem: FitProblem, judged: Judgement) -> Callable[[MeasurementSet], Array]:
+def residual_of_named(problem: FitProblem, judged: Judgement) -> Callable[[MeasurementSet], Array]:
     """Residuals of the named model of a judgement on other sets of the same specimens."""
     fitted = judged.named.fit
     values = dict(zip(fitted.likelihood.names, fitted.values.tolist(), strict=True))
-    chosen = [problem.classes[name] for name in judged.named.effects]
 
     def residual(data: MeasurementSet) -> Array:
-        forward = Forward(data, problem.base, chosen, problem.fixed, joints=problem.joints)
+        forward = problem.forward(judged.named.effects, data)
         at = np.array([[values.get(p.name, p.start) for p in forward.parameters]], float)
         return np.asarray(forward.measured - forward.predict(at)[0])
 
@@ -166,7 +164,7 @@ def _residual_of(problem: FitProblem, judged: Judgement) -> Callable[[Measuremen
 
 def _faults(problem: FitProblem, judged: Judgement, events: Sequence[Event]) -> Faults:
     typical = max(judged.named.fit.rmse, judged.problem.floor.total)
-    residual_of = _residual_of(problem, judged)
+    residual_of = residual_of_named(problem, judged)
     return Faults(*odd_run_slips(problem.data, events, residual_of, typical))
 
 

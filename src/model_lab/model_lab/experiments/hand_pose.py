@@ -34,7 +34,9 @@ from softhand_model.effects.hand import (
     effects_of_hand,
     modulus_factor,
     palm_factor,
+    pressure_offsets,
     pressure_shares,
+    rest_bend,
     tip_mass,
 )
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -46,6 +48,7 @@ from softhand_model.motion.moving_body import MovingBody
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 256  # of bodies that are kept, each under other parameters
+WEIGHT = "gravity"  # the effect that every model of a hand has
 BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubber
 
 
@@ -141,10 +144,10 @@ class HandPose:
         shares = dict(
             zip(hand.actuator_names, pressure_shares(hand, effects).tolist(), strict=True)
         )
-        weights = [e.values["mass_scale"] for e in effects if e.name == "gravity"]
+        weights = [e.values["mass_scale"] for e in effects if e.name == WEIGHT]
         weight = float(weights[0]) if weights else 1.0
         damping, channels = damping_time(effects), self._felt(effects)[:, rows]
-        lags = channel_lags(hand, effects)
+        lags, offsets = channel_lags(hand, effects), pressure_offsets(hand, effects)
         of_rubber = tuple(
             (type(e), *e.values.values()) for e in effects if e.stage not in BESIDE_RUBBER
         )
@@ -155,13 +158,15 @@ class HandPose:
             around = self._around(effects)
             body = (*(self._key_of(part, effects) for part in parts), of_rubber, damping, around)
             mounts = tuple(part.mount for part in parts)
-            felt = ((*shares[name], *(lags * np.sign(shares[name]))) for name in names)
-            whole = (body, mounts, weight, *felt, rows[0])
+            fed = np.array([shares[name] for name in names])
+            without = fed @ offsets  # [Pa] that act less
+            felt = np.hstack([fed, lags * np.sign(fed), without[:, None]])
+            whole = (body, mounts, weight, felt.tobytes(), rows[0])
             one = self._kept.bodies.once(
                 (body, mounts),
                 partial(self._body_of, hand, parts, effects, of_rubber, damping, around),
             )
-            acting = np.array([shares[name] for name in names]) @ channels
+            acting = fed @ channels - without[:, None]
             gravity = weight * STANDARD_GRAVITY
             at_scale = partial(self._shaped, one, acting, gravity, rows=rows)
             shape = self._kept.shapes.once(
@@ -221,8 +226,9 @@ class HandPose:
     def _key_of(self, chain: ChainDescription, effects: Sequence[Effect]) -> Hashable:
         """What distinguishes the model of a chain under effects of a hand; not its mount."""
         moduli = (modulus_factor(name, effects) for name in chain.actuators)
+        bends = (rest_bend(name, effects) for name in chain.actuators)
         palm = palm_factor(effects) if chain.turn else 1.0
-        return (chain.name, chain.strut, palm, tip_mass(chain.name, effects), *moduli)
+        return (chain.name, chain.strut, palm, tip_mass(chain.name, effects), *moduli, *bends)
 
     def _model_of(
         self, chain: ChainDescription, effects: Sequence[Effect], of_rubber: Hashable
@@ -232,13 +238,13 @@ class HandPose:
         key = self._key_of(chain, effects)
 
         def plain() -> ChainModel:
-            beside = (e for e in effects if e.stage in BESIDE_RUBBER and e.name != "gravity")
+            beside = (e for e in effects if e.stage in BESIDE_RUBBER and e.name != WEIGHT)
             return discretise(chain, self._segments, Model(effects=tuple(beside)))
 
         def make() -> ChainModel:
             acting = [effect for effect in effects if effect.stage not in BESIDE_RUBBER]
             cut = self._kept.models.once((key, ()), plain)
-            return cut.of_rubber([effect for effect in acting if effect.name != "gravity"])
+            return cut.of_rubber([effect for effect in acting if effect.name != WEIGHT])
 
         return self._kept.models.once((key, of_rubber), make if of_rubber else plain)
 
@@ -347,9 +353,9 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
             raise ValueError(
                 f"model: effects: expected effects that act in {data.experiment}, got {effect.name}"
             )
-    if any(effect.name == "gravity" for effect in model.effects):
+    if any(effect.name == WEIGHT for effect in model.effects):
         return model
-    weight = effect_classes()["gravity"](mass_scale=1.0)
+    weight = effect_classes()[WEIGHT](mass_scale=1.0)
     return replace(model, effects=(*model.effects, weight))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from model_lab.aliases import Array, Indices
+from model_lab.aliases import Array, Indices, IntArray
 from model_lab.experiments.hand_motion import MOST_KEPT, SMALLER
 from model_lab.experiments.hand_pose import HandPose, at_lane, in_lane, shifted
 from model_lab.experiments.own_errors import OwnErrors
@@ -116,6 +116,8 @@ class HandPress(HandPose):
         found = super().predict(calibration, effects)
         if self._corrected:
             found = found + _taken_off(self._data, self._segments)
+        if self._plate.tared:
+            found = found - found[:, _begins(self._data)]
         wild = np.asarray(np.isnan(found).any(axis=0))
         for run in {part.run for part in self._data.table.series if wild[part.samples].any()}:
             self.unsettled.setdefault(run, "the hand has no equilibrium")
@@ -144,7 +146,8 @@ class HandPress(HandPose):
         return np.asarray(columns[table.output, table.row])
 
     def _around(self, effects: Sequence[Effect]) -> Hashable:
-        return self._plate.friction * friction_factor(effects)
+        higher = sum(effect.plate_offset() for effect in effects_of_hand(effects))
+        return self._plate.friction * friction_factor(effects), self._plate.height + higher
 
     def _body(
         self, hand: HandDescription, models: Mapping[str, ChainModel], damping: float, around: Any
@@ -168,7 +171,7 @@ class HandPress(HandPose):
                 [self._path(index, smaller * self._step) for index in wild],
                 [run.columns["time"] for run in runs],
                 [pressures[:, self._run[rows] == index] for index in wild],
-                self._plate.height,
+                body.height,
                 body.friction,
                 scale,
                 [run.temperature for run in runs],
@@ -201,18 +204,18 @@ class HandPress(HandPose):
 
 
 class _OnPlate(PressedBody):
-    """A body with the friction [-] of the plate that it is pressed on."""
+    """A body with the plate that it is pressed on: its friction [-] and height [m]."""
 
     def __init__(
         self,
         hand: HandDescription,
         models: Mapping[str, ChainModel],
         damping: float,
-        friction: float,
+        plate: tuple[float, float],
         skin: Skin,
     ) -> None:
         super().__init__(hand, models, damping, skin)
-        self.friction = friction
+        self.friction, self.height = plate
 
 
 def _plate_of(data: MeasurementSet) -> Plate:
@@ -251,6 +254,15 @@ def _driven(data: MeasurementSet, run: Run) -> bytes:
     """What drives a run."""
     names = ("time", *data.pressures, *WRIST_POSE)
     return sha256(b"".join(run.columns[name].tobytes() for name in names)).digest()
+
+
+def _begins(data: MeasurementSet) -> IntArray:
+    """For each sample (samples,) the first one of the same run and output."""
+    firsts: dict[tuple[int, int], int] = {}
+    found = np.empty(data.table.samples, int)
+    for part in data.table.series:
+        found[part.samples] = firsts.setdefault((part.run, part.output), part.start)
+    return found
 
 
 def _pose(run: Run) -> Array:
@@ -318,15 +330,18 @@ def _taken_off(
     driven = sha256(b"".join(_driven(data, run) for run in data.runs)).digest()
     about = repr([(name, np.ravel(value).tolist()) for name, value in calibration.items()])
     about += repr([(effect.name, effect.values) for effect in acting])
-    key = id(data.hand), segments, data.plate, driven, about  # the hand stays while it is kept
+    plate = replace(_plate_of(data), tared=False)
+    key = id(data.hand), segments, plate, driven, about  # the hand stays while it is kept
     if key not in _KEPT:
         if len(_KEPT) >= MOST_KEPT:
             del _KEPT[next(iter(_KEPT))]
-        coarse = HandPress(data, segments, PRESS_STEP)
-        fine = HandPress(data, data.hand_segments or FINE_PRESS_SEGMENTS, FINE_PRESS_STEP)
+        untared = replace(data, plate=plate)
+        coarse = HandPress(untared, segments, PRESS_STEP)
+        fine = HandPress(untared, data.hand_segments or FINE_PRESS_SEGMENTS, FINE_PRESS_STEP)
         moved = fine.predict(calibration, acting)[0] - coarse.predict(calibration, acting)[0]
         _KEPT[key] = (data.hand, moved)
-    return _KEPT[key][1]
+    moved = _KEPT[key][1]
+    return moved - moved[_begins(data)] if _plate_of(data).tared else moved
 
 
 def closer_press(

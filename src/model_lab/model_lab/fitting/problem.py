@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -18,13 +18,13 @@ from model_lab.experiments.hand_grasp import (
     within_simulated,
 )
 from model_lab.experiments.hand_motion import own_errors
-from model_lab.experiments.hand_pose import in_lane, own_error, with_weight
+from model_lab.experiments.hand_pose import WEIGHT, in_lane, own_error, with_weight
 from model_lab.experiments.hand_press import closer_press, press_errors
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
-from model_lab.measurements.hands import GRASP, HAND_MOTION, PRESS
+from model_lab.measurements.hands import GRASP, HAND_MOTION, HAND_POSE, PRESS
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import DOCUMENT, made_of
@@ -38,6 +38,7 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
 SMALLEST_SCALE = 1e-9  # of a largest value, where nothing was measured
+MOST_WEIGHT = 3.0  # of a hand over the stated one
 
 OWN_ERRORS: Mapping[str, Callable[[MeasurementSet, Model], float | OwnErrors]] = {
     "base_torque": torque_errors,
@@ -86,10 +87,17 @@ class FitProblem:
 
     def likelihood(self, effects: Iterable[str]) -> Likelihood:
         """The likelihood of the model in which the parameters of these effects are free."""
-        chosen = [self.classes[name] for name in effects]
-        forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
+        forward = self.forward(tuple(effects), self.data)
         own = self.own_error if isinstance(self.own_error, OwnErrors) else None
         return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known, own)
+
+    def forward(self, effects: Collection[str], data: MeasurementSet) -> Forward:
+        """The predictions of a set by the model in which the parameters of these effects are free,
+        also where the model has them with fixed ones.
+        """
+        chosen = [self.classes[name] for name in effects]
+        fixed = [effect for effect in self.fixed if effect.name not in effects]
+        return Forward(data, self.base, chosen, fixed, joints=self.joints)
 
     def once(self, make: Callable[[], Result], *key: Hashable) -> Result:
         """The result of `make`, or the kept result of an earlier call with the same key and noise
@@ -127,6 +135,8 @@ def pose_problem(
     )
     if data.experiment == GRASP:
         known = within_simulated(known)
+    if data.experiment == HAND_POSE:
+        known = _about_stated_weight(known, fixed)
     free = [known[effect.name] for effect in given]
 
     def forward_of(data: MeasurementSet) -> Forward:
@@ -206,6 +216,25 @@ def _as_given(starts: Array, parameters: Sequence[Any], given: Iterable[Effect])
 
 
 # ---------------------------------------------------------------------- usual ranges
+def _about_stated_weight(
+    classes: Mapping[str, type[Effect]], fixed: Iterable[Effect]
+) -> dict[str, type[Effect]]:
+    """Classes in which the weight of a hand may differ from that which the model states."""
+    stated = {effect.name: effect for effect in fixed if effect.name == WEIGHT}
+    found = dict(classes)
+    for name in stated.keys() & classes.keys():
+        kind, scale = classes[name], float(stated[name].values["mass_scale"])
+        (parameter,) = kind.parameters
+        usual = [factor * scale for factor in parameter.typical or (1.0, 1.0)]
+        about = replace(
+            parameter, high=MOST_WEIGHT * scale, typical=(usual[0], usual[1]), neutral=scale
+        )
+        if usual[0] < usual[1]:
+            parts = {"parameters": (about,), "__doc__": kind.__doc__}
+            found[name] = type(kind.__name__, (kind,), parts)
+    return found
+
+
 def in_the_range_of(
     data: MeasurementSet, classes: Mapping[str, type[Effect]]
 ) -> dict[str, type[Effect]]:

@@ -19,7 +19,14 @@ from model_lab.importing.hand_bags import (
     interpolated,
     topics_of_hand,
 )
-from model_lab.importing.hand_courses import KPA, MM, remarks_on, spans_of, without_jumps
+from model_lab.importing.hand_courses import (
+    KPA,
+    MM,
+    names_of_runs,
+    remarks_on,
+    spans_of,
+    without_jumps,
+)
 from model_lab.importing.hand_poses import FREE_LOAD
 from model_lab.importing.importing import ImportedSet
 from model_lab.importing.runs import ImportedRun
@@ -104,16 +111,21 @@ def set_of_contacts(bags: Sequence[Path], specimen: HandSpecimen, touched: Touch
     kind = kind_of(touched)
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
-    for bag in bags:
-        recorded = _recorded(bag, specimen, kind)
-        for number, span in enumerate(_SPANS[kind](recorded)):
-            name = f"r{len(runs) + 1}"
-            protocol = _strategy(bag) or GRASP if kind == GRASP else f"press_{number + 1}"
-            entries[name] = {"specimen": "hand", "protocol": protocol, "file": f"{name}.csv"}
-            columns = _columns(recorded, span, specimen, kind)
-            runs.append(ImportedRun(name, columns, {}, (bag,)))
-    where: dict[str, object] = {"plate": asdict(touched)}
-    if isinstance(touched, Grasped):
+    parts = [
+        (bag, recorded, number, span)
+        for bag in bags
+        for recorded in [_recorded(bag, specimen, kind)]
+        for number, span in enumerate(_SPANS[kind](recorded))
+    ]
+    names = names_of_runs([(bag,) for bag, *_ in parts])
+    for name, (bag, recorded, number, span) in zip(names, parts, strict=True):
+        protocol = _strategy(bag) or GRASP if kind == GRASP else f"press_{number + 1}"
+        entries[name] = {"specimen": "hand", "protocol": protocol, "file": f"{name}.csv"}
+        columns = _columns(recorded, span, specimen, kind)
+        runs.append(ImportedRun(name, columns, {}, (bag,)))
+    if isinstance(touched, Plate):
+        where: dict[str, object] = {"plate": touched.entry()}
+    else:
         where = {key: _stated(name) for key, name in asdict(touched).items()}
     document = {
         "format": SET_FORMAT,

@@ -12,7 +12,7 @@ import numpy as np
 
 from model_lab.aliases import Array, IntArray
 from model_lab.importing.importing import ImportedSet
-from model_lab.importing.runs import ImportedRun
+from model_lab.importing.runs import ImportedRun, run_name
 from model_lab.measurements.at_rest import white_noise
 from model_lab.measurements.hands import (
     HandSpecimen,
@@ -24,6 +24,7 @@ from model_lab.measurements.measurement_set import SET_FORMAT
 from softhand_common.documents.quoted import listed
 from softhand_common.documents.yaml_document import DocumentError
 
+FILES_OF_RUN = 2  # positions and pressures
 # by hand: above the noise of pressures, below what tells two poses apart
 MARGIN = 0.25  # [s] over which means must stay the same at rest
 TIP_SHIFT, PRESSURE_SHIFT = 1e-3, 1e3  # [m], [Pa] by which they may change
@@ -59,6 +60,19 @@ class HandCourse:
     def flat_places(self) -> Array:
         """Coordinates (k, 3 markers) [m] of all markers."""
         return np.concatenate([*self.places.values()], axis=1)
+
+
+def names_of_runs(files: Sequence[tuple[Path, ...]]) -> list[str]:
+    """Names of runs, from the files of each: those of the files where every run has its own, else
+    r1, r2 and so on.
+
+    >>> names_of_runs([(Path("fist_1.csv"),), (Path("fist_2.csv"),)])
+    ['fist_1', 'fist_2']
+    """
+    names = [run_name(paths) if len(paths) <= FILES_OF_RUN else "" for paths in files]
+    if len(names) > 1 and all(names) and len(set(names)) == len(names):
+        return names
+    return [f"r{number}" for number in range(1, len(files) + 1)]
 
 
 def set_of_runs(

@@ -16,6 +16,7 @@ from model_lab.importing.hand_courses import (
     HandCourse,
     at_rest,
     markers_of,
+    names_of_runs,
     set_of_runs,
     spans_of,
     turned,
@@ -74,8 +75,9 @@ def set_of_motions(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Imp
     runs: list[ImportedRun] = []
     entries: dict[str, dict[str, object]] = {}
     protocols: list[tuple[HandCourse, slice]] = []
-    for course, span in parts:
-        name, number = f"r{len(runs) + 1}", _protocol((course, span), protocols)
+    names = names_of_runs([course.files for course, _ in parts])
+    for name, (course, span) in zip(names, parts, strict=True):
+        number = _protocol((course, span), protocols)
         columns = {"time": course.time[span] - course.time[span][0]}
         columns |= dict(zip(channels, KPA * course.pressures[span].T, strict=True))
         columns |= dict(zip(marker_columns(markers), MM * course.flat_places[span].T, strict=True))

@@ -17,6 +17,7 @@ from model_lab.importing.hand_courses import (
     HandCourse,
     at_rest,
     markers_of,
+    names_of_runs,
     set_of_runs,
     spans_of,
     turned,
@@ -74,10 +75,10 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
     whole = [(course, poses) for course in courses for poses in _runs(held_poses(course))]
     protocols, numbers = _protocols([poses for _, poses in whole])
     left_out = 0
-    for (course, held), number in zip(whole, numbers, strict=True):
+    names = names_of_runs([course.files for course, _ in whole])
+    for name, (course, held), number in zip(names, whole, numbers, strict=True):
         poses = _common(held, protocols[number])
         left_out += len(held) - len(poses)
-        name = f"r{len(runs) + 1}"
         touching += [
             f"{name} at {pose.time - poses[0].time:.3g} s ({pose.load:.2g} N)"
             for pose in poses
@@ -98,6 +99,10 @@ def set_of_poses(courses: Sequence[HandCourse], specimen: HandSpecimen) -> Impor
             "s, got none; wait longer in each pose"
         )
     found = set_of_runs(HAND_POSE, courses, specimen, runs, entries)
+    alone = _named_as_repeats(names, numbers)
+    if alone:
+        said = f"{listed(alone)}: named like repeats of others, but with other poses"
+        found = replace(found, remarks=(said, *found.remarks))
     if left_out:
         lost = f"{left_out} poses are left out, as a repeat of the same protocol lacks them"
         found = replace(found, remarks=(lost, *found.remarks))
@@ -166,6 +171,20 @@ def _protocols(runs: Sequence[list[Pose]]) -> tuple[list[list[Pose]], list[int]]
             protocols.append(poses)
         numbers.append(number)
     return protocols, numbers
+
+
+def _named_as_repeats(names: Sequence[str], protocols: Sequence[int]) -> list[str]:
+    """Names of runs that differ only by a last number from an earlier one, which they do not
+    repeat; empty unless more such runs do repeat it.
+
+    >>> _named_as_repeats(["a_1", "a_2", "b_1", "b_2", "c_1", "c_2"], [0, 0, 1, 1, 2, 3])
+    ['c_2']
+    """
+    stems = [name.rstrip("0123456789") for name in names]
+    first = {stem: protocols[stems.index(stem)] for stem in stems if stem}
+    numbered = [index for index, stem in enumerate(stems) if stem in stems[:index] and stem]
+    other = [names[index] for index in numbered if protocols[index] != first[stems[index]]]
+    return other if len(other) < len(numbered) - len(other) else []
 
 
 def _common(poses: Sequence[Pose], other: Sequence[Pose]) -> list[Pose]:

@@ -54,10 +54,17 @@ class Plate:
     """A level plate onto which a hand is pressed.
 
     friction [-]: coefficient between rubber and plate. height [m]: of its surface in the world.
+    tared: whether the force sensor read zero at the beginning of each run, with the fingers bent.
     """
 
     friction: float
     height: float = 0.0
+    tared: bool = False
+
+    def entry(self) -> dict[str, object]:
+        """Its entry in experiment.yaml, as a dictionary."""
+        tared = {"tared": True} if self.tared else {}
+        return {"friction": self.friction, "height": self.height, **tared}
 
 
 @dataclass(frozen=True)
@@ -135,9 +142,10 @@ def read_markers(node: Node, hand: HandDescription) -> dict[str, Marker]:
 
 def read_plate(node: Node) -> Plate:
     """Read the plate of a press; raises DocumentError for an entry that is not valid."""
-    fields = node.fields(["friction"], ["height"])
+    fields = node.fields(["friction"], ["height", "tared"])
     height = fields["height"].number() if "height" in fields else 0.0
-    return Plate(fields["friction"].number(above=0.0, high=LARGEST_FRICTION), height)
+    tared = "tared" in fields and bool(fields["tared"].choice([True, False]))
+    return Plate(fields["friction"].number(above=0.0, high=LARGEST_FRICTION), height, tared)
 
 
 def read_grasped(object_node: Node, scene_node: Node | None) -> Grasped:

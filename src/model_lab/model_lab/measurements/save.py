@@ -58,7 +58,7 @@ def set_files(data: MeasurementSet, folder: Path) -> dict[Path, str]:
             if data.markers
             else {}
         ),
-        **({} if data.plate is None else {"plate": asdict(data.plate)}),
+        **({} if data.plate is None else {"plate": data.plate.entry()}),
         **({} if data.grasped is None else asdict(data.grasped)),
         "columns": column_entries(data.runs[0].columns),
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},

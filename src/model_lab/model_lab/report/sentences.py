@@ -16,6 +16,7 @@ from model_lab.diagnosis.result import (
     Diagnosis,
     NamedEffect,
 )
+from model_lab.experiments.hand_pose import WEIGHT
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.learning import words
 from model_lab.learning.learn import Learning
@@ -25,6 +26,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_among
 from model_lab.report.event_sentences import OF_SERIES, event_sentences
 from model_lab.rules import RULES
+from model_lab.series.events import ODD_RUN
 from model_lab.slips.slip import Slip
 from softhand_model.effects.second_relaxation import SecondRelaxation
 
@@ -124,7 +126,9 @@ def slip_sentences(slips: Sequence[Slip], display: Display, whole: bool = True) 
     fit = "fit" if whole else "fit better"
     claims = [_claim(slip, fit) for slip in slips]
     return [
-        f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
+        _left_out(slip, display)
+        if slip.name == ODD_RUN and slip.rmse_after == slip.rmse_before
+        else f"{claim}{_besides(slip)}: {_shown_by(slip, display)}. In experiment.yaml: "
         f"{slip.mend}{_or_else(slip)}{_not_exactly(slip)}"
         for claim, slip in zip(claims, slips, strict=True)
     ]
@@ -140,6 +144,15 @@ def _claim(slip: Slip, fit: str) -> str:
     may = "may " if slip.factor != 1.0 else ""
     other = _other_mix(slip)
     return f"The data {may}{fit} if {other}{slip.column} is {slip.fits}, not {slip.said} as stated"
+
+
+def _left_out(slip: Slip, display: Display) -> str:
+    """That a run of a hand does not fit with the others."""
+    return (
+        f"Run {slip.column} does not fit with the others and is left out: its error is "
+        f"{display.shown(slip.rmse_before)}. Check it, or measure it again; if it comes out the "
+        "same, the model lacks what shows in this run alone."
+    )
 
 
 def _other_mix(slip: Slip) -> str:
@@ -245,7 +258,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
             f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
             f"{_left_over(diagnosis)}.{_or_a_size(diagnosis)}{_or_a_threshold(diagnosis)}"
-            f"{_or_a_sensor(diagnosis)}"
+            f"{_or_a_sensor(diagnosis)}{_weighs(diagnosis)}"
         )
     if diagnosis.rmse_before <= diagnosis.noise_floor:
         return (
@@ -380,6 +393,16 @@ def _or_a_threshold(diagnosis: Diagnosis) -> str:
     entry = zones[0].parameters["threshold"]
     reached = display_among(diagnosis.units, entry.unit).shown(entry.value)
     return f" {sensor} that shows nothing below the {shown} at {reached} looks the same."
+
+
+def _weighs(diagnosis: Diagnosis) -> str:
+    """What a hand weighs whose weight, which all models of hands have, is not the stated one."""
+    of_hand = diagnosis.experiment in OF_HANDS
+    weights = [one for one in diagnosis.effects if of_hand and one.name == WEIGHT]
+    if not weights:
+        return ""
+    scale = weights[0].parameters["mass_scale"].value
+    return f" Its actuators weigh {scale:.3g} times their nominal mass."
 
 
 def _or_a_sensor(diagnosis: Diagnosis) -> str:

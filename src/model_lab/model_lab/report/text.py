@@ -13,7 +13,7 @@ import yaml
 from model_lab.bench.pose_strategy import PosedRun, pose_strategy
 from model_lab.comparison.add import NOT_PHYSICS, Addition
 from model_lab.diagnosis.result import ADEQUATE, Diagnosis
-from model_lab.measurements.hands import PRESSURE_OF, HandSpecimen
+from model_lab.measurements.hands import OF_HANDS, PRESSURE_OF, HandSpecimen
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from model_lab.measurements.save import (
     column_entries,
@@ -35,6 +35,7 @@ from model_lab.report.sentences import (
 )
 from model_lab.rules import RULES
 from softhand_common.documents.output_file import write_files
+from softhand_model.effects import effect_classes
 
 ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
 MOST_RANKED = 8
@@ -77,6 +78,7 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
         ),
         notice_sentence([notice["text"] for notice in diagnosis.notices]),
         _effects(diagnosis),
+        detectable_sentence(diagnosis),
         _failures(diagnosis),
         _ranking(diagnosis),
         _not_visible(diagnosis),
@@ -127,6 +129,27 @@ def _failures(diagnosis: Diagnosis) -> str:
     ]
     head = ["share of error", "p", "against", "where"]
     return f"Where it fails\n{text_table([head, *rows])}" if rows else ""
+
+
+def detectable_sentence(diagnosis: Diagnosis) -> str:
+    """Which effects of a hand that is adequate would have been found at each place where these data
+    can show them: the value of the first parameter at the place where it shows least.
+    """
+    if (diagnosis.verdict_mended or diagnosis.verdict) != ADEQUATE:
+        return ""
+    classes = effect_classes()
+    least: dict[str, tuple[float, str]] = {}
+    for one in diagnosis.detectable:
+        kind = classes.get(one.name.partition("[")[0])
+        if diagnosis.experiment not in OF_HANDS or kind is None or kind.stage != "hand":
+            continue
+        parameter = kind.parameters[0]
+        idle = parameter.neutral or 0.0
+        away = abs(np.log(one.smallest / idle)) if parameter.logarithmic else one.smallest - idle
+        found = abs(float(away)), f"{one.smallest:.3g} {parameter.unit}".rstrip()
+        least[kind.name] = max(least.get(kind.name, found), found)
+    said = [f"{kind} from {shown}" for kind, (_, shown) in least.items()]
+    return f"Would have been found: {listed(said)}." if said else ""
 
 
 def _ranking(diagnosis: Diagnosis) -> str:

@@ -341,7 +341,7 @@ def _odd_run(
     data: MeasurementSet, one: RunValues, run: int, group: IntArray, p_value: float
 ) -> Event:
     mates = np.flatnonzero((group == group[run]) & (np.arange(len(group)) != run))
-    size = float(one.values[run] - one.values[mates].mean())
+    size = float(one.values[run] - one.values[mates].mean()) if len(mates) else 0.0
     return Event(
         kind=ODD_RUN,
         run=data.runs[run].name,

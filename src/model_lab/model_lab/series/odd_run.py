@@ -46,7 +46,7 @@ def odd_run_slips(
         if event.kind == EXCHANGED:
             slips.append(_exchange_slip(data, event, residual_of))
         elif event.kind == ODD_RUN:
-            slips.append(_odd_run_slip(data, event, residual_of, floor))
+            slips.append(odd_run_slip(data, event.run, residual_of, floor))
     return named, tuple(slips)
 
 
@@ -107,19 +107,20 @@ def _exchange_slip(data: MeasurementSet, event: Event, residual_of: Residual) ->
 
 
 # ---------------------------------------------------------------------- one odd run
-def _odd_run_slip(data: MeasurementSet, event: Event, residual_of: Residual, floor: float) -> Slip:
-    before = error_of_runs(data, (event.run,), residual_of)
+def odd_run_slip(data: MeasurementSet, name: str, residual_of: Residual, floor: float) -> Slip:
+    """The slip of an odd run, given by name: what it fits as, or that it is to be left out.
+    residual_of, floor: as of `odd_run_slips`.
+    """
+    before = error_of_runs(data, (name,), residual_of)
     tried = [
-        (error_of_runs(reading.data, (event.run,), residual_of), number, reading)
-        for number, reading in enumerate(_readings(data, event.run))
+        (error_of_runs(reading.data, (name,), residual_of), number, reading)
+        for number, reading in enumerate(_readings(data, name))
     ]
     after, _, best = min(tried, default=(np.inf, 0, None))
     if best is None or after > RULES.odd_run_fits * floor:
-        mend = f"runs: leave out {event.run}, or measure it again"
-        return Slip(
-            ODD_RUN, event.run, "a repeat", "no repeat of its protocol", before, before, mend
-        )
-    return Slip(ODD_RUN, event.run, best.said, best.fits, before, after, best.mend)
+        mend = f"runs: leave out {name}, or measure it again"
+        return Slip(ODD_RUN, name, "a repeat", "no repeat of its protocol", before, before, mend)
+    return Slip(ODD_RUN, name, best.said, best.fits, before, after, best.mend)
 
 
 def _readings(data: MeasurementSet, name: str) -> Iterator[_Reading]:

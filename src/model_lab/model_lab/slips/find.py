@@ -249,12 +249,19 @@ def _best(tried: Sequence[tuple[Candidate, Score]], before: Score) -> list[tuple
 
 
 def _of_runs(data: MeasurementSet, model: Model, before: Score) -> list[tuple[Candidate, Score]]:
-    """Runs that belong to other specimens, or to inputs of other runs, than stated, where that
-    lowers the error enough. Whether the error is then about the floor tells little: the floor
-    depends on which runs are repeats.
+    """Runs that belong to other specimens, orientations of the wrist, or inputs of other runs than
+    stated, where that lowers the error enough. Of specimens it tells little whether the error is
+    then about the floor, which depends on which runs are repeats.
     """
-    tried = _scores([*mislabelled(data, model), *exchanged_inputs(data, model)], model)
-    return [pair for pair in tried if pair[1].relative <= RULES.slip_share * before.relative]
+    calibrated = replace(model, calibration={"modulus_scale": before.modulus})
+    labels = mislabelled(data, calibrated if data.of_hand else model)
+    tried = _scores([*labels, *exchanged_inputs(data, model)], model)
+    most = RULES.slip_share * before.relative
+    return [
+        (one, after)
+        for one, after in tried
+        if after.relative <= most or (data.of_hand and after.is_noise)
+    ]
 
 
 def words(candidate: Candidate) -> str:

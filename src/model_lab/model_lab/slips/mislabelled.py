@@ -1,57 +1,96 @@
-"""Runs that belong to another specimen than the set states, one run or two that are exchanged; and
-two runs whose inputs are exchanged, as where pressures are logged in files of their own.
+"""Runs that belong to another specimen than the set states, or of a hand to another orientation of
+the wrist, one run or two that are exchanged; and two runs whose inputs are exchanged, as where
+pressures are logged in files of their own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
+from model_lab.measurements.hands import HAND_POSE, WRIST_POSE
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import thinned
 from model_lab.measurements.specimens import made_of
 from model_lab.slips.columns import Candidate, one_line
+from softhand_common.documents.quoted import listed
 from softhand_model.model_file import Model
 
 PREDICTED_SAMPLES = 15  # of a run
 MOST_RUNS = 40  # of which any two may have exchanged inputs
+MOST_LABELS = 24  # each of which a run may have instead
+SPECIMEN, WRIST = "specimen", "wrist_rpy"
+
+
+@dataclass(frozen=True)
+class _Label:
+    """What a set states of each run, of which runs may be mistaken: their specimen, or of a hand
+    the orientation of the wrist. key: in experiment.yaml. stated (runs,), others: labels, and all
+    of them.
+    """
+
+    key: str
+    column: str
+    stated: Sequence[Any]
+    others: Sequence[Any]
+
+    def shown(self, label: Any) -> str:
+        """A label in words."""
+        if self.key == SPECIMEN:
+            return str(label)
+        return f"{listed(str(round(angle)) for angle in np.degrees(label))} deg"
 
 
 def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
-    """At most two slips: the run that fits another specimen best in place of its own, and the two
-    runs that gain most if their specimens are exchanged. Only those that lower the error.
+    """At most two slips for each kind of label: the run that fits another label (specimen, or
+    orientation of the wrist) best in place of its own, and the two runs that gain most if theirs
+    are exchanged. Only those that lower the error.
     """
-    names = [name for name in data.specimens if any(run.specimen == name for run in data.runs)]
-    if len(names) < 2:
+    return [slip for label in _labels(data) for slip in _mistaken(data, model, label)]
+
+
+def _labels(data: MeasurementSet) -> Iterator[_Label]:
+    specimens = [run.specimen for run in data.runs]
+    yield _Label(SPECIMEN, "specimen", specimens, [s for s in data.specimens if s in specimens])
+    held = data.experiment == HAND_POSE and WRIST_POSE[-1] not in data.runs[0].columns
+    if held and not data.free_frame:
+        turns = [tuple(run.wrist_rpy) for run in data.runs]
+        yield _Label(WRIST, "the orientation of the wrist", turns, [*dict.fromkeys(turns)])
+
+
+def _mistaken(data: MeasurementSet, model: Model, label: _Label) -> list[Candidate]:
+    if not 2 <= len(label.others) <= MOST_LABELS:
         return []
-    errors = _errors(data, model, names)
-    stated = np.array([names.index(run.specimen) for run in data.runs])
+    errors = _errors(data, model, label)
+    stated = np.array([label.others.index(one) for one in label.stated])
     runs = np.arange(len(stated))
     gain = errors[runs, stated][:, None] - errors
     single = np.unravel_index(int(np.argmax(gain)), gain.shape)
-    found = [] if gain[single] <= 0.0 else [_stated_anew(data, {int(single[0]): names[single[1]]})]
+    best = int(single[0]), int(single[1])
+    found = [] if gain[best] <= 0.0 else [_stated_anew(data, label, {best[0]: best[1]})]
     pairs = [(i, j) for i, j in combinations(runs.tolist(), 2) if stated[i] != stated[j]]
     gains = [min(gain[i, stated[j]], gain[j, stated[i]]) for i, j in pairs]
     if max(gains, default=0.0) > 0.0:
         i, j = pairs[int(np.argmax(gains))]
-        found.append(_stated_anew(data, {i: names[stated[j]], j: names[stated[i]]}))
+        found.append(_stated_anew(data, label, {i: int(stated[j]), j: int(stated[i])}))
     return found
 
 
-def _errors(data: MeasurementSet, model: Model, names: list[str]) -> Array:
-    """Sum of squared errors (runs, specimens) of each run, were it of each specimen, in the squared
-    unit of the outputs; the model is not fitted. Infinite where the model refuses.
+def _errors(data: MeasurementSet, model: Model, label: _Label) -> Array:
+    """Sum of squared errors (runs, labels) of each run, had it each label, in the squared unit of
+    the outputs; the model is not fitted. Infinite where the model refuses.
     """
     data = thinned(data, 1, PREDICTED_SAMPLES)
     relabelled = (
-        replace(data, runs=tuple(replace(run, specimen=name) for run in data.runs))
-        for name in names
+        replace(data, runs=tuple(replace(run, **{label.key: one}) for run in data.runs))
+        for one in label.others
     )
     return np.stack([errors_of_runs(other, model) for other in relabelled], axis=1)
 
@@ -116,19 +155,23 @@ def _driven_as(run: Run, other: Run, driving: str) -> Run:
     return replace(run, columns=columns, lead=lead)
 
 
-def _stated_anew(data: MeasurementSet, specimens: Mapping[int, str]) -> Candidate:
-    """The set with other specimens of some runs, by their index."""
-    names = [data.runs[index].name for index in specimens]
+def _stated_anew(data: MeasurementSet, label: _Label, anew: Mapping[int, int]) -> Candidate:
+    """The set with other labels of some runs: indices of labels by those of runs."""
+    names = [data.runs[index].name for index in anew]
+    fits = {index: label.others[place] for index, place in anew.items()}
     runs = tuple(
-        replace(run, specimen=specimens.get(index, run.specimen))
+        replace(run, **{label.key: fits.get(index, label.stated[index])})
         for index, run in enumerate(data.runs)
     )
-    entries = {data.runs[index].name: {"specimen": name} for index, name in specimens.items()}
+    entries = {
+        data.runs[index].name: {label.key: list(one) if label.key == WRIST else one}
+        for index, one in fits.items()
+    }
     return Candidate(
         "odd_run" if len(names) == 1 else "exchanged",
-        "specimen of " + " and ".join(names),
-        " and ".join(data.runs[index].specimen for index in specimens),
-        " and ".join(specimens.values()),
+        f"{label.column} of {' and '.join(names)}",
+        " and ".join(label.shown(label.stated[index]) for index in anew),
+        " and ".join(map(label.shown, fits.values())),
         one_line({"runs": entries}),
         replace(data, runs=runs),
     )

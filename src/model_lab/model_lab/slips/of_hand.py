@@ -9,7 +9,14 @@ from typing import Any
 
 from model_lab.experiments.hand_pose import turned_frame
 from model_lab.measurements.hand_frame import WristFrame
-from model_lab.measurements.hands import FORCES, HAND_MOTION, MARKER_AXES, TORQUES, WITH_WRENCH
+from model_lab.measurements.hands import (
+    FORCES,
+    HAND_MOTION,
+    MARKER_AXES,
+    TORQUES,
+    WITH_WRENCH,
+    Plate,
+)
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.slips.columns import (
     Candidate,
@@ -37,6 +44,8 @@ def candidates_of_hand(data: MeasurementSet) -> Iterator[Candidate]:
     yield _absolute(data)
     for first, second in combinations(data.pressures, 2):
         yield _exchanged(data, (first, second), {first: second, second: first})
+    if data.plate is not None and not data.plate.tared:
+        yield _tared(data, data.plate)
     if data.experiment in WITH_WRENCH:
         return
     for one, other in combinations(data.markers, 2):
@@ -92,6 +101,19 @@ def _absolute(data: MeasurementSet) -> Candidate:
     mended = with_meaning(data, data.pressures, "absolute")
     words = ("gauge pressure", "absolute pressure")
     return Candidate("absolute", ALL_PRESSURES, *words, column_mend(data, entries), mended)
+
+
+def _tared(data: MeasurementSet, plate: Plate) -> Candidate:
+    """A force sensor that was set to zero with the fingers bent."""
+    tared = replace(plate, tared=True)
+    return Candidate(
+        "tared",
+        ALL_FORCES,
+        "without the weight of the unbent hand",
+        "zero at the beginning of each run (tared)",
+        one_line({"plate": tared.entry()}),
+        replace(data, plate=tared),
+    )
 
 
 def _exchanged(

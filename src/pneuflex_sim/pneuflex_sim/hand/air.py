@@ -12,7 +12,7 @@ from pneuflex_sim.hand.layout import HandLayout
 from softhand_common.numerics.compiled import compiled
 from softhand_model.dynamics.joint_springs import Actuation
 from softhand_model.dynamics.spatial import Array, IntArray
-from softhand_model.effects.hand import channel_lags, pressure_shares
+from softhand_model.effects.hand import channel_lags, pressure_offsets, pressure_shares
 from softhand_model.gas import GAS_CONSTANT
 
 MIN_VOLUME_SHARE = 0.2  # of a chamber bent the wrong way, as a share of that at rest
@@ -49,6 +49,7 @@ class AirCoupling:
         total_gain: (channels,) [m3/rad], growth of the volume with an equal bend of all joints.
         lags: (channels,) [s], time constants with which the pressure in the actuators follows that
             of their channel.
+        offsets: (channels,) [Pa], what sensors read without pressure: less acts in the actuators.
         by_tables: whether the rest shape follows from tables alone, without effects of the model.
         actuation: effect of the pressures of the present step on the joints.
     """
@@ -63,6 +64,7 @@ class AirCoupling:
         effects = next(iter(layout.models.values())).model.effects
         shares = pressure_shares(hand, effects)
         self.lags = channel_lags(hand, effects)
+        self.offsets = pressure_offsets(hand, effects)
         self._feed = dict(zip(hand.actuator_names, shares, strict=True))
         rest, gain = np.zeros(len(hand.channels)), np.zeros((len(hand.channels), n))
         for name, channels in self._fed.items():
@@ -111,12 +113,14 @@ class AirCoupling:
 
     def acting(self, step: float, before: Array, pressures_abs: Array) -> Array:
         """Absolute pressures (channels,) [Pa] in the actuators after a step [s], from those at its
-        start, `before`, and the absolute pressures of the channels, which they follow with `lags`.
+        start, `before`, and the absolute pressures of the channels, less `offsets`, which they
+        follow with `lags`.
         """
+        felt = pressures_abs - self.offsets
         if not self.lags.any():
-            return pressures_abs
+            return np.asarray(felt)
         share = np.where(self.lags > 0.0, np.exp(-step / np.maximum(self.lags, 1e-9)), 0.0)
-        return np.asarray(pressures_abs + share * (before - pressures_abs))
+        return np.asarray(felt + share * (before - felt))
 
     def masses(
         self, pressures_abs: Array, ambient: float, temperature: float, rotations: Array

@@ -32,7 +32,7 @@ from softhand_model.chain.segments import (
     cut_chain,
 )
 from softhand_model.effects import Effect
-from softhand_model.effects.hand import modulus_factor, palm_factor, tip_mass
+from softhand_model.effects.hand import modulus_factor, palm_factor, rest_bend, tip_mass
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
@@ -278,11 +278,15 @@ class ChainModel:
 def _altered(
     cut: SegmentChain, description: ChainDescription, segments: int, model: Model
 ) -> SegmentChain:
-    """The segments with a palm as stiff, and a tip as heavy, as the effects of a hand have it."""
+    """The segments with the stiffness of palm, mass of tip and bend at rest that effects state."""
     palm = palm_factor(model.effects) if description.turn else 1.0
     more = tip_mass(description.name, model.effects)
     stiffness, mass, center = cut.stiffness.copy(), cut.mass.copy(), cut.body_center.copy()
     stiffness[-segments:] *= palm
     mass[-1] += more
     center[-1] += more / mass[-1] * (cut.tip_offset - center[-1])
-    return replace(cut, stiffness=stiffness, mass=mass, body_center=center)
+    bends = [rest_bend(name, model.effects) for name in description.actuators]
+    half, rest = sum(bends) / (2.0 * segments), cut.rest.copy()
+    if half != 0.0:  # of straight actuators, whose joints have no other rotation
+        rest[-segments:] = [0.0, np.sin(half), 0.0, np.cos(half)]
+    return replace(cut, rest=rest, stiffness=stiffness, mass=mass, body_center=center)

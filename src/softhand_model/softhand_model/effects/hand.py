@@ -98,10 +98,18 @@ class HandEffect(Effect):
         """Rotation of the base of a chain about its own axes, as roll, pitch and yaw (3,) [rad]."""
         return np.zeros(3)
 
+    def rest_bend_of(self, actuator: str) -> float:
+        """Angle [rad] by which an actuator is bent without pressure and load."""
+        return 0.0
+
     def share_between(self, source: str, target: str) -> float:
         """Share [-] of the pressure of channel `source` that acts in the actuators of channel
         `target`.
         """
+        return 0.0
+
+    def offset_of(self, channel: str) -> float:
+        """Pressure [Pa] that the sensor of a channel reads without pressure."""
         return 0.0
 
     def strut_factor(self) -> float:
@@ -143,6 +151,10 @@ class HandEffect(Effect):
         yaw (3,) [rad].
         """
         return np.zeros(3)
+
+    def plate_offset(self) -> float:
+        """Height [m] of the plate that the hand is pressed on above the stated one."""
+        return 0.0
 
     def wrench_gain(self) -> float:
         """Factor [-] on the measured wrench at the wrist."""
@@ -207,6 +219,33 @@ class ActuatorScatter(HandEffect):
     def modulus_of(self, actuator: str) -> float:
         """Factor [-] on the shear modulus of an actuator."""
         return float(self.values["modulus_factor"]) if actuator == self.where["actuator"] else 1.0
+
+
+class RestBend(HandEffect):
+    """A finger is bent at rest: its whole length is curved alike without pressure and load, towards
+    its bending side if the angle is positive. It may have been cast so, or stored bent, or a tendon
+    or tube pulls at it.
+    """
+
+    name = "rest_bend"
+    experiments = POSED
+    place_keys = ("actuator",)
+    parameters = (
+        Parameter("angle", "rad", -1.0, 1.0, "bend without pressure", (-0.2, 0.2), neutral=0.0),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "mount_tilt": "pitch acts alike where only the fingertip is seen",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every actuator that is straight, as the only one of its chain."""
+        straight = (c.actuators for c in hand.chains if not c.turn and len(c.actuators) == 1)
+        return [{"actuator": name} for actuators in straight for name in actuators]
+
+    def rest_bend_of(self, actuator: str) -> float:
+        """Angle [rad] by which an actuator is bent without pressure and load."""
+        return float(self.values["angle"]) if actuator == self.where["actuator"] else 0.0
 
 
 class MountTilt(HandEffect):
@@ -305,6 +344,38 @@ class ChannelGain(HandEffect):
         return 1.0 / float(self.values["gain"]) - 1.0 if here else 0.0
 
 
+class ChannelOffset(HandEffect):
+    """The pressure sensor of one channel has a wrong zero: where it reads p, p - offset acts."""
+
+    name = "channel_offset"
+    experiments = POSED
+    place_keys = ("channel",)
+    parameters = (
+        Parameter(
+            "offset",
+            "Pa",
+            -20e3,
+            20e3,
+            "reading of the sensor without pressure",
+            (-3e3, 3e3),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "channel_gain": "alike where the channel always has the same pressure",
+        "marker_offset": "nearly alike where the channel feeds one finger",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """Every channel."""
+        return [{"channel": name} for name in hand.channels]
+
+    def offset_of(self, channel: str) -> float:
+        """Pressure [Pa] that the sensor of a channel reads without pressure."""
+        return float(self.values["offset"]) if channel == self.where["channel"] else 0.0
+
+
 # ---------------------------------------------------------------------- on a hand
 def effects_of_hand(effects: Iterable[Effect]) -> list[HandEffect]:
     """The effects that act on a whole hand."""
@@ -325,6 +396,11 @@ def check_places(
 def modulus_factor(actuator: str, effects: Iterable[Effect]) -> float:
     """Factor [-] of all effects on the shear modulus of an actuator."""
     return float(np.prod([effect.modulus_of(actuator) for effect in effects_of_hand(effects)]))
+
+
+def rest_bend(actuator: str, effects: Iterable[Effect]) -> float:
+    """Angle [rad] by which the effects bend an actuator without pressure and load."""
+    return float(sum(effect.rest_bend_of(actuator) for effect in effects_of_hand(effects)))
 
 
 def palm_factor(effects: Iterable[Effect]) -> float:
@@ -402,6 +478,14 @@ def pressure_shares(hand: HandDescription, effects: Iterable[Effect]) -> Array:
         ]
     )
     return between[[hand.channel_of(name) for name in hand.actuator_names]]
+
+
+def pressure_offsets(hand: HandDescription, effects: Iterable[Effect]) -> Array:
+    """What the sensors of the channels read without pressure (channels,) [Pa], which is to be
+    subtracted from pressures before their shares are taken.
+    """
+    acting = effects_of_hand(effects)
+    return np.array([sum(e.offset_of(name) for e in acting) for name in hand.channels], float)
 
 
 def at_places(

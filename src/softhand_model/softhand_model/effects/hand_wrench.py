@@ -1,4 +1,6 @@
-"""Effects of the force-torque sensor at the wrist of a hand: on what it reads, not on the hand."""
+"""Effects of how contact was measured: by the force-torque sensor at the wrist of a hand, and on a
+plate whose height is wrong. The hand does not change with them.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +16,7 @@ from softhand_model.hand.hand import HandDescription
 
 FORCE_BIAS, USUAL_FORCE_BIAS = 5.0, 0.3  # [N]
 TORQUE_BIAS, USUAL_TORQUE_BIAS = 0.5, 0.03  # [N m]
+HIGHER, USUALLY_HIGHER = 0.010, 0.003  # [m]
 
 
 class OfGauge(HandEffect):
@@ -78,3 +81,36 @@ class WrenchBias(OfGauge):
         axes of the wrist.
         """
         return np.array([self.values[parameter.name] for parameter in self.parameters], float)
+
+
+class PlateHeight(HandEffect):
+    """The plate that a hand is pressed on is higher or lower than stated, or the wrist lower or
+    higher.
+    """
+
+    name = "plate_height"
+    experiments = frozenset({"press"})
+    of_measurement = True
+    parameters = (
+        Parameter(
+            "offset",
+            "m",
+            -HIGHER,
+            HIGHER,
+            "height of the plate above the stated one",
+            (-USUALLY_HIGHER, USUALLY_HIGHER),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "actuator_scatter": "alike where only this actuator touches the plate, always bent alike",
+    }
+
+    @classmethod
+    def places(cls, hand: HandDescription, markers: Collection[str] = ()) -> list[dict[str, str]]:
+        """The plate."""
+        return [{}]
+
+    def plate_offset(self) -> float:
+        """Height [m] of the plate above the stated one."""
+        return float(self.values["offset"])

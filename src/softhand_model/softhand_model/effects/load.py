@@ -246,7 +246,6 @@ class Gravity(LoadEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
-        "hand_pose": "the base model of hands has their weight",
         "hand_motion": "the base model of hands has their weight",
         "press": "the base model of hands has their weight",
         "grasp": "the base model of hands has their weight",

@@ -32,7 +32,7 @@ from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import NoEquilibriumError
 from softhand_model.chain.segments import BEND_AXIS
 from softhand_model.chain.serial import mounted, serial_chains
-from softhand_model.effects.hand import altered, pressure_shares
+from softhand_model.effects.hand import altered, pressure_offsets, pressure_shares
 from softhand_model.equilibrium.joint_balance import TABLE_NODES, SpringArrays, joint_rotation
 from softhand_model.equilibrium.joint_springs import off_rest, plain
 from softhand_model.gas import ROOM_TEMPERATURE
@@ -244,9 +244,9 @@ def settled_hand(
     and NoEquilibriumError as `HandBody.settle` does.
     """
     askew = altered(hand, model.effects)
-    acting = dict(
-        zip(hand.actuator_names, pressure_shares(hand, model.effects) @ pressures, strict=True)
-    )
+    felt = pressures - pressure_offsets(hand, model.effects)[:, None]
+    shares = pressure_shares(hand, model.effects)
+    acting = dict(zip(hand.actuator_names, shares @ felt, strict=True))
     found = []
     for chains in serial_chains(hand):
         models = {name: discretise(askew.chain(name), segments, model) for name in chains}
