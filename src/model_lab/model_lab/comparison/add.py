@@ -31,7 +31,7 @@ from model_lab.diagnosis.search import (
     with_trials,
 )
 from model_lab.experiments.forward import inapplicable
-from model_lab.experiments.hand_pose import WEIGHT, with_weight
+from model_lab.experiments.hand_pose import HAND_WEIGHT, with_weight
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
@@ -83,7 +83,7 @@ def add_effect(
         known = ", ".join(sorted(classes))
         raise ValueError(f"effect: expected one of {known}, got {unknown(name, classes)}")
     there = any(effect.name == name for effect in model.effects)
-    fixed_weight = there and data.of_hand and name == WEIGHT and name not in model.std
+    fixed_weight = there and data.of_hand and name == HAND_WEIGHT and name not in model.std
     if there and not fixed_weight:
         raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
     reason = None if fixed_weight else inapplicable(classes[name], data, model.base)

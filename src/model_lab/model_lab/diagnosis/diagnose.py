@@ -56,7 +56,7 @@ from model_lab.diagnosis.slip_beside_effect import find_all_slips
 from model_lab.diagnosis.suspect_series import Faults, judged_series
 from model_lab.experiments.forward import not_searched
 from model_lab.experiments.grasp_rollouts import use_processes
-from model_lab.experiments.hand_pose import WEIGHT
+from model_lab.experiments.hand_pose import HAND_WEIGHT
 from model_lab.fitting.problem import (
     FitProblem,
     pose_problem,
@@ -370,8 +370,8 @@ def candidates_of(problem: FitProblem, model: Model) -> tuple[list[str], list[No
     those that need another effect in the model.
     """
     present, data = {effect.name for effect in model.effects}, problem.data
-    if data.experiment == HAND_POSE and WEIGHT not in model.std:
-        present -= {WEIGHT}
+    if data.experiment == HAND_POSE and HAND_WEIGHT not in model.std:
+        present -= {HAND_WEIGHT}
     built_in = effect_classes()
     absent = {
         name: not_searched(effect, data, model.base)

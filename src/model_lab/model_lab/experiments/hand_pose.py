@@ -48,7 +48,7 @@ from softhand_model.motion.moving_body import MovingBody
 
 HAND_SEGMENTS = 20  # an actuator: tips of RBO Hand 2 within 0.06 mm rms of the limit up to 35 kPa
 KEPT_POSES = 256  # of bodies that are kept, each under other parameters
-WEIGHT = "gravity"  # the effect that every model of a hand has
+HAND_WEIGHT = "gravity"  # the effect that every model of a hand has
 BESIDE_RUBBER = ("hand", "output", "flow")  # stages that do not act on the rubber
 
 
@@ -144,7 +144,7 @@ class HandPose:
         shares = dict(
             zip(hand.actuator_names, pressure_shares(hand, effects).tolist(), strict=True)
         )
-        weights = [e.values["mass_scale"] for e in effects if e.name == WEIGHT]
+        weights = [e.values["mass_scale"] for e in effects if e.name == HAND_WEIGHT]
         weight = float(weights[0]) if weights else 1.0
         damping, channels = damping_time(effects), self._felt(effects)[:, rows]
         lags, offsets = channel_lags(hand, effects), pressure_offsets(hand, effects)
@@ -238,13 +238,13 @@ class HandPose:
         key = self._key_of(chain, effects)
 
         def plain() -> ChainModel:
-            beside = (e for e in effects if e.stage in BESIDE_RUBBER and e.name != WEIGHT)
+            beside = (e for e in effects if e.stage in BESIDE_RUBBER and e.name != HAND_WEIGHT)
             return discretise(chain, self._segments, Model(effects=tuple(beside)))
 
         def make() -> ChainModel:
             acting = [effect for effect in effects if effect.stage not in BESIDE_RUBBER]
             cut = self._kept.models.once((key, ()), plain)
-            return cut.of_rubber([effect for effect in acting if effect.name != WEIGHT])
+            return cut.of_rubber([effect for effect in acting if effect.name != HAND_WEIGHT])
 
         return self._kept.models.once((key, of_rubber), make if of_rubber else plain)
 
@@ -353,9 +353,9 @@ def with_weight(data: MeasurementSet, model: Model) -> Model:
             raise ValueError(
                 f"model: effects: expected effects that act in {data.experiment}, got {effect.name}"
             )
-    if any(effect.name == WEIGHT for effect in model.effects):
+    if any(effect.name == HAND_WEIGHT for effect in model.effects):
         return model
-    weight = effect_classes()[WEIGHT](mass_scale=1.0)
+    weight = effect_classes()[HAND_WEIGHT](mass_scale=1.0)
     return replace(model, effects=(*model.effects, weight))
 
 

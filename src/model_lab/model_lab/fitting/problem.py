@@ -18,7 +18,7 @@ from model_lab.experiments.hand_grasp import (
     within_simulated,
 )
 from model_lab.experiments.hand_motion import own_errors
-from model_lab.experiments.hand_pose import WEIGHT, in_lane, own_error, with_weight
+from model_lab.experiments.hand_pose import HAND_WEIGHT, in_lane, own_error, with_weight
 from model_lab.experiments.hand_press import closer_press, press_errors
 from model_lab.experiments.own_errors import OwnErrors
 from model_lab.fitting.between_samples import with_input_between
@@ -220,16 +220,16 @@ def _about_stated_weight(
     classes: Mapping[str, type[Effect]], fixed: Iterable[Effect]
 ) -> dict[str, type[Effect]]:
     """Classes in which the weight of a hand may differ from that which the model states."""
-    stated = {effect.name: effect for effect in fixed if effect.name == WEIGHT}
+    stated = {effect.name: effect for effect in fixed if effect.name == HAND_WEIGHT}
     found = dict(classes)
     for name in stated.keys() & classes.keys():
         kind, scale = classes[name], float(stated[name].values["mass_scale"])
         (parameter,) = kind.parameters
         usual = [factor * scale for factor in parameter.typical or (1.0, 1.0)]
-        about = replace(
-            parameter, high=MOST_WEIGHT * scale, typical=(usual[0], usual[1]), neutral=scale
-        )
-        if usual[0] < usual[1]:
+        if usual[0] < usual[1]:  # not so for a hand without weight
+            about = replace(
+                parameter, high=MOST_WEIGHT * scale, typical=(usual[0], usual[1]), neutral=scale
+            )
             parts = {"parameters": (about,), "__doc__": kind.__doc__}
             found[name] = type(kind.__name__, (kind,), parts)
     return found

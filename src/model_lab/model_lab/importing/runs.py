@@ -27,7 +27,7 @@ CLEAR_GAIN = 0.5  # unexplained variance that an offset must remove to be told
 LARGEST_OFFSET = 0.5  # of the length of a run
 OFFSET_STEPS = 200
 MIN_SAMPLES = 8  # from which an offset is sought
-MIN_NOISY, LEAST_NOISE = 20, 1e-4  # samples, and their noise over their range
+COPY_SAMPLES, COPY_NOISE = 20, 1e-4  # samples, and their noise over their range
 OVERLAP = 0.8  # share of the outputs that must lie within the input's time
 CUBIC = 4  # coefficients
 FINER_STEPS = 41
@@ -268,7 +268,7 @@ def without_copies(runs: Sequence[ImportedRun]) -> tuple[tuple[ImportedRun, ...]
 
 def _is_noisy(values: Array) -> bool:
     """Whether there are so many readings, with so much noise, that no others are the same."""
-    return len(values) >= MIN_NOISY and white_noise(values) > LEAST_NOISE * float(np.ptp(values))
+    return len(values) >= COPY_SAMPLES and white_noise(values) > COPY_NOISE * float(np.ptp(values))
 
 
 def check_clock(source: Source, quantity: str, driving: str) -> None:

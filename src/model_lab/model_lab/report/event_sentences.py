@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from model_lab.measurements.units import Display
-from model_lab.series.events import COURSE, DRIFT_EVENT, EXCHANGED, ODD_RUN, STEP_EVENT
+from model_lab.series.events import DRIFT_EVENT, EXCHANGED, ODD_RUN, SLOW_COURSE, STEP_EVENT
 from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE
 from model_lab.slips.slip import Slip
 
@@ -43,7 +43,7 @@ def doubted_sentence(event: Mapping[str, Any], display: Display) -> str:
     Repeats vary by 5.4 % (rms) from run to run, most runs about like the one before (p 0.002): \
 something changes slowly between runs, and the noise floor contains it.
     """
-    if event["kind"] == COURSE:
+    if event["kind"] == SLOW_COURSE:
         about = change_words(event, display).lstrip("+")
         return (
             f"Repeats vary by {about} (rms) from run to run, most runs about like the one before "

@@ -16,7 +16,7 @@ from model_lab.diagnosis.result import (
     Diagnosis,
     NamedEffect,
 )
-from model_lab.experiments.hand_pose import WEIGHT
+from model_lab.experiments.hand_pose import HAND_WEIGHT
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
 from model_lab.learning import words
 from model_lab.learning.learn import Learning
@@ -398,7 +398,7 @@ def _or_a_threshold(diagnosis: Diagnosis) -> str:
 def _weighs(diagnosis: Diagnosis) -> str:
     """What a hand weighs whose weight, which all models of hands have, is not the stated one."""
     of_hand = diagnosis.experiment in OF_HANDS
-    weights = [one for one in diagnosis.effects if of_hand and one.name == WEIGHT]
+    weights = [one for one in diagnosis.effects if of_hand and one.name == HAND_WEIGHT]
     if not weights:
         return ""
     scale = weights[0].parameters["mass_scale"].value

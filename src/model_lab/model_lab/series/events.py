@@ -27,7 +27,7 @@ from model_lab.series.exchange import NORMAL_DRAWS, exchanged_pair
 from model_lab.series.run_scale import OUTPUT_SCALE, RunValues, as_good, run_values, within_groups
 
 STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED = "step", "drift", "odd_run", "exchanged"
-COURSE = "course"  # repeats that vary smoothly from run to run, in no pattern that is known
+SLOW_COURSE = "course"  # repeats that vary smoothly from run to run, in no pattern that is known
 STEP_OR_DRIFT = (STEP_EVENT, DRIFT_EVENT)  # of many runs, that no scatter of one run explains
 MOST_EVENTS = 4  # that are sought in one series
 SAME_PATTERN = 1e-9  # relative difference of what two patterns explain
@@ -279,10 +279,12 @@ def _course(
         about = within_groups(one.values, group)
         p_value = (1.0 + np.sum(by_chance <= _roughness(about))) / (1.0 + NORMAL_DRAWS)
         size = float(np.sqrt(np.mean(about**2)))
-        pattern = Pattern(COURSE, 0, about / (size or 1.0))
+        if size < SAME_PATTERN:  # repeats without noise
+            continue
+        pattern = Pattern(SLOW_COURSE, 0, about / size)
         size = float(np.expm1(size)) if one.quantity == OUTPUT_SCALE else size
         named = data.runs[0].name, "", one.quantity
-        event = Event(COURSE, *named, size, float(p_value * len(values)), pattern, one.output)
+        event = Event(SLOW_COURSE, *named, size, float(p_value * len(values)), pattern, one.output)
         if event.p_value <= RULES.event_p_value and _matters(event, values, within):
             found.append(event)
     return min(found, key=lambda event: event.p_value, default=None)

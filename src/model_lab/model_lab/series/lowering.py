@@ -11,7 +11,7 @@ from model_lab.aliases import Array
 from model_lab.fitting.noise_floor import NoiseFloor
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.rules import RULES
-from model_lab.series.events import COURSE, STEP_OR_DRIFT, Event, Series, examine
+from model_lab.series.events import SLOW_COURSE, STEP_OR_DRIFT, Event, Series, examine
 
 
 def examine_lowering(
@@ -33,7 +33,7 @@ def examine_lowering(
     while True:
         series = examine(data, residual, floor.within, refused)
         courses = [e.kind for e in series.events if e.kind in STEP_OR_DRIFT]
-        doubted = series.doubted if series.doubted and series.doubted.kind != COURSE else None
+        doubted = series.doubted if series.doubted and series.doubted.kind != SLOW_COURSE else None
         taken_out = series.events if courses else tuple(filter(None, [doubted]))
         if not taken_out or error_without(taken_out) <= most:
             return series

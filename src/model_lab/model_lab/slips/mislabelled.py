@@ -26,7 +26,7 @@ from softhand_model.model_file import Model
 PREDICTED_SAMPLES = 15  # of a run
 MOST_RUNS = 40  # of which any two may have exchanged inputs
 MOST_LABELS = 24  # each of which a run may have instead
-SPECIMEN, WRIST = "specimen", "wrist_rpy"
+OF_SPECIMEN, OF_WRIST = "specimen", "wrist_rpy"
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class _Label:
 
     def shown(self, label: Any) -> str:
         """A label in words."""
-        if self.key == SPECIMEN:
+        if self.key == OF_SPECIMEN:
             return str(label)
         return f"{listed(str(round(angle)) for angle in np.degrees(label))} deg"
 
@@ -58,11 +58,11 @@ def mislabelled(data: MeasurementSet, model: Model) -> list[Candidate]:
 
 def _labels(data: MeasurementSet) -> Iterator[_Label]:
     specimens = [run.specimen for run in data.runs]
-    yield _Label(SPECIMEN, "specimen", specimens, [s for s in data.specimens if s in specimens])
+    yield _Label(OF_SPECIMEN, "specimen", specimens, [s for s in data.specimens if s in specimens])
     held = data.experiment == HAND_POSE and WRIST_POSE[-1] not in data.runs[0].columns
     if held and not data.free_frame:
         turns = [tuple(run.wrist_rpy) for run in data.runs]
-        yield _Label(WRIST, "the orientation of the wrist", turns, [*dict.fromkeys(turns)])
+        yield _Label(OF_WRIST, "the orientation of the wrist", turns, [*dict.fromkeys(turns)])
 
 
 def _mistaken(data: MeasurementSet, model: Model, label: _Label) -> list[Candidate]:
@@ -164,7 +164,7 @@ def _stated_anew(data: MeasurementSet, label: _Label, anew: Mapping[int, int]) -
         for index, run in enumerate(data.runs)
     )
     entries = {
-        data.runs[index].name: {label.key: list(one) if label.key == WRIST else one}
+        data.runs[index].name: {label.key: list(one) if label.key == OF_WRIST else one}
         for index, one in fits.items()
     }
     return Candidate(
