@@ -143,6 +143,17 @@ def test_an_effect_is_named_beside_an_event(classes):
     assert [(event["kind"], event["run"]) for event in found.events] == [("step", "r1b")]
 
 
+@pytest.mark.parametrize("experiment", ["uniaxial", "free_bending"])
+def test_a_step_shows_beside_an_effect_that_is_far_larger(experiment, classes):
+    """Taking it out may raise the error of a model that fails anyway."""
+    gent = {"gent_stiffening": effect_classes()["gent_stiffening"]}
+    made = synthesize(experiment, 5, True, gent)
+    data = rig.slipped_winding(made.data, SEVENTH, -0.08)
+    found = diagnose(data, Model("pneuflex"), classes).diagnosis
+    assert [effect.name for effect in found.effects] == ["gent_stiffening"]
+    assert [(one["kind"], one["run"]) for one in found.events] == [("step", "r1b")]
+
+
 def test_two_odd_runs_are_not_taken_for_a_drift_that_would_make_the_error_larger(classes):
     """Both later repeats of one finger read 8 deg too much, as a drift over its runs would do to
     the differences between repeats."""

@@ -14,7 +14,15 @@ from model_lab.bench.hand_press_set import hand_press_set
 from model_lab.bench.synthesize import Synthesised, synthesize
 from model_lab.experiments.forward import Forward
 from model_lab.rules import RULES
-from model_lab.series.events import DRIFT_EVENT, ODD_RUN, STEP_EVENT, Series, examine, group_of_runs
+from model_lab.series.events import (
+    DRIFT_EVENT,
+    ODD_RUN,
+    SLOW_COURSE,
+    STEP_EVENT,
+    Series,
+    examine,
+    group_of_runs,
+)
 from model_lab.series.run_scale import run_values, within_groups
 from softhand_model.effects import effect_classes
 
@@ -47,6 +55,43 @@ def test_no_event_in_clean_sets():
         clean = synthesize("uniaxial", seed, False)
         found += bool(examined(clean.data, clean.truth).events)
     assert found <= 2
+
+
+@pytest.mark.parametrize("course", ["rest", "sun", "scatter"])
+def test_repeats_that_vary_slowly_are_doubted(made, course):
+    """A finger that ages, rests and ages again; a room that warms and cools: no step, no drift."""
+    random, order = np.random.default_rng(0), np.arange(12)
+    share = {
+        "rest": order % 6 / 6.0,
+        "sun": np.sin(np.pi * order / 11.0),
+        "scatter": random.uniform(0.0, 1.0, 12),
+    }
+    runs = []
+    for number, factor in enumerate(1.0 - 0.06 * share[course]):
+        run = made.data.runs[number % 2]
+        noise = made.truth["noise"] * random.standard_normal(run.samples)
+        angle = factor * run.columns["tip_angle"] + noise
+        columns = {**run.columns, "tip_angle": angle}
+        runs.append(replace(run, name=f"r{number}", columns=columns))
+    found = examined(replace(made.data, runs=tuple(runs)), made.truth)
+    assert not found.events
+    assert (found.doubted is not None) == (course != "scatter")
+    assert course == "scatter" or found.doubted.kind == SLOW_COURSE
+
+
+def test_scatter_of_runs_is_no_slow_course():
+    """At 1 % a set, more than two of 30 are a matter of 1 in 300."""
+    doubted = 0
+    for seed in range(30):
+        clean = synthesize("uniaxial", 500 + seed, False)
+        scatter = 1.0 + 0.03 * np.random.default_rng(seed).standard_normal(len(clean.data.runs))
+        runs = tuple(
+            replace(run, columns={**run.columns, "stress": run.columns["stress"] * factor})
+            for run, factor in zip(clean.data.runs, scatter, strict=True)
+        )
+        found = examined(replace(clean.data, runs=runs), clean.truth).doubted
+        doubted += found is not None and found.kind == SLOW_COURSE
+    assert doubted <= 2
 
 
 def six_runs(seed):
