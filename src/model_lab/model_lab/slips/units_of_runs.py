@@ -8,9 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from model_lab.aliases import Mask
 from model_lab.measurements.at_rest import lowest
+from model_lab.measurements.drives import SPIKE
 from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.meanings import AMBIENT, air_pressure
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -72,7 +74,8 @@ def _names_of(data: MeasurementSet, column: str, group: Sequence[int]) -> list[s
     """What a column of each repeat is against most of them: AS_STATED, OPPOSITE, or in a unit; ""
     where it is none of these.
     """
-    values = [data.runs[index].columns[column] for index in group]
+    read = [data.runs[index].columns[column] for index in group]
+    values = [median_filter(value, SPIKE, mode="nearest") for value in read]
     peaks = [(value - value[0])[np.argmax(np.abs(value - value[0]))] for value in values]
     known = {AS_STATED: 1.0, OPPOSITE: -1.0} | {
         unit: 1.0 / factor
