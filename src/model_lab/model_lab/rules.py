@@ -553,6 +553,9 @@ class Rules:
         0.25, "difference of the output at both ends over how far it goes on", BY_HAND
     )
     notice_clipped: int = _rule(5, "samples at the largest reading of an input, clipped", BY_HAND)
+    limit_median: int = _rule(
+        5, "samples whose median is an output beyond the limit of the input's sensor", BY_HAND
+    )
     limit_part: int = _rule(10, "samples of a run kept between two times at the limit", BY_HAND)
     notice_swing: float = _rule(
         2.0, "error just after a step over that at the end, of a swing", BY_HAND

@@ -14,8 +14,6 @@ from model_lab.measurements.held_input import DRIVING_COLUMN
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.rules import RULES
 
-NEIGHBOURS = 5  # samples, of which the middle one counts if it is the median
-
 
 @dataclass(frozen=True)
 class Limit:
@@ -63,7 +61,7 @@ def _goes_on(output: Array) -> float:
     """How far an output (n,) goes from the line between its ends, for more than a sample or two; 0
     if it does not come back.
     """
-    output = median_filter(output, NEIGHBOURS, mode="nearest")
+    output = median_filter(output, RULES.limit_median, mode="nearest")
     farthest = float(np.max(np.abs(output - np.linspace(output[0], output[-1], len(output)))))
     comes_back = abs(output[-1] - output[0]) < RULES.notice_clip_back * farthest
     return farthest if comes_back else 0.0
