@@ -494,6 +494,12 @@ class Rules:
         "the same of one run that is unlike its repeats",
         SERIES_SEEDS,
     )
+    repeats_apart: tuple[float, float] = _rule(
+        (5.0, 0.02),
+        "scatter between repeats over that within a run, and over the spread of the outputs, from "
+        "which no number says how sure a verdict is",
+        "by hand: 3 % from run to run gave 4, exchanged plugs and odd runs 8 to 16",
+    )
     event_rise: float = _rule(
         1.5,
         "factor by which the error of a model that fails may rise without a step or drift",

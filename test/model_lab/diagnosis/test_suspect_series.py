@@ -143,6 +143,21 @@ def test_an_effect_is_named_beside_an_event(classes):
     assert [(event["kind"], event["run"]) for event in found.events] == [("step", "r1b")]
 
 
+@pytest.mark.parametrize(("scatter", "sure"), [(0.01, True), (0.1, False)])
+def test_no_number_says_how_sure_a_verdict_is_where_repeats_lie_far_apart(
+    clean, classes, scatter, sure
+):
+    """Random gains of the runs: far more than the noise within each may hide anything."""
+    gains = 1.0 + scatter * np.random.default_rng(3).standard_normal(len(clean.runs))
+    runs = tuple(
+        replace(run, columns={**run.columns, "stress": gain * run.columns["stress"]})
+        for run, gain in zip(clean.runs, gains, strict=True)
+    )
+    found = diagnose(replace(clean, runs=runs), Model("pneuflex"), classes).diagnosis
+    assert found.verdict == "adequate" and (found.confidence is not None) == sure
+    assert ("see which runs differ" in verdict_sentence(found)) != sure
+
+
 @pytest.mark.parametrize("experiment", ["uniaxial", "free_bending"])
 def test_a_step_shows_beside_an_effect_that_is_far_larger(experiment, classes):
     """Taking it out may raise the error of a model that fails anyway."""

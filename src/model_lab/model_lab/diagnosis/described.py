@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from model_lab.aliases import Array
 from model_lab.diagnosis.black_boxes import BlackBox, black_boxes_of
 from model_lab.diagnosis.confidence import confidence_of
 from model_lab.diagnosis.criteria import (
@@ -84,6 +85,9 @@ def described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: b
     sure = confidence_of(experiment, verdict, evidence, judged.most_confidence, judged.at_bound)
     effects = _named_effects(judged, sure.value)
     if any(effect.undetermined or effect.form_of for effect in effects):
+        sure = replace(sure, value=None, guess=True)
+        effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
+    if repeats_apart(floor.source, floor.within, floor.between, problem.data.table.value):
         sure = replace(sure, value=None, guess=True)
         effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
     diagnosis = Diagnosis(
@@ -187,6 +191,15 @@ def _greater_part(judged: Judgement) -> GreaterPart | None:
     effect = replace(named_effect(best, best.added), cause=cause, members=known)
     others = tuple(name for name in every[1:] if name not in known)
     return GreaterPart(effect, others, best.held_out.rmse, share)
+
+
+def repeats_apart(source: str, within: float, between: float, outputs: Array) -> bool:
+    """Whether repeats differ by so much more than the readings of one run that the noise floor may
+    hide what happened between them. within, between: parts of the floor, in the unit of the outputs
+    (samples,).
+    """
+    ratio, share = RULES.repeats_apart
+    return source == REPEATS and between > max(ratio * within, share * float(np.std(outputs)))
 
 
 def failing_axes(

@@ -18,6 +18,7 @@ from model_lab.diagnosis.result import (
 )
 from model_lab.experiments.hand_pose import HAND_WEIGHT
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
+from model_lab.fitting.noise_floor import REPEATS
 from model_lab.learning import words
 from model_lab.learning.learn import Learning
 from model_lab.localisation.axes import DRIVING_QUANTITY
@@ -91,6 +92,13 @@ def sure_sentence(diagnosis: Diagnosis) -> str:
 
 def _why_unknown(diagnosis: Diagnosis) -> str:
     """Why no number says how sure a verdict is; empty where another sentence tells that."""
+    within, between = (diagnosis.noise_floor_parts[name] for name in ("within", "between"))
+    if diagnosis.noise_floor_source == REPEATS and between > RULES.repeats_apart[0] * within:
+        display = diagnosis.display
+        return (
+            f"That is a guess: repeats differ by {display.shown(between)}, far more than the "
+            f"{display.shown(within)} within a run; see which runs differ, as the floor hides why."
+        )
     loose = [f"{name} of {one.name}" for one in diagnosis.effects for name in one.undetermined]
     if loose:
         return f"That is a guess: these data do not determine {listed(loose)}."
