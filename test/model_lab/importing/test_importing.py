@@ -255,6 +255,21 @@ def test_what_was_asked_of_a_regulator_is_not_what_was_measured(tmp_path, names)
     check(tmp_path / "set")
 
 
+def test_sheets_that_name_fingers_are_a_run_of_each(tmp_path):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, factor in (("Finger A", 1.0), ("Finger B", 0.5)):
+        sheet = book.create_sheet(name)
+        sheet.append(["t [s]", "p [kPa]", "angle [deg]"])
+        for row in zip(TIME, PRESSURE, ANGLE, strict=True):
+            sheet.append([row[0], row[1], factor * row[2]])
+    book.save(tmp_path / "fingers.xlsx")
+    found = make_set(propose([tmp_path / "fingers.xlsx"]))
+    first, second = (run.columns["tip_angle"] for run in found.runs)
+    assert list(found.document["specimens"]) == ["A", "B"]
+    np.testing.assert_allclose(second, 0.5 * first)
+
+
 def test_of_several_sheets_the_one_that_is_said_is_read(tmp_path, capsys):
     book = openpyxl.Workbook()
     book.remove(book.active)

@@ -94,6 +94,14 @@ def test_scatter_of_runs_is_no_slow_course():
     assert doubted <= 2
 
 
+def test_a_run_at_rest_throughout_is_no_event_and_no_error(made):
+    """It has neither scale nor zero, so nothing is said of the others either."""
+    runs = list(made.data.runs)
+    still = {name: np.zeros_like(runs[0].columns[name]) for name in ("pressure", "tip_angle")}
+    runs[0] = replace(runs[0], columns={**runs[0].columns, **still})
+    assert not examined(replace(made.data, runs=tuple(runs)), made.truth).events
+
+
 def six_runs(seed):
     """Three protocols, each measured twice, and the truth of the set."""
     whole = synthesize("free_bending", seed, False)
