@@ -11,20 +11,15 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.diagnosis.black_boxes import BlackBox, black_boxes_of
 from model_lab.diagnosis.confidence import confidence_of
-from model_lab.diagnosis.criteria import (
-    depends_on,
-    excess,
-)
-from model_lab.diagnosis.error_by_step import (
-    error_by_step,
-    share_removed,
-)
+from model_lab.diagnosis.criteria import depends_on, excess
+from model_lab.diagnosis.error_by_step import error_by_step, share_removed
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.form_of_others import only_mending
 from model_lab.diagnosis.judgement import Judgement
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     ADEQUATE,
+    REPEATS_APART,
     UNEXPLAINED,
     Diagnosis,
     Failure,
@@ -41,17 +36,11 @@ from model_lab.diagnosis.result import (
     named_effect,
 )
 from model_lab.diagnosis.search import Scored, score_base
-from model_lab.diagnosis.selection import (
-    Selection,
-    detectable_effects,
-)
-from model_lab.fitting.noise_floor import REPEATS
+from model_lab.diagnosis.selection import Selection, detectable_effects
+from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
 from model_lab.fitting.notice import Notice
 from model_lab.fitting.notices import notices
-from model_lab.fitting.problem import (
-    INTERPOLATED,
-    FitProblem,
-)
+from model_lab.fitting.problem import INTERPOLATED, FitProblem
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.rules import RULES
 from model_lab.series.within_runs import WithinRuns, residual_tests
@@ -84,11 +73,10 @@ def described(judged: Judgement, absent: list[NotVisible], seed: int, doubted: b
     experiment = problem.data.experiment
     sure = confidence_of(experiment, verdict, evidence, judged.most_confidence, judged.at_bound)
     effects = _named_effects(judged, sure.value)
-    if any(effect.undetermined or effect.form_of for effect in effects):
-        sure = replace(sure, value=None, guess=True)
-        effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
-    if repeats_apart(floor.source, floor.within, floor.between, problem.data.table.value):
-        sure = replace(sure, value=None, guess=True)
+    apart = repeats_apart(floor, problem.data.table.value)
+    if apart or any(effect.undetermined or effect.form_of for effect in effects):
+        why = (REPEATS_APART,) if apart else sure.beyond
+        sure = replace(sure, value=None, guess=True, beyond=why)
         effects = tuple(replace(effect, cause_confidence=None) for effect in effects)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
@@ -193,13 +181,13 @@ def _greater_part(judged: Judgement) -> GreaterPart | None:
     return GreaterPart(effect, others, best.held_out.rmse, share)
 
 
-def repeats_apart(source: str, within: float, between: float, outputs: Array) -> bool:
+def repeats_apart(floor: NoiseFloor, outputs: Array) -> bool:
     """Whether repeats differ by so much more than the readings of one run that the noise floor may
-    hide what happened between them. within, between: parts of the floor, in the unit of the outputs
-    (samples,).
+    hide what happened between them. outputs (samples,): in the unit of the floor.
     """
     ratio, share = RULES.repeats_apart
-    return source == REPEATS and between > max(ratio * within, share * float(np.std(outputs)))
+    most = max(ratio * floor.within, share * float(np.std(outputs)))
+    return floor.source == REPEATS and floor.between > most
 
 
 def failing_axes(

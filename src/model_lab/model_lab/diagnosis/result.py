@@ -18,6 +18,7 @@ from model_lab.slips.slip import Slip
 
 DIAGNOSIS_FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
+REPEATS_APART = "repeats_apart"  # they differ so much that no number says how sure a verdict is
 SLIP = "slip"  # a mistake in how the data are stated; the diagnosis is that of the mended data
 
 LOWERED, MENDED, WITHOUT_EVENTS, THINNED = "lowered", "mended", "events", "thinned"
@@ -185,7 +186,8 @@ class Diagnosis:
     (0 to 1) of such verdicts that are right; None if this is not known. guess: whether the
     confidence is so low that the verdict counts as a guess. evidence: numbers from which the
     confidence follows, see `diagnosis.confidence`. beyond: names of evidence beyond the range of
-    the sets by which the confidence was calibrated, so that the confidence is not known.
+    the sets by which the confidence was calibrated, so that the confidence is not known; or
+    REPEATS_APART.
 
     slips: mistakes in how the data are stated. events: what happened in the series of runs, see
     `series.events`. If there are slips or events, the other results are about the corrected data,

@@ -35,6 +35,7 @@ from model_lab.series.odd_run import error_of_runs, odd_run_slips
 from model_lab.series.run_scale import LOAD_SCALE, OUTPUT_SCALE, run_values, within_groups
 from model_lab.slips.slip import Slip
 
+OF_ORDER = {"run_order", "session"}  # axes of effects that change from run to run
 LOAD_OVER_OUTPUT = (0.2, 1.5)  # of logarithms, by hand: outputs grow by more than the load, or less
 LOAD_TRIALS = 10
 
@@ -202,7 +203,7 @@ def _explains(first: Judgement, again: Judgement, events: Sequence[Event]) -> bo
         return False
     rules, data = first.problem.rules, first.problem.data
     error, without = first.named.held_out.rmse, again.named.held_out.rmse
-    drifts = {name for name in first.added if first.problem.classes[name].axes}
+    drifts = {name for name in first.added if OF_ORDER & set(first.problem.classes[name].axes)}
     beside = set(first.added) - drifts <= set(again.added)
     if drifts and beside and all(event.kind == STEP_EVENT for event in events):
         return error < without

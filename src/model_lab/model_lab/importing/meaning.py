@@ -236,8 +236,10 @@ def _is_raw_or_spread(name: str) -> bool:
 
 
 def _is_true(name: str) -> bool:
-    """Whether a stress is over the area as it is then, or a strain logarithmic."""
-    return any(word in TRUE_WORDS for word in re.split(r"[^a-z]+", name.casefold()))
+    """Whether a name is that of a true stress or of a logarithmic strain."""
+    words = set(re.split(r"[^a-z]+", name.casefold()))
+    kinds = {*WORDS["stress"].split(), *WORDS["strain"].split()}
+    return bool(words & set(TRUE_WORDS) and words & kinds)
 
 
 def _with_unit(columns: list[Column], quantity: str) -> list[Column]:

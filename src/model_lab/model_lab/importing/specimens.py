@@ -29,6 +29,7 @@ SETTING_WORD = re.compile(
 LEVEL = re.compile(r"[1-9]\d+")
 NUMBERED_WORD = re.compile(r"([^\W\d_]+)[_\- ]*\d+(?![^\W_])")
 NUMBER_INSIDE = re.compile(r"(?<=[_\- ])(\d+)[_\- ]+(?=[^\W\d])")
+"""A number inside of a name, before a word."""
 FEWEST_COUNTED = 3  # runs that a number inside of their names may count
 SETTING_AND_REPEAT = re.compile(r"[^\W\d_][_\- ]*\d{2,}[_\- ]+\d$")
 OTHER_DAY = re.compile(

@@ -12,13 +12,13 @@ from model_lab.diagnosis.own_moduli import OWN_MODULI, varies_with_castings
 from model_lab.diagnosis.result import (
     ADEQUATE,
     EFFECTS_MISSING,
+    REPEATS_APART,
     UNEXPLAINED,
     Diagnosis,
     NamedEffect,
 )
 from model_lab.experiments.hand_pose import HAND_WEIGHT
 from model_lab.experiments.samples import USUAL_MODULUS_SCALES
-from model_lab.fitting.noise_floor import REPEATS
 from model_lab.learning import words
 from model_lab.learning.learn import Learning
 from model_lab.localisation.axes import DRIVING_QUANTITY
@@ -92,12 +92,12 @@ def sure_sentence(diagnosis: Diagnosis) -> str:
 
 def _why_unknown(diagnosis: Diagnosis) -> str:
     """Why no number says how sure a verdict is; empty where another sentence tells that."""
-    within, between = (diagnosis.noise_floor_parts[name] for name in ("within", "between"))
-    if diagnosis.noise_floor_source == REPEATS and between > RULES.repeats_apart[0] * within:
-        display = diagnosis.display
+    if REPEATS_APART in diagnosis.beyond:
+        parts, shown = diagnosis.noise_floor_parts, diagnosis.display.shown
         return (
-            f"That is a guess: repeats differ by {display.shown(between)}, far more than the "
-            f"{display.shown(within)} within a run; see which runs differ, as the floor hides why."
+            f"That is a guess: repeats differ by {shown(parts['between'])}, far more than the "
+            f"{shown(parts['within'])} of noise within a run. The noise floor contains this "
+            "difference: see which runs differ, and why."
         )
     loose = [f"{name} of {one.name}" for one in diagnosis.effects for name in one.undetermined]
     if loose:

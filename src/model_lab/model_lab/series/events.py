@@ -52,14 +52,15 @@ class Pattern:
 class Event:
     """Something that happened in a series of measurements.
 
-    kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN or EXCHANGED. run: name of the first run that it changed.
-    before: name of the run before that. quantity: OUTPUT_SCALE or OUTPUT_ZERO, or LOAD_SCALE, of
-    pressure over modulus. size: relative change of the scale, or change of the zero in the SI unit
-    of the outputs; for a drift, over the whole series. p_value: of the null hypothesis that repeats
-    scatter normally, over all patterns. pattern: what it does to the runs. output: index of the
-    output. other: the second of two exchanged runs, or of two repeats of which either may be the
-    odd one. largest: for a step, the run just before or after it that first reached the largest
-    input of the series, if there is one. Names that do not apply are "".
+    kind: STEP_EVENT, DRIFT_EVENT, ODD_RUN, EXCHANGED, or of a doubted one SLOW_COURSE. run: name of
+    the first run that it changed. before: name of the run before that. quantity: OUTPUT_SCALE or
+    OUTPUT_ZERO, or LOAD_SCALE, of pressure over modulus. size: relative change of the scale, or
+    change of the zero in the SI unit of the outputs; for a drift, over the whole series. p_value:
+    of the null hypothesis that repeats scatter normally, over all patterns. pattern: what it does
+    to the runs. output: index of the output. other: the second of two exchanged runs, or of two
+    repeats of which either may be the odd one. largest: for a step, the run just before or after it
+    that first reached the largest input of the series, if there is one. Names that do not apply are
+    "".
     """
 
     kind: str
@@ -283,8 +284,16 @@ def _course(
             continue
         pattern = Pattern(SLOW_COURSE, 0, about / size)
         size = float(np.expm1(size)) if one.quantity == OUTPUT_SCALE else size
-        named = data.runs[0].name, "", one.quantity
-        event = Event(SLOW_COURSE, *named, size, float(p_value * len(values)), pattern, one.output)
+        event = Event(
+            kind=SLOW_COURSE,
+            run=data.runs[0].name,
+            before="",
+            quantity=one.quantity,
+            size=size,
+            p_value=float(p_value * len(values)),
+            pattern=pattern,
+            output=one.output,
+        )
         if event.p_value <= RULES.event_p_value and _matters(event, values, within):
             found.append(event)
     return min(found, key=lambda event: event.p_value, default=None)

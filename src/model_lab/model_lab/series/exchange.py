@@ -34,15 +34,17 @@ def exchanged_pair(
     """
     pairs, table, predicted = _pairs(data, group), data.table, data.table.value - residual
 
-    def scales(measured: Array) -> Array | None:
-        first = next(iter(run_values(table, measured, predicted, data.of_hand)), None)
-        return first.values if first and first.quantity == OUTPUT_SCALE else None
+    def scales(measured: Array) -> list[Array]:
+        every = run_values(table, measured, predicted, data.of_hand)
+        return [one.values for one in every if one.quantity == OUTPUT_SCALE]
 
-    stated = scales(table.value)
-    if not pairs or stated is None:
+    as_stated = scales(table.value)
+    if not pairs or not as_stated:
         return None
-    tried = [scales(_swapped(data, table.value, pair)) for pair in pairs]
-    left = _scatter(np.stack([one for one in tried if one is not None]), group)
+    (stated,) = as_stated
+    left = _scatter(
+        np.concatenate([scales(_swapped(data, table.value, pair)) for pair in pairs]), group
+    )
     before = float(_scatter(stated, group))
     least = float(left.min())
     if not least < before:

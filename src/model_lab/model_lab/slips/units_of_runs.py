@@ -4,7 +4,7 @@ absolute pressure: repeats that reach 0.28 and 28 show it without a model.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -71,26 +71,29 @@ def _absolute(data: MeasurementSet, column: str) -> Mask:
 
 
 def _names_of(data: MeasurementSet, column: str, group: Sequence[int]) -> list[str]:
-    """What a column of each repeat is against most of them: AS_STATED, OPPOSITE, or in a unit; ""
-    where it is none of these.
+    """What a column of each repeat is: AS_STATED, OPPOSITE, or in a unit; "" where it is none of
+    these. As stated is the repeat against which all others are known, else most are as stated.
     """
+    misses, least = RULES.unit_of_runs
     read = [data.runs[index].columns[column] for index in group]
     values = [median_filter(value, SPIKE, mode="nearest") for value in read]
     peaks = [(value - value[0])[np.argmax(np.abs(value - value[0]))] for value in values]
     known = {AS_STATED: 1.0, OPPOSITE: -1.0} | {
         unit: 1.0 / factor
         for unit, factor in factors_of(data, column)
-        if not is_rare(column, unit) and abs(np.log(factor)) > RULES.unit_of_runs[1]
+        if not is_rare(column, unit) and abs(np.log(factor)) > least
     }
-    found = [[_nearest(peak, first, known) for peak in peaks] for first in peaks]
+    found = [[_nearest(peak, first, known, misses) for peak in peaks] for first in peaks]
     return max(found, key=lambda names: ("" not in names, names.count(AS_STATED)))
 
 
-def _nearest(peak: float, usual: float, known: dict[str, float]) -> str:
-    """Name of the known factor by which a peak is that of the usual one; "" if there is none."""
+def _nearest(peak: float, usual: float, known: Mapping[str, float], misses: float) -> str:
+    """Name of the known factor by which a peak is that of the usual one, or misses it by at most
+    this logarithm; "" if there is none.
+    """
     for name, factor in known.items():
         ratio = peak / (usual * factor) if usual else 0.0
-        if ratio > 0.0 and abs(np.log(ratio)) < RULES.unit_of_runs[0]:
+        if ratio > 0.0 and abs(np.log(ratio)) < misses:
             return name
     return ""
 
@@ -103,14 +106,14 @@ def _candidate(data: MeasurementSet, column: str, name: str, runs: Sequence[int]
         air = air_pressure([min(lowest(run.columns[column])) for run in alone.runs])
         mended = with_meaning(alone, (column,), name, air)
         fits, said = "absolute pressure", "gauge pressure"
-        how = f"is: {name}, {AMBIENT}: {air:g} Pa"
+        how = f"as absolute ones ({AMBIENT} {air / 1e3:.4g} kPa)"
     elif name == OPPOSITE:
         mended = with_meaning(alone, (column,), name)
-        fits, said, how, name = f"minus {column}", column, f"is: {name}", "sign"
+        fits, said, how, name = f"minus {column}", column, "with the other sign", "sign"
     else:
         factor = dict(factors_of(data, column))[name]
         mended = with_units(alone, (column,), name, factor)
-        fits, how, name = name, f"unit: {name}", "unit"
+        fits, how, name = name, f"in {name}", "unit"
     changed = list(data.runs)
     for index, run in zip(runs, mended.runs, strict=True):
         changed[index] = run
@@ -120,6 +123,6 @@ def _candidate(data: MeasurementSet, column: str, name: str, runs: Sequence[int]
         f"{column} of {names}",
         said,
         fits,
-        f"of these runs alone, {column}: {how}; import their files anew, or correct their numbers",
+        f"runs: import these anew, with readings of {column} {how}, or correct their files",
         replace(data, runs=tuple(changed)),
     )
